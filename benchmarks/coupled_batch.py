@@ -41,24 +41,33 @@ def waves(runs: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(found)
 
 
-def rate(
-    build: Callable[..., hl.CoSimulation], threads: int, jobs: int, measure: Any, **values: Any
-) -> tuple[float, float]:
+def rate(runs: int, do: Callable[[], Any]) -> tuple[float, float]:
     """Runs in a second of the clock and of the processor, the best of some rounds."""
     best = [0.0, 0.0]
     for _ in range(ROUNDS):
         begin, own = perf_counter(), process_time()
-        hl.batch(build, UNTIL, sensors=[7], threads=threads, jobs=jobs, measure=measure, **values)
+        do()
         spent = perf_counter() - begin, process_time() - own
-        best = [max(old, RUNS / seconds) for old, seconds in zip(best, spent, strict=True)]
+        best = [max(old, runs / seconds) for old, seconds in zip(best, spent, strict=True)]
     return best[0], best[1]
+
+
+def of_batch(build: Callable[..., hl.CoSimulation], threads: int, jobs: int, measure: Any, **values: Any) -> Any:
+    """The same of a batch."""
+    given: dict[str, Any] = {"sensors": [7], "threads": threads, "jobs": jobs, "measure": measure, **values}
+    return rate(len(next(iter(values.values()))), lambda: hl.batch(build, UNTIL, **given))
+
+
+def print_machine() -> None:
+    """Print versions, cores and the structure."""
+    warnings.simplefilter("ignore", hl.HertzlinkWarning)
+    versions = f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
+    print(f"{versions}, {os.cpu_count()} cores; runs of {1e3 * UNTIL} ms on {SMALL.size} oscillators")
 
 
 def main() -> None:
     """Print one row for each kind of batch."""
-    warnings.simplefilter("ignore", hl.HertzlinkWarning)
-    versions = f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
-    print(f"{versions}, {os.cpu_count()} cores; {RUNS} runs of {1e3 * UNTIL} ms on {SMALL.size} oscillators")
+    print_machine()
     rows: list[tuple[str, Callable[..., hl.CoSimulation], Any, dict[str, Any]]] = [
         ("impact speed, forces kept", tap, None, {"impact_speed": np.linspace(0.2, 0.4, RUNS)}),
         ("impact speed, AR and TOF kept", tap, waves, {"impact_speed": np.linspace(0.2, 0.4, RUNS)}),
@@ -67,8 +76,8 @@ def main() -> None:
     for name, build, measure, values in rows:
         for jobs in (1, 2):
             hl.batch(build, UNTIL, sensors=[7], jobs=jobs, **{one: column[:8] for one, column in values.items()})
-        one, own = rate(build, 1, 1, measure, **values)
-        two, both = rate(build, 2, 1, measure, **values)[0], rate(build, 1, 2, measure, **values)[0]
+        one, own = of_batch(build, 1, 1, measure, **values)
+        two, both = of_batch(build, 2, 1, measure, **values)[0], of_batch(build, 1, 2, measure, **values)[0]
         print(
             f"{name:30s} {one:4.0f} runs/s in one thread ({own:.0f} by processor time), {two / one:.2f} times in two "
             f"threads, {both / one:.2f} in two processes"

@@ -6,26 +6,18 @@ Rates count all that a user waits for but compilation. On a GPU the script also 
     python benchmarks/vary.py [runs on the GPU]
 """
 
-import os
-import platform
 import sys
-import warnings
 from importlib.metadata import version
-from time import perf_counter, process_time
+from time import perf_counter
 from typing import Any
 
-import numba
 import numpy as np
-import xarray as xr
+from coupled_batch import UNTIL, of_batch, print_machine, rate, tap, waves
 
 import hertzlink as hl
 
-UNTIL, RUNS, ROUNDS, ON_GPU = 1.0e-3, 2_000, 3, 131_072
-BEAD = hl.Sphere(radius=4.765e-3, material=hl.STEEL_440C)
-EDGES = hl.Supports(left="clamped", right="clamped")
-PLATE = hl.kirchhoff_plate(0.914, 0.914, 4.83e-3, hl.ALUMINIUM_6061, EDGES)
-SMALL = hl.reduce(PLATE.at(0.06, 0.457), until=1.2 * UNTIL)
-TAP = hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31), SMALL, accuracy="screening")
+RUNS, ON_GPU = 2_000, 131_072
+TAP = tap()
 
 RANGES = {
     "speed": {"chain.impact_speed": (0.2, 0.4)},
@@ -47,41 +39,16 @@ def values(ranges: dict[str, tuple[float, float]], runs: int) -> dict[str, Any]:
     return {name: draw(*ends, runs) for name, ends in ranges.items()}
 
 
-def rate(runs: int, do: Any) -> tuple[float, float]:
-    """Runs in a second of the clock and of the processor, the best of some rounds."""
-    best = [0.0, 0.0]
-    for _ in range(ROUNDS):
-        begin, own = perf_counter(), process_time()
-        do()
-        spent = perf_counter() - begin, process_time() - own
-        best = [max(old, runs / seconds) for old, seconds in zip(best, spent, strict=True)]
-    return best[0], best[1]
-
-
-def tap(impact_speed: float) -> hl.CoSimulation:
-    """One run of a batch."""
-    return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, impact_speed), SMALL, accuracy="screening")
-
-
-def waves(runs: xr.Dataset) -> xr.Dataset:
-    """AR and TOF of each run."""
-    return xr.Dataset({"amplitude_ratio": hl.amplitude_ratio(runs, 7), "time_of_flight": hl.time_of_flight(runs, 7)})
-
-
 def on_processors() -> None:
     """Print the rates on one thread and on two."""
     speeds = values(RANGES["speed"], RUNS)["chain.impact_speed"]
     for threads in (1, 2):
-        arguments: dict[str, Any] = {"sensors": [7], "threads": threads}
-        hl.batch(tap, UNTIL, measure=waves, impact_speed=speeds[:8], **arguments)
-        known, by_processor = rate(
-            RUNS,
-            lambda: hl.batch(tap, UNTIL, measure=waves, impact_speed=speeds, **arguments),  # noqa: B023
-        )
+        hl.batch(tap, UNTIL, sensors=[7], impact_speed=speeds[:8], measure=waves)
+        known, by_processor = of_batch(tap, threads, 1, waves, impact_speed=speeds)
         print(f"a function of the speed, {threads} threads: {known:.0f} runs/s ({by_processor:.0f} by processor time)")
     for name, ranges in RANGES.items():
         for threads in (1, 2):
-            arguments = {"sensors": [7], "threads": threads}
+            arguments: dict[str, Any] = {"sensors": [7], "threads": threads}
             hl.vary(TAP, UNTIL, values(ranges, 8), **arguments)
             many, own = rate(RUNS, lambda: hl.vary(TAP, UNTIL, values(ranges, RUNS), **arguments))  # noqa: B023
             print(f"arrays, {name}, {threads} threads: {many:.0f} runs/s ({own:.0f} by processor time)")
@@ -111,9 +78,7 @@ def on_gpu(runs: int) -> None:
 
 def main() -> None:
     """Print one row for each kind of quantity."""
-    warnings.simplefilter("ignore", hl.HertzlinkWarning)
-    versions = f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
-    print(f"{versions}, {os.cpu_count()} cores; runs of {1e3 * UNTIL} ms on {SMALL.size} oscillators")
+    print_machine()
     on_processors()
     try:
         on_gpu(int(sys.argv[1]) if len(sys.argv) > 1 else ON_GPU)
