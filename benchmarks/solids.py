@@ -76,7 +76,7 @@ def prepare(name: str) -> list[Case]:
         f"  assembly {median(assembly):.2f} s, reduction {median(reduction):.2f} s, together {whole:.2f} s "
         f"(≤ {LONGEST_REDUCTION:.0f}, {verdict(whole <= LONGEST_REDUCTION)})"
     )
-    solids = [hl.damping.standard_linear_solid(body, SHARE, TIME) for body in (full, reduced)]
+    solids = [hl.damped(body, hl.damping.StandardLinearSolid(SHARE, TIME)) for body in (full, reduced)]
     return [
         Case("undamped", chain(None), full, reduced, LONGEST_RUN),
         Case("dashpots", chain(DASHPOT), full, reduced, LONGEST_RUN),

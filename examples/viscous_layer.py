@@ -10,13 +10,12 @@ layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3,
 rod, cylinder = hl.rod(layers), hl.layered_cylinder(layers)
 
 # A Maxwell arm in parallel to the PTFE: half its modulus, with a relaxation time of 20 microseconds.
+solid = hl.damping.StandardLinearSolid(0.5, 2e-5)
 bodies = {
     "rod, elastic": rod,
-    "rod, viscous": hl.damping.standard_linear_solid(rod, 0.5, 2e-5, part=hl.damping.rod_parts(layers)[1]),
+    "rod, viscous": hl.damped(rod, solid, part=1),
     "cylinder, elastic": cylinder,
-    "cylinder, viscous": hl.damping.standard_linear_solid(
-        cylinder, 0.5, 2e-5, part=hl.damping.stiffness_parts(cylinder)[1]
-    ),
+    "cylinder, viscous": hl.damped(cylinder, solid, part=1),
 }
 for name, body in bodies.items():
     waves = hl.reflections(hl.CoSimulation(chain, hl.reduce(body, until=1.5e-3)).run(until=1.5e-3), sensor=7)

@@ -97,6 +97,7 @@ from plates.support import Supports as Supports
 from plates.theory.impact import critical_distance_bounds as critical_distance_bounds
 from structures.caution import HertzlinkWarning as HertzlinkWarning
 from structures.cylinder import layered_cylinder as layered_cylinder
+from structures.damping import damped as damped
 from structures.elasticity import Foundation as Foundation
 from structures.material import ACRYLIC as ACRYLIC
 from structures.material import ALUMINIUM_6061 as ALUMINIUM_6061

@@ -1,8 +1,13 @@
-"""Damping: functions that take a Structure and return it with damping. The damping that they add never supplies
-energy.
+"""Damping of structures, and losses inside beads that vibrate. Damping that is added never supplies energy.
+
+The amplitude q of a mode of a bead obeys q″ + c q′ + ω² q + g ω² (q − z) = forces, with z′ = (q − z)/τ. The rate c is
+that of Rayleigh and modal damping; the spring g ω² in series with a dashpot is the Maxwell arm of a standard linear
+solid.
 """
 
-from dataclasses import replace
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from structures.checks import each, finite, instance, not_negative, one_of, positive
+from structures.checks import each, finite, instance, not_negative, one_of, positive, short
 from structures.factor import symmetric
 from structures.material import Material
 from structures.plausible import likely
@@ -18,127 +23,280 @@ from structures.rod import Layer, rod_parts
 from structures.structure import Structure, Vector, known_field
 from structures.symmetric import check_definite
 
-MODULI = ("relaxed", "instantaneous")
-
 RIGID_PIVOT = 1e-6
 """A pivot below this fraction of its diagonal entry belongs to a rigid motion. In plates of 6 000 degrees of freedom
 such pivots are below 6e-9, and all others above 2e-4.
 """
 
 
-def rayleigh(structure: Structure, mass_rate: float = 0.0, stiffness_time: float = 0.0) -> Structure:
-    """Add Rayleigh damping α M + β K to a structure.
+class ModeLoss(NamedTuple):
+    """Of the modes of a bead, m numbers each.
 
-    A mode of angular frequency ω then has the damping ratio α/2ω + βω/2.
+    square: ω² of slow motions, 1/s². rate: c, 1/s. arm: g ω² of the arm, 1/s². relaxation: 1/τ, 1/s; zero without an
+    arm.
+    """
+
+    square: Vector
+    rate: Vector
+    arm: Vector
+    relaxation: Vector
+
+
+class Viscous(ABC):
+    """Damping of structures and inside deformable beads: the base of Modal, Rayleigh and StandardLinearSolid.
+
+    Derive a class from it for a loss of your own inside beads.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> isinstance(hl.damping.Modal(0.02), hl.damping.Viscous)
+    True
+    """
+
+    @abstractmethod
+    def of_modes(self, frequencies: Vector) -> ModeLoss:
+        """What modes lose whose angular frequencies, rad/s, are these without a loss.
+
+        Four arrays: ω² of slow motions (1/s²), the rate c (1/s), the arm g ω² (1/s²) and its 1/τ (1/s).
+        """
+
+    def of_structure(self, structure: Structure) -> Structure:
+        """The structure with this damping."""
+        raise ValueError(f"damping = {self!r}: acts inside beads only")
+
+
+@dataclass(frozen=True)
+class Modal(Viscous):
+    """The same damping ratio for all modes: each vibration loses the part 4πζ of its energy in a period.
+
+    A structure must consist of oscillators, as `reduce` returns; the damping is 2 ζ ω for each of them. A structural
+    loss factor η is ζ = η/2: at its resonance each oscillator loses as much as with the complex stiffness K(1 + iη),
+    below resonance less, above it more. A loss that is the same at all frequencies would act before its cause.
 
     Parameters
     ----------
-    structure : Structure
-        The structure to damp.
-    mass_rate : float
-        α, 1/s, zero or more.
-    stiffness_time : float
-        β, s, zero or more.
-
-    Returns
-    -------
-    Structure
-        The structure with α M + β K added to its damping matrix.
+    ratio : float or sequence of float
+        Damping ratio ζ, zero or more; 1 is critical damping, and ζ of beads is below it. For a structure also one
+        number for each oscillator. A rigid motion (ω = 0) stays undamped.
 
     Raises
     ------
     ValueError
-        If α or β is negative, or if β is given for a structure with Maxwell arms: call `rayleigh` first.
+        For a negative ratio.
 
     References
     ----------
-    Bathe, Finite Element Procedures, section 9.3.3.
+    Clough and Penzien, Dynamics of Structures (1993), section 12.3; Crandall, J. Sound Vib. 11 (1970) 3.
 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
-    >>> damped = hl.damping.rayleigh(bar, stiffness_time=1e-7)
-    >>> round(float(damped.damping[0, 0] / bar.stiffness[0, 0]), 12)
-    1e-07
-    """
-    instance("structure", structure, Structure, "a Structure")
-    mass_rate = not_negative("mass_rate", mass_rate, "1/s")
-    stiffness_time = not_negative("stiffness_time", stiffness_time, "s")
-    likely("time", "rayleigh", "stiffness_time", stiffness_time)
-    if stiffness_time > 0.0 and maxwell_arms(structure) is not None:
-        raise ValueError(
-            f"stiffness_time = {stiffness_time!r}: the structure has Maxwell arms; call rayleigh before "
-            "standard_linear_solid"
-        )
-    if structure.size == 0 or mass_rate == stiffness_time == 0.0:
-        return structure
-    matrix = mass_rate * structure.mass + stiffness_time * structure.stiffness
-    return _damped(structure, matrix, kind="Rayleigh", mass_rate=mass_rate, stiffness_time=stiffness_time)
-
-
-def modal(structure: Structure, ratio: ArrayLike) -> Structure:
-    """Add modal damping to a structure of oscillators: 2 ζ ω for each oscillator.
-
-    Parameters
-    ----------
-    structure : Structure
-        A structure of oscillators, as `reduce` returns.
-    ratio : float or array_like
-        Damping ratio ζ, zero or more: one number, or one for each oscillator. ζ = 1 is critical damping. A rigid motion
-        (ω = 0) stays undamped.
-
-    Returns
-    -------
-    Structure
-        The structure with the added damping.
-
-    Raises
-    ------
-    ValueError
-        If a ratio is negative, or the structure does not consist of oscillators.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
-    >>> damped = hl.damping.modal(hl.reduce(bar, until=1e-3), 0.02)
+    >>> bead = hl.Sphere(4.76e-3, hl.PTFE)
+    >>> hl.DeformableChain([bead] * 10, bead, 0.3, damping=hl.damping.Modal(ratio=0.02)).damping
+    Modal(ratio=0.02)
+    >>> bar = hl.reduce(hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)]), until=1e-3)
+    >>> damped = hl.damped(bar, hl.damping.Modal(0.02))
     >>> rate, square = damped.damping[0, 0], damped.stiffness[0, 0]
     >>> round(float(rate / (2.0 * square**0.5)), 6)
     0.02
     """
-    instance("structure", structure, Structure, "a Structure")
-    if not structure.is_modal:
-        raise ValueError(
-            f"structure: its {structure.size} degrees of freedom are not modes (M = I; K, C diagonal); reduce it first"
-        )
-    try:
-        ratios = np.asarray(ratio, dtype=float)
-        bad = not (np.isfinite(ratios).all() and (ratios >= 0.0).all())
-    except (TypeError, ValueError):
-        bad = True
-    if bad or ratios.shape not in ((), (structure.size,)):
-        raise ValueError(f"ratio = {ratio!r}: must be zero or positive, one number or {structure.size}")
-    likely("ratio", "modal", "ratio", float(ratios.max(initial=0.0)))
-    rates = 2.0 * ratios * np.sqrt(structure.stiffness.diagonal())
-    if not rates.any():
-        return structure
-    return _damped(structure, sparse.diags_array(rates), kind="modal", ratio=ratios.tolist())
+
+    ratio: float | Sequence[float]
+
+    def __post_init__(self) -> None:
+        try:
+            ratios = np.asarray(self.ratio, dtype=float)
+            fine = ratios.ndim < 2 and np.isfinite(ratios).all() and (ratios >= 0.0).all()
+        except (TypeError, ValueError):
+            fine = False
+        if not fine:
+            raise ValueError(f"ratio = {short(self.ratio)}: must be zero or positive, one number or a list of numbers")
+        likely("ratio", "Modal", "ratio", float(ratios.max(initial=0.0)))
+        if ratios.ndim:
+            object.__setattr__(self, "ratio", tuple(ratios.tolist()))
+
+    def of_modes(self, frequencies: Vector) -> ModeLoss:
+        """c = 2 ζ ω."""
+        if isinstance(self.ratio, Sequence) or self.ratio >= 1.0:
+            raise ValueError(f"ratio = {self.ratio!r}: must be one number below 1 in beads; 1 is critical damping")
+        none = np.zeros_like(frequencies)
+        return ModeLoss(frequencies**2, 2.0 * self.ratio * frequencies, none, none)
+
+    def of_structure(self, structure: Structure) -> Structure:
+        """2 ζ ω for each oscillator."""
+        if not structure.is_modal:
+            raise ValueError(
+                f"structure: its {structure.size} degrees of freedom are not modes (M = I; K, C diagonal); "
+                "reduce it first"
+            )
+        ratios = np.asarray(self.ratio, dtype=float)
+        if ratios.shape not in ((), (structure.size,)):
+            raise ValueError(f"ratio = {short(self.ratio)}: must be one number or {structure.size}")
+        rates = 2.0 * ratios * np.sqrt(structure.stiffness.diagonal())
+        if not rates.any():
+            return structure
+        return _damped(structure, sparse.diags_array(rates), kind="modal", ratio=ratios.tolist())
 
 
-def loss_factor(structure: Structure, factor: float) -> Structure:
-    """Add the modal damping ζ = η/2 that corresponds to a structural loss factor η.
+@dataclass(frozen=True)
+class Rayleigh(Viscous):
+    """Damping in proportion to mass and stiffness, α M + β K: ζ = α/2ω + βω/2 of a mode of the frequency ω.
 
-    At its resonance each oscillator loses as much energy as with the complex stiffness K(1 + iη); below resonance it
-    loses less, above it more. A loss that is the same at all frequencies cannot be represented in time: a force that is
-    independent of frequency and out of phase with the displacement would act before its cause.
+    Inside a bead it damps the vibrations alone. A loss in proportion to the stiffness of the whole bead acts in its
+    contacts too: add `dissipation=hl.KuwabaraKono(β)` with the same time.
+
+    Parameters
+    ----------
+    mass_rate : float
+        α, 1/s, zero or more. The rigid motion of a bead stays undamped.
+    stiffness_time : float
+        β, s, zero or more. A structure takes it before it gets Maxwell arms.
+
+    Raises
+    ------
+    ValueError
+        For a negative number.
+
+    References
+    ----------
+    Bathe, Finite Element Procedures, section 9.3.3; Khatri's thesis, chapter 7.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.PTFE)
+    >>> loss = hl.damping.Rayleigh(stiffness_time=1e-7)
+    >>> hl.DeformableChain([bead] * 10, bead, 0.3, damping=loss, dissipation=hl.KuwabaraKono(1e-7)).damping
+    Rayleigh(mass_rate=0.0, stiffness_time=1e-07)
+    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
+    >>> round(float(hl.damped(bar, loss).damping[0, 0] / bar.stiffness[0, 0]), 12)
+    1e-07
+    """
+
+    mass_rate: float = 0.0
+    stiffness_time: float = 0.0
+
+    def __post_init__(self) -> None:
+        not_negative("mass_rate", self.mass_rate, "1/s")
+        not_negative("stiffness_time", self.stiffness_time, "s")
+        likely("time", "Rayleigh", "stiffness_time", self.stiffness_time)
+
+    def of_modes(self, frequencies: Vector) -> ModeLoss:
+        """c = α + β ω²."""
+        none = np.zeros_like(frequencies)
+        return ModeLoss(frequencies**2, self.mass_rate + self.stiffness_time * frequencies**2, none, none)
+
+    def of_structure(self, structure: Structure) -> Structure:
+        """α M + β K added to the damping matrix."""
+        alpha, beta = float(self.mass_rate), float(self.stiffness_time)
+        if beta > 0.0 and maxwell_arms(structure) is not None:
+            raise ValueError(
+                f"stiffness_time = {beta!r}: the structure has Maxwell arms; add Rayleigh before StandardLinearSolid"
+            )
+        if structure.size == 0 or alpha == beta == 0.0:
+            return structure
+        matrix = alpha * structure.mass + beta * structure.stiffness
+        return _damped(structure, matrix, kind="Rayleigh", mass_rate=alpha, stiffness_time=beta)
+
+
+@dataclass(frozen=True)
+class StandardLinearSolid(Viscous):
+    """A viscoelastic solid: a Maxwell arm (a spring and a dashpot in series) in parallel to its stiffness.
+
+    Its modulus is E(ω) = E + E₁ iωτ / (1 + iωτ): it relaxes from E + E₁ under sudden loads to E under slow ones, with
+    the time τ. The loss is largest at ω = 1/(τ√(1 + E₁/E)), see `loss_tangent`. Inside a bead it acts on the
+    vibrations, and the contacts keep the modulus of the bead's material. A structure gets massless degrees of freedom
+    q, in √J: one for each independent deformation of what is damped. With RᵀR the stiffness of the arm, its stored
+    energy is |R u − q|²/2 and its loss τ|q̇|². So M, C and K stay symmetric and positive semidefinite. Reduce a large
+    body of one material first: then each mode takes the same arm, exactly and at no cost.
+
+    Parameters
+    ----------
+    share : float
+        E₁ of the arm, in units of the modulus of the material.
+    time : float
+        Relaxation time τ, s: the time constant with which the stress of the arm decays at constant strain.
+    modulus : {"relaxed", "instantaneous"}
+        Which modulus the material has. "relaxed": that of slow loads; the arm makes the body stiffer under sudden
+        loads. "instantaneous": that of sudden loads; the fraction `share` < 1 of it relaxes, as in Prony series.
+
+    Raises
+    ------
+    ValueError
+        For a share or a time that is not positive, and for a share of 1 or more of the instantaneous modulus.
+
+    References
+    ----------
+    Zener, Elasticity and Anelasticity of Metals (1948), chapter 5.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.PTFE)
+    >>> hl.DeformableChain([bead] * 10, bead, 0.3, damping=hl.damping.StandardLinearSolid(share=0.1, time=2e-6)).damping
+    StandardLinearSolid(share=0.1, time=2e-06, modulus='relaxed')
+    """
+
+    share: float
+    time: float
+    modulus: str = "relaxed"
+
+    def __post_init__(self) -> None:
+        positive("share", self.share)
+        positive("time", self.time, "s")
+        likely("time", "StandardLinearSolid", "time", self.time)
+        likely("share", "StandardLinearSolid", "share", self.share)
+        one_of("modulus", self.modulus, ("relaxed", "instantaneous"))
+        if self.modulus == "instantaneous" and self.share >= 1.0:
+            raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")
+
+    def loss_tangent(self, frequency: ArrayLike) -> Any:
+        """The loss tangent at frequencies in Hz: tan δ = g ωτ / (1 + (1 + g) ω²τ²), g the share of the relaxed modulus.
+
+        Its maximum, g / 2√(1 + g), lies at ωτ = 1/√(1 + g).
+        """
+        share = self.share if self.modulus == "relaxed" else self.share / (1.0 - self.share)
+        phase = 2.0 * np.pi * each(finite, "frequency", frequency, "Hz") * self.time  # type: ignore[arg-type]
+        return share * phase / (1.0 + (1.0 + share) * phase**2)
+
+    def of_modes(self, frequencies: Vector) -> ModeLoss:
+        """An arm of g ω²."""
+        arm = self.share * frequencies**2
+        slow = frequencies**2 - (arm if self.modulus == "instantaneous" else 0.0)
+        return ModeLoss(slow, np.zeros_like(arm), arm, np.full_like(arm, 1.0 / self.time))
+
+    def of_structure(self, structure: Structure, part: Any = None) -> Structure:
+        """An arm in parallel to the stiffness, or to a part of it."""
+        if structure.size == 0:
+            return structure
+        added = self.share * _part(structure, part)
+        root = _root(added)
+        arm = {"kind": "standard linear solid", "share": float(self.share), "time": float(self.time)}
+        arm |= {"modulus": self.modulus} | ({} if part is None else _named(structure, part))
+        structure = replace(structure, origin=_noted(structure, arm))
+        if self.modulus == "relaxed":
+            return with_arms(structure, root, self.time, structure.stiffness + added)
+        try:
+            left = symmetric("stiffness", structure.stiffness - added)
+            check_definite("stiffness", left)
+        except ValueError as error:
+            raise ValueError(f"part: {self.share} of it is more than the structure's stiffness") from error
+        return with_arms(structure, root, self.time, structure.stiffness)
+
+
+def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structure:
+    """The structure with additional damping, which never supplies energy.
 
     Parameters
     ----------
     structure : Structure
-        A structure of oscillators, as `reduce` returns.
-    factor : float
-        η, 0 to 1: the energy lost in a cycle over 2π times the largest stored energy.
+        The structure to damp. Call the function again for each further damping.
+    damping : Rayleigh, Modal or StandardLinearSolid
+        What is added.
+    part : int or matrix, optional
+        The part of the stiffness on which a StandardLinearSolid acts, by default the whole: the number of a layer of a
+        rod or a cylinder, or of a material of a solid, counted from 0, or a stiffness matrix, N/m.
 
     Returns
     -------
@@ -148,135 +306,31 @@ def loss_factor(structure: Structure, factor: float) -> Structure:
     Raises
     ------
     ValueError
-        If η lies outside 0 to 1, or the structure does not consist of oscillators.
-
-    References
-    ----------
-    Crandall, J. Sound Vib. 11 (1970) 3.
+        If the damping does not suit the structure, or the part is no part of it.
 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
-    >>> damped = hl.damping.loss_factor(hl.reduce(bar, until=1e-3), 0.04)
-    >>> damped.origin["damping"][0]["ratio"]
-    0.02
-    """
-    number = not_negative("factor", factor)
-    if number > 1.0:
-        raise ValueError(f"factor = {factor!r}: must be at most 1; it is η = 2ζ, not a percentage")
-    return modal(structure, number / 2.0)
-
-
-def standard_linear_solid(
-    structure: Structure,
-    share: float,
-    time: float,
-    part: sparse.sparray | ArrayLike | None = None,
-    modulus: str = "relaxed",
-) -> Structure:
-    """Add a Maxwell arm (a spring and a dashpot in series) in parallel to the stiffness or to a part of it.
-
-    The modulus becomes E(ω) = E + E₁ iωτ / (1 + iωτ), Zener's standard linear solid. Its loss is largest at ω = 1/(τ√(1
-    + E₁/E)), see `loss_tangent`. Call the function again for each further layer or arm. For a large body of one
-    material, reduce it first: then each mode takes the same arm, exactly and at no cost.
-
-    Parameters
-    ----------
-    structure : Structure
-        The structure to damp.
-    share : float
-        E₁ of the arm, in units of the modulus with which the structure was made.
-    time : float
-        Relaxation time τ, s: the time constant with which the stress of the arm decays at constant strain.
-    part : matrix, optional
-        The stiffness matrix, N/m, of the layer that the arm belongs to: one of rod_parts(…) or
-        stiffness_parts(structure). By default the whole of K.
-    modulus : {"relaxed", "instantaneous"}
-        Which modulus the structure was made with. "relaxed": that of slow loads; the arm makes the structure stiffer
-        under sudden loads. "instantaneous": that of sudden loads; the fraction `share` < 1 of it relaxes, as in Prony
-        series.
-
-    Returns
-    -------
-    Structure
-        The structure with additional, massless degrees of freedom q, in √J: one for each independent deformation of the
-        part. With RᵀR the stiffness of the arm, its stored energy is |R u − q|²/2 and its loss τ|q̇|². So M, C and K
-        stay symmetric and positive semidefinite.
-
-    Raises
-    ------
-    ValueError
-        If the part is not positive semidefinite, or if `share` times the part exceeds K (instantaneous modulus).
-
-    References
-    ----------
-    Zener, Elasticity and Anelasticity of Metals (1948).
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
-    >>> bar = hl.rod(layers)
-    >>> damped = hl.damping.standard_linear_solid(bar, share=0.1, time=5e-6, part=hl.damping.rod_parts(layers)[1])
-    >>> damped.size > bar.size
+    >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
+    >>> ptfe = hl.damped(bar, hl.damping.StandardLinearSolid(share=0.1, time=5e-6), part=1)
+    >>> ptfe.size > bar.size
     True
     """
     instance("structure", structure, Structure, "a Structure")
-    share, time = positive("share", share), positive("time", time, "s")
-    likely("time", "standard_linear_solid", "time", time)
-    likely("share", "standard_linear_solid", "share", share)
-    one_of("modulus", modulus, MODULI)
-    if modulus == "instantaneous" and share >= 1.0:
-        raise ValueError(f"share = {share!r}: must be below 1 of the instantaneous modulus")
-    if structure.size == 0:
-        return structure
-    added = share * _part(structure, part)
-    root = _root(added)
-    arm = {"kind": "standard linear solid", "share": share, "time": time, "modulus": modulus}
-    arm |= {} if part is None else _named(structure, part)
-    structure = replace(structure, origin=_noted(structure, arm))
-    if modulus == "relaxed":
-        return with_arms(structure, root, time, structure.stiffness + added)
-    try:
-        left = symmetric("stiffness", structure.stiffness - added)
-        check_definite("stiffness", left)
-    except ValueError as error:
-        raise ValueError(f"part: {share} of it is more than the structure's stiffness") from error
-    return with_arms(structure, root, time, structure.stiffness)
+    instance("damping", damping, Viscous, "hl.damping.Rayleigh, Modal or StandardLinearSolid")
+    if isinstance(damping, StandardLinearSolid):
+        is_number = isinstance(part, int | np.integer) and not isinstance(part, bool)
+        return damping.of_structure(structure, part_of_layer(structure, int(part), "part") if is_number else part)
+    if part is not None:
+        raise ValueError(f"part: only a StandardLinearSolid acts on a part, not {damping!r}")
+    return damping.of_structure(structure)
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
     """The contribution of each layer of a cylinder, or of each material of a solid or a shell, to its stiffness.
 
-    With these matrices a single layer can be damped:
-    standard_linear_solid(body, share, time, part=stiffness_parts(body)[1]).
-
-    Parameters
-    ----------
-    structure : Structure
-        A structure with a field. A reduced structure has one if it was made with keep_field=True. For rods see
-        `rod_parts`.
-
-    Returns
-    -------
-    list of scipy.sparse.csr_array
-        n × n matrices, N/m, in the order of the layers or materials. Their sum is K without elastic foundations,
-        prestress and gas.
-
-    Raises
-    ------
-    ValueError
-        If the structure has no field.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> layers = [hl.Layer(hl.STEEL_440C, 10e-3, 9.525e-3), hl.Layer(hl.PTFE, 10e-3, 9.525e-3)]
-    >>> body = hl.layered_cylinder(layers, patch_radius=3e-3, cells=1)
-    >>> steel, ptfe = hl.damping.stiffness_parts(body)
-    >>> bool(abs(steel + ptfe - body.stiffness).max() < 1e-9 * abs(body.stiffness).max())
-    True
+    Matrices of n × n, N/m, in the order of the layers or materials; their sum is K without elastic foundations,
+    prestress and gas. A ValueError if the structure has no field, as a reduced one without keep_field=True.
     """
     parts = known_field(structure).stiffness_parts()
     for part in parts:
@@ -284,15 +338,16 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
     return parts
 
 
-def part_of_layer(structure: Structure, layer: int) -> sparse.csr_array:
-    """The stiffness of one layer of a rod or a cylinder, or of the wall of a spherical shell, N/m."""
-    parts = _parts(structure)
+def part_of_layer(structure: Structure, layer: int, name: str = "layer") -> sparse.csr_array:
+    """The stiffness of a layer of a rod or a cylinder, a material of a solid, or the wall of a spherical shell, N/m."""
+    parts = _parts(structure) if structure.field is None else stiffness_parts(structure)
     if not parts:
         raise ValueError(
-            "layer: only a layer of a rod or a cylinder, and the wall of a spherical shell (0), can be damped alone"
+            f"{name}: only a layer of a rod or a cylinder, a material of a solid, and the wall of a spherical shell "
+            "(0) can be damped alone"
         )
     if not 0 <= layer < len(parts):
-        raise ValueError(f"layer = {layer!r}: must be below {len(parts)}; layers are counted from 0")
+        raise ValueError(f"{name} = {layer!r}: must be below {len(parts)}; layers are counted from 0")
     return parts[layer]
 
 
@@ -333,41 +388,6 @@ def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffne
         damping=sparse.csr_array(sparse.block_diag([own, time * sparse.eye_array(count)])),
         contact=np.concatenate([structure.contact, np.zeros((count, *structure.contact.shape[1:]))]),
     )
-
-
-def loss_tangent(share: float, time: float, frequency: ArrayLike) -> Any:
-    """Loss tangent of a standard linear solid, tan δ = g ωτ / (1 + (1 + g) ω²τ²).
-
-    Its maximum, g / 2√(1 + g), lies at ωτ = 1/√(1 + g).
-
-    Parameters
-    ----------
-    share : float
-        g: the modulus of the arm in units of the relaxed modulus.
-    time : float
-        Relaxation time τ, s.
-    frequency : float or array_like
-        Frequency, Hz.
-
-    Returns
-    -------
-    float or numpy.ndarray
-        tan δ, in the shape of `frequency`.
-
-    Raises
-    ------
-    ValueError
-        If `share` or `time` is not positive.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> round(float(hl.damping.loss_tangent(0.1, 5e-6, 30e3)), 4)
-    0.0477
-    """
-    share, time = positive("share", share), positive("time", time, "s")
-    phase = 2.0 * np.pi * each(finite, "frequency", frequency, "Hz") * time  # type: ignore[arg-type]
-    return share * phase / (1.0 + (1.0 + share) * phase**2)
 
 
 class MaxwellArms(NamedTuple):
@@ -422,7 +442,7 @@ def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> spar
     try:
         matrix = sparse.csr_array(part if sparse.issparse(part) else np.atleast_2d(np.asarray(part, dtype=float)))
     except (TypeError, ValueError) as error:
-        raise ValueError(f"part = {part!r}: must be a matrix, such as one of rod_parts(...)") from error
+        raise ValueError(f"part = {part!r}: must be a matrix, or the number of a layer") from error
     if matrix.shape != (body.size, body.size):
         raise ValueError(f"part has shape {matrix.shape}: must be ({body.size}, {body.size}), as the stiffness has")
     if not np.isfinite(matrix.data).all() or abs(matrix - matrix.T).max() > 1e-9 * abs(matrix).max():

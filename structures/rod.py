@@ -177,35 +177,7 @@ def rod(
 def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None = None) -> list[sparse.csr_array]:
     """The contribution of each layer to the stiffness matrix of `rod`.
 
-    With these matrices a single layer can be damped:
-    standard_linear_solid(rod(layers), share, time, part=rod_parts(layers)[1]).
-
-    Parameters
-    ----------
-    layers : sequence of Layer
-        The layers of the rod.
-    base : {"fixed", "free", "absorbing", "contact"}
-        As given to `rod`.
-    elements : int, optional
-        As given to `rod`.
-
-    Returns
-    -------
-    list of scipy.sparse.csr_array
-        One n × n matrix for each layer, N/m. Their sum is the stiffness of the rod.
-
-    Raises
-    ------
-    ValueError
-        As in `rod`.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
-    >>> steel, ptfe = hl.damping.rod_parts(layers)
-    >>> bool(abs(steel + ptfe - hl.rod(layers).stiffness).max() <= 1e-6 * abs(steel).max())
-    True
+    One matrix of n × n for each layer, N/m; their sum is the stiffness of the rod. The arguments are those of `rod`.
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     _check_base(base)

@@ -333,27 +333,15 @@ def _structures() -> dict[str, Target]:
             hl.scaled, {"structure": PLATE.at(0.05, 0.05), "thickness": 3e-3, "material": hl.ALUMINIUM_6061}, push
         ),
         "ContactPoint": Target(hl.ContactPoint, {"structure": PLATE.at([0.05, 0.07], [0.02, 0.03]), "number": 1}),
-        "damping.loss_factor": Target(damping.loss_factor, {"structure": ROD, "factor": 0.04}, push),
-        "damping.modal": Target(damping.modal, {"structure": ROD, "ratio": 0.02}, push),
-        "damping.rayleigh": Target(
-            damping.rayleigh, {"structure": ROD, "mass_rate": 10.0, "stiffness_time": 1e-7}, push
-        ),
-        "damping.rod_parts": Target(
-            damping.rod_parts, {"layers": LAYERS, "base": "fixed", "elements": 6}, more={"elements": HUGE}
-        ),
-        "damping.standard_linear_solid": Target(
-            damping.standard_linear_solid,
-            {
-                "structure": ROD,
-                "share": 0.1,
-                "time": 5e-6,
-                "part": damping.rod_parts(LAYERS, elements=6)[1],
-                "modulus": "relaxed",
-            },
+        "damped": Target(
+            hl.damped,
+            {"structure": ROD, "damping": damping.StandardLinearSolid(0.1, 5e-6), "part": 1},
             push,
+            {"part": (0, 2, -1, 10**9), "damping": (damping.Rayleigh(1.0), damping.Modal(0.1), 0.1)},
         ),
-        "damping.stiffness_parts": Target(damping.stiffness_parts, {"structure": full}),
-        "damping.loss_tangent": Target(damping.loss_tangent, {"share": 0.1, "time": 5e-6, "frequency": 3e4}),
+        "StandardLinearSolid.loss_tangent": Target(
+            damping.StandardLinearSolid(0.1, 5e-6).loss_tangent, {"frequency": 3e4}
+        ),
         "stepping.Closing": Target(
             stepping.Closing,
             {"structure": hl.rod(LAYERS, elements=6, cracks=[0]), "opening": [0.0], "preload": [1.0]},

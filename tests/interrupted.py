@@ -17,13 +17,13 @@ import xarray as xr
 import hertzlink as hl
 from coupling import loops
 from coupling.recording import checkpoint
-from structures.damping import rayleigh
+from structures.damping import Rayleigh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 4, BEAD, 0.31, dissipation=hl.LinearDashpot(5.0))
 PUSHED = hl.Chain([BEAD] * 4, hl.PushedBead([0.0, 1e-5, 2e-5], [0.0, 50.0, 0.0]), preload=1.0)
 ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=8)
-DAMPED = rayleigh(ROD, 5e2, 1e-7)
+DAMPED = hl.damped(ROD, Rayleigh(5e2, 1e-7))
 ABSORBED = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=8)
 UNTIL = 1.6e-4
 

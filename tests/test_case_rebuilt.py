@@ -27,7 +27,7 @@ ROD = hl.rod(LAYERS)
 CARBON = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
 WALL = hl.Laminate([hl.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, 0.7, 0.7, 0.0)])
 SECTION = hl.homogeneous_section(2e-3, hl.PTFE)
-solid, part = hl.damping.standard_linear_solid, hl.damping.rod_parts(LAYERS)[1]
+SOLID = hl.damping.StandardLinearSolid(0.3, 1e-5)
 
 
 def at(*places: Any, **more: Any) -> hl.Structure:
@@ -55,12 +55,12 @@ def stepped(stepper: Any) -> hl.CoSimulation:
 
 def modal_by_mode() -> hl.CoSimulation:
     body = hl.reduce(ROD, until=UNTIL)
-    return hl.CoSimulation(CHAIN, hl.damping.modal(body, [1e-3 * i for i in range(body.size)]))
+    return hl.CoSimulation(CHAIN, hl.damped(body, hl.damping.Modal([1e-3 * i for i in range(body.size)])))
 
 
 def cylinder_with_a_viscous_layer() -> hl.CoSimulation:
     body = hl.layered_cylinder(LAYERS, cells=1)
-    body = solid(body, 0.3, 1e-5, part=hl.damping.stiffness_parts(body)[1])
+    body = hl.damped(body, SOLID, part=1)
     return hl.CoSimulation(CHAIN, hl.reduce(body, until=UNTIL))
 
 
@@ -90,7 +90,9 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "nothing and a rod": lambda: hl.CoSimulation([CHAIN, CHAIN], [None, ROD]),
     "nothing twice": lambda: hl.CoSimulation([CHAIN, CHAIN], [None, None]),
     "half-spaces": lambda: hl.CoSimulation([CHAIN, CHAIN], [hl.half_space(hl.PTFE), hl.half_space(hl.BRASS_360)]),
-    "reduced and not": lambda: hl.CoSimulation([CHAIN, CHAIN], [at(0.02, 0.02), hl.damping.rayleigh(ROD, 1.0, 1e-8)]),
+    "reduced and not": lambda: hl.CoSimulation(
+        [CHAIN, CHAIN], [at(0.02, 0.02), hl.damped(ROD, hl.damping.Rayleigh(1.0, 1e-8))]
+    ),
     "a rod at both ends": lambda: hl.CoSimulation(BETWEEN, ROD, behind=hl.rod(LAYERS)),
     "beads that deform": lambda: deformable(None),
     "modal beads": lambda: deformable(hl.damping.Modal(0.03)),
@@ -104,7 +106,7 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     ),
     "computed law": lambda: law(contact_law_fem(BEAD, max_force=60.0)),
     "law with a caution": lambda: law(hl.laws.PowerLaw(1e10, 1.5, caution="a guess")),
-    "viscous layer": lambda: hl.CoSimulation(CHAIN, solid(ROD, 0.3, 1e-5, part=part)),
+    "viscous layer": lambda: hl.CoSimulation(CHAIN, hl.damped(ROD, SOLID, part=1)),
     "viscous layer of a cylinder": cylinder_with_a_viscous_layer,
     "damping by mode": modal_by_mode,
     "Newmark": lambda: stepped("newmark"),
@@ -132,7 +134,7 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     ),
     "a ball": lambda: hl.CoSimulation(CHAIN, hl.reduce(ball("fixed"), until=UNTIL)),
     "a ball whose wall is viscous": lambda: hl.CoSimulation(
-        CHAIN, hl.reduce(solid(ball("free"), 0.3, 1e-5, part=hl.damping.stiffness_parts(ball("free"))[0]), until=UNTIL)
+        CHAIN, hl.reduce(hl.damped(ball("free"), SOLID, part=0), until=UNTIL)
     ),
     "a ball between two chains": lambda: hl.CoSimulation([CHAIN, CHAIN], hl.reduce(ball("contact"), until=UNTIL)),
     "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),

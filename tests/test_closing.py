@@ -276,7 +276,7 @@ ALONE: dict[str, Any] = {
     "not reduced": Closing(hl.rod([NEAR, FAR], cracks=[0]), [1e-7]),
     "coupled by damping": Closing(hl.rod([NEAR, FAR], "absorbing", elements=12, cracks=[0]), [1e-7]),
     "without mass": Closing(
-        hl.damping.standard_linear_solid(hl.rod([NEAR, FAR], elements=12, cracks=[0]), 0.3, 2e-5), [1e-7]
+        hl.damped(hl.rod([NEAR, FAR], elements=12, cracks=[0]), hl.damping.StandardLinearSolid(0.3, 2e-5)), [1e-7]
     ),
 }
 

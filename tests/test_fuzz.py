@@ -40,7 +40,7 @@ CHEAP = (
         "theory.chain_sound_speed",
         "theory.zener_restitution",
         "theory.hertz_contact_time",
-        "damping.loss_tangent",
+        "StandardLinearSolid.loss_tangent",
         "rod",
     ),
 )

@@ -12,7 +12,6 @@ from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
-from particles.deformable.viscous import Modal, Rayleigh, StandardLinearSolid
 from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional, PowerDashpot, Restitution, Tsuji
 from particles.excitation import Piston, PushedBead, SpringLoaded
 from particles.laws.computed import ComputedLaw
@@ -20,6 +19,7 @@ from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
 from particles.moving import ChainState
 from structures.checks import short
+from structures.damping import Modal, Rayleigh, StandardLinearSolid
 from structures.material import Material
 from structures.surface import Surface
 

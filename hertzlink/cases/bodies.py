@@ -24,9 +24,9 @@ from hertzlink.cases.parts import (
 )
 from hertzlink.cases.units import Unit
 from plates.beam import beam
+from structures import damping
 from structures.closing import Closing, check_gap
 from structures.cylinder import layered_cylinder
-from structures.damping import loss_factor, modal, part_of_layer, rayleigh, standard_linear_solid
 from structures.elasticity import Foundation
 from structures.rod import Layer, rod
 from structures.solid import solid
@@ -67,7 +67,7 @@ class Rayleigh(Damping):
     stiffness_time: Duration = 0.0
 
     def damped(self, structure: Structure) -> Structure:
-        return rayleigh(structure, self.mass_rate, self.stiffness_time)
+        return damping.damped(structure, damping.Rayleigh(self.mass_rate, self.stiffness_time))
 
 
 class Modal(Damping):
@@ -80,7 +80,7 @@ class Modal(Damping):
     ]
 
     def damped(self, structure: Structure) -> Structure:
-        return modal(structure, self.ratio)
+        return damping.damped(structure, damping.Modal(self.ratio))
 
 
 class LossFactor(Damping):
@@ -90,7 +90,9 @@ class LossFactor(Damping):
     factor: Number
 
     def damped(self, structure: Structure) -> Structure:
-        return loss_factor(structure, self.factor)
+        if not 0.0 <= self.factor <= 1.0:
+            raise ValueError(f"factor = {self.factor!r}: must lie between 0 and 1; it is η = 2ζ, not a percentage")
+        return damping.damped(structure, damping.Modal(self.factor / 2.0))
 
 
 class LinearSolid(Damping):
@@ -108,8 +110,9 @@ class LinearSolid(Damping):
         return self.layer is not None
 
     def damped(self, structure: Structure) -> Structure:
-        part = None if self.layer is None else part_of_layer(structure, self.layer)
-        return standard_linear_solid(structure, self.share, self.time, part, self.modulus)
+        solid = damping.StandardLinearSolid(self.share, self.time, self.modulus)
+        part = None if self.layer is None else damping.part_of_layer(structure, self.layer)
+        return damping.damped(structure, solid, part)
 
 
 OneDamping = Annotated[Rayleigh | Modal | LossFactor | LinearSolid, Discriminator("kind")]

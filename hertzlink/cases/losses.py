@@ -6,7 +6,6 @@ from pydantic import Discriminator
 
 from hertzlink.cases.parts import Duration, Number, Part, World
 from hertzlink.cases.units import Unit
-from particles.deformable.viscous import Modal, Rayleigh, StandardLinearSolid, Viscous
 from particles.dissipation import (
     Dissipation,
     KuwabaraKono,
@@ -16,6 +15,7 @@ from particles.dissipation import (
     Restitution,
     Tsuji,
 )
+from structures.damping import Modal, Rayleigh, StandardLinearSolid, Viscous
 
 
 class Loss(Part):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import hertzlink as hl
-from structures.damping import rayleigh, standard_linear_solid
+from structures.damping import Rayleigh, StandardLinearSolid, damped
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
@@ -20,9 +20,9 @@ PLATE = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, SUPPORTS, cells
 STRUCTURES = {
     "rod": ROD,
     "layered rod": LAYERED,
-    "damped rod": rayleigh(ROD, 5e2, 1e-7),
+    "damped rod": damped(ROD, Rayleigh(5e2, 1e-7)),
     "rod with an absorbing base": hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=8),
-    "rod with Maxwell arms": standard_linear_solid(ROD, 0.3, 2e-5),
+    "rod with Maxwell arms": damped(ROD, StandardLinearSolid(0.3, 2e-5)),
     "plate": PLATE,
     "reduced plate": hl.reduce(PLATE, until=1e-3),
     "half-space": hl.half_space(hl.BRASS_360),

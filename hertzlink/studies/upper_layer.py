@@ -15,13 +15,13 @@ from hertzlink.studies.conditions import substance
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import Row
-from structures.damping import standard_linear_solid
+from structures.damping import StandardLinearSolid, damped
 from structures.layers import amplitude_ratio as primary_amplitude_ratio
 from structures.layers import axial_stiffness, secondary_delay
 from structures.layers import restitution as upper_layer_restitution
 from structures.material import PTFE, STEEL_440C, Material
 from structures.reduction import reduce
-from structures.rod import Layer, rod, rod_parts
+from structures.rod import Layer, rod
 from structures.structure import Vector
 
 row = Rows("upper_layer")
@@ -153,7 +153,7 @@ def viscoelastic(share: float) -> CoSimulation:
     share relaxes.
     """
     layers = two_layers(VISCOUS_UPPER, LOWER)
-    body = standard_linear_solid(rod(layers), share, RELAXATION, rod_parts(layers)[1], "instantaneous")
+    body = damped(rod(layers), StandardLinearSolid(share, RELAXATION, "instantaneous"), part=1)
     return CoSimulation(struck.chain(VISCOUS_DASHPOT), reduce(body, struck.UNTIL))
 
 

@@ -17,7 +17,6 @@ from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
-from particles.deformable.viscous import Viscous
 from particles.kernels.chain import DampedVerlet, Verlet
 from particles.kernels.vibrations import Vibrating
 from particles.laws.axisymmetric import contact_law_fem
@@ -27,6 +26,7 @@ from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
 from structures.checks import function, short, whole
+from structures.damping import Modal, Viscous
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -115,6 +115,8 @@ class DeformableChain(Chain):
         function("vibrations", self.vibrations, 2, "a function of a bead and a number of modes")
         if self.damping is not None and not isinstance(self.damping, Viscous):
             function("damping", self.damping, 1, DAMPING)
+        if isinstance(self.damping, Modal):
+            self.damping.of_modes(np.ones(1))  # it refuses what damps structures only
         if self.damping is not None and self.modes == 1:
             raise ValueError("damping: acts on vibrations, which modes = 1 leaves out; take more modes")
         for i, bead in enumerate(self.beads):

@@ -20,7 +20,7 @@ from coupling.kernels.agreement import predict
 from coupling.kernels.state import NODE, TOTALS, TRIED, WINDOW, Run
 from coupling.loops import Work
 from particles.kernels.chain import first_bad_body
-from structures.damping import standard_linear_solid
+from structures.damping import StandardLinearSolid
 from structures.rod import rod_parts
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -90,7 +90,7 @@ LAYERED = STRUCTURES["layered rod"]
 IN_MODES: dict[str, tuple[Any, ...]] = {
     "a rod, not reduced": (SHORT[0], LAYERED),
     "a rod, free": (SHORT[0], hl.rod(LAYERS, base="free")),
-    "Rayleigh damping": (SHORT[0], hl.damping.rayleigh(LAYERED, 100.0, 1e-7)),
+    "Rayleigh damping": (SHORT[0], hl.damped(LAYERED, hl.damping.Rayleigh(100.0, 1e-7))),
     "two chains, two structures": (SHORT, [LAYERED, WALL]),
     "two chains, one plate": (SHORT, PAIR),
     "a chain between two structures": (hl.Chain([BEAD] * 4, None, 0.3), LAYERED, WALL),
@@ -213,9 +213,9 @@ def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.Monk
 
 
 COUPLED = {
-    "an arm for each oscillator": standard_linear_solid(hl.reduce(PLATE, until=6e-4), 0.3, 2e-5),
+    "an arm for each oscillator": hl.damped(hl.reduce(PLATE, until=6e-4), StandardLinearSolid(0.3, 2e-5)),
     "arms on a layer": hl.reduce(
-        standard_linear_solid(STRUCTURES["layered rod"], 0.3, 2e-5, part=rod_parts(LAYERS)[1]), until=6e-4
+        hl.damped(STRUCTURES["layered rod"], StandardLinearSolid(0.3, 2e-5), rod_parts(LAYERS)[1]), until=6e-4
     ),
     "absorbing base": hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"), until=6e-4),
     "not reduced": hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=12),

@@ -8,7 +8,7 @@ from hard_cases import BEAD, CASES, REFERENCE, SENSOR, Case, chain
 from monolithic import Contact, monolithic
 
 import hertzlink as hl
-from structures.damping import rayleigh
+from structures.damping import Rayleigh
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
 SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
@@ -99,7 +99,7 @@ AGREEMENT = {
     "tip on a spring in series": (chain(), TIP),
     "under gravity, with dashpots": (
         hl.Chain([BEAD] * 14, BEAD, 0.31, gravity=9.81, preload=0.5, dissipation=hl.LinearDashpot(5.0)),
-        rayleigh(ROD, 5e2, 1e-7),
+        hl.damped(ROD, Rayleigh(5e2, 1e-7)),
     ),
 }
 

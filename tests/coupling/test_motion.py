@@ -127,7 +127,7 @@ def test_structures_that_were_not_run(run: xr.Dataset) -> None:
     with pytest.raises(ValueError, match="structure: is not that of the run, whose layers is another"):
         hl.plots.structure_motion(run, other, [UNTIL])
     with pytest.raises(ValueError, match="structure: is not that of the run, whose damping is another"):
-        hl.plots.structure_motion(run, hl.damping.rayleigh(FULL, mass_rate=1e3), [UNTIL])
+        hl.plots.structure_motion(run, hl.damped(FULL, hl.damping.Rayleigh(mass_rate=1e3)), [UNTIL])
     with pytest.raises(ValueError, match=r"contact moves differently, by .* give the structure that was run"):
         hl.plots.structure_motion(run.drop_attrs(), other, [UNTIL])
     with pytest.raises(ValueError, match="the rod has no field"):

@@ -14,7 +14,7 @@ from particles import moving
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 2.5e-4
 ROD = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=3e-4)
-DAMPED = hl.damping.loss_factor(ROD, 0.1)
+DAMPED = hl.damped(ROD, hl.damping.Modal(0.1 / 2))
 
 
 class Soft(hl.ContactLaw):

@@ -14,10 +14,10 @@ from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 import hertzlink as hl
 from coupling.loops import Work
 from coupling.schemes.iterated import _independent
-from structures.damping import rayleigh
+from structures.damping import Rayleigh
 
 FREE_ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="free", elements=8)
-DAMPED_ROD = rayleigh(STRUCTURES["rod"], 5e2, 1e-7)
+DAMPED_ROD = hl.damped(STRUCTURES["rod"], Rayleigh(5e2, 1e-7))
 
 STRONG = {
     "condensed": hl.Condensed(),

@@ -66,8 +66,8 @@ def cracked(n: float) -> hl.stepping.Closing:
 BUILDERS: dict[str, Callable[[float], Any]] = {
     "half-space": lambda n: hl.half_space(PTFE),
     "rod": lambda n: hl.rod(layers(n), elements=20),
-    "viscous rod": lambda n: hl.damping.standard_linear_solid(hl.rod(layers(n), elements=12), 0.4, 2e-5 * n),
-    "damped rod": lambda n: hl.damping.rayleigh(hl.rod(layers(n), elements=20), 100.0 / n, 1e-7 * n),
+    "viscous rod": lambda n: hl.damped(hl.rod(layers(n), elements=12), hl.damping.StandardLinearSolid(0.4, 2e-5 * n)),
+    "damped rod": lambda n: hl.damped(hl.rod(layers(n), elements=20), hl.damping.Rayleigh(100.0 / n, 1e-7 * n)),
     "cracked rod": cracked,
     "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
     "cylinder on ground": lambda n: hl.layered_cylinder(layers(n), base=hl.Foundation(1e12 / n), **up_to(n)),

@@ -10,10 +10,10 @@ import hertzlink as hl
 from particles.bead import Bead
 from particles.deformable.chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import Vibration, vibration
-from particles.deformable.viscous import ModeLoss
 from particles.kernels.chain import energies_of_chain
 from particles.laws.axisymmetric import contact_law_fem
 from particles.moving import ChainState
+from structures.damping import ModeLoss
 
 BEAD = hl.Sphere(4.76e-3, hl.PTFE)
 SURFACE = hl.Surface(hl.STEEL_316)
@@ -241,8 +241,9 @@ def test_a_relaxation_time_is_identified() -> None:
 
 BAD = [
     (lambda: hl.damping.Modal(-0.1), "ratio = -0.1"),
-    (lambda: hl.damping.Modal(1.0), "ratio = 1.0: must be below 1"),
-    (lambda: hl.damping.Modal(np.nan), "ratio"),
+    (lambda: chain(hl.damping.Modal(1.0)), "ratio = 1.0: must be one number below 1 in beads"),
+    (lambda: chain(hl.damping.Modal([0.1, 0.2])), "must be one number below 1 in beads"),
+    (lambda: hl.damping.Modal(np.nan), "ratio = nan: must be zero or positive"),
     (lambda: hl.damping.Rayleigh(-1.0), "mass_rate = -1.0"),
     (lambda: hl.damping.Rayleigh(0.0, -1e-6), "stiffness_time"),
     (lambda: hl.damping.StandardLinearSolid(0.0, 1e-6), "share"),

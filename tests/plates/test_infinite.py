@@ -66,5 +66,5 @@ def test_work_is_what_the_dashpot_takes() -> None:
 def test_reduction_leaves_it_as_it_is() -> None:
     plate = hl.infinite_plate(3e-3, hl.ALUMINIUM_6061)
     assert hl.reduce(plate, 1e-3) is plate
-    run = hl.CoSimulation(CHAIN, hl.damping.rayleigh(plate, mass_rate=10.0)).run(0.6e-3)
+    run = hl.CoSimulation(CHAIN, hl.damped(plate, hl.damping.Rayleigh(mass_rate=10.0))).run(0.6e-3)
     assert hl.amplitude_ratio(run, 7) == hl.amplitude_ratio(hl.CoSimulation(CHAIN, plate).run(0.6e-3), 7)

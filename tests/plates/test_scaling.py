@@ -130,7 +130,7 @@ LAMINATE = hl.Laminate([hl.Ply(hl.ALUMINIUM_6061, 1e-3), hl.Ply(hl.BRASS_360, 1e
             lambda: hl.kirchhoff_plate(0.2, 0.2, THIN, GLASSY, hl.Supports(left=hl.ElasticEdge(1e6))).at(0.1, 0.1),
             {}, "elastic edges",
         ),
-        (lambda: hl.damping.rayleigh(plate().at(0.1, 0.1), 1.0, 1e-8), {}, "damping"),
+        (lambda: hl.damped(plate().at(0.1, 0.1), hl.damping.Rayleigh(1.0, 1e-8)), {}, "damping"),
         (lambda: plate().at(0.1, 0.1), {"material": hl.STEEL_316}, "ν = "),
         (lambda: plate().at(0.1, 0.1), {"material": "steel"}, "material"),
         (lambda: plate().at(0.1, 0.1), {"thickness": -1e-3}, "thickness"),

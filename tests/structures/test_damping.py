@@ -1,6 +1,5 @@
 """Damping: decay, creep and loss against closed forms, passive whatever is combined, kept by a reduction."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -13,8 +12,7 @@ from scipy import sparse
 from scipy.linalg import eigh, expm
 
 import hertzlink as hl
-from structures.damping import loss_tangent, maxwell_arms, rayleigh, standard_linear_solid
-from structures.damping import modal as modal_damping
+from structures.damping import Modal, Rayleigh, StandardLinearSolid, maxwell_arms, stiffness_parts
 from structures.rod import rod_parts
 from structures.stepping import GeneralisedAlpha
 
@@ -36,7 +34,7 @@ def dynamic_stiffness(structure: hl.Structure, omega: float) -> complex:
 def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
     """A mode decays with ζ = α/2ω + βω/2: its complex frequency is exact, and so is its motion in time."""
     mass_rate, time = 2000.0, 1e-6
-    damped = rayleigh(BAR, mass_rate, time)
+    damped = hl.damped(BAR, Rayleigh(mass_rate, time))
     square, shapes = eigh(BAR.stiffness.toarray(), BAR.mass.toarray())
     assert damped.damping is not None
     rates = shapes.T @ damped.damping.toarray() @ shapes
@@ -55,19 +53,19 @@ def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
 
 def test_rayleigh_adds_to_what_is_there_and_is_noted() -> None:
     rod = hl.rod(LAYERS, base="absorbing")
-    twice = rayleigh(rayleigh(rod, mass_rate=10.0), mass_rate=5.0, stiffness_time=1e-8)
+    twice = hl.damped(hl.damped(rod, Rayleigh(mass_rate=10.0)), Rayleigh(mass_rate=5.0, stiffness_time=1e-8))
     assert rod.damping is not None
     assert twice.damping is not None
     expected = rod.damping + 15.0 * rod.mass + 1e-8 * rod.stiffness
     assert abs(twice.damping - expected).max() < 1e-12 * abs(expected).max()
     assert [note["mass_rate"] for note in twice.origin["damping"]] == [10.0, 5.0]
-    assert rayleigh(rod) is rod
+    assert hl.damped(rod, Rayleigh()) is rod
 
 
 def test_modal_ratios_are_those_of_the_decay() -> None:
     """Slow oscillators move exactly: u = e^(−ζωt) cos(ω_d t − φ)/cos φ; a rigid motion is left free."""
     modes = hl.reduce(hl.rod(LAYERS, base="free"), until=1e-3)
-    damped = modal_damping(modes, 0.05)
+    damped = hl.damped(modes, Modal(0.05))
     assert damped.is_modal
     assert damped.damping is not None
     omega = np.sqrt(modes.stiffness.diagonal())
@@ -81,14 +79,14 @@ def test_modal_ratios_are_those_of_the_decay() -> None:
     )
     assert state.displacement[slow] == pytest.approx(exact, rel=1e-10)
     ratios = np.linspace(0.0, 0.1, modes.size)
-    assert modal_damping(modes, ratios).damping.diagonal() == pytest.approx(2.0 * ratios * omega)  # type: ignore[union-attr]
+    assert hl.damped(modes, Modal(ratios)).damping.diagonal() == pytest.approx(2.0 * ratios * omega)  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("modulus", ["relaxed", "instantaneous"])
 def test_stress_relaxes_as_in_the_standard_linear_solid(modulus: str) -> None:
     """At constant strain: E (1 + g e^(−t/τ)), or from E to E (1 − g); the arms by the matrix exponential."""
     share, time = 0.6, 2e-5
-    damped = standard_linear_solid(BAR, share, time, modulus=modulus)
+    damped = hl.damped(BAR, StandardLinearSolid(share, time, modulus=modulus))
     arms = maxwell_arms(damped)
     assert arms is not None
     held = np.linalg.solve(BAR.stiffness.toarray(), BAR.contact) * STATIC_STIFFNESS  # 1 m at the contact
@@ -105,7 +103,7 @@ def test_creep_is_that_of_the_standard_linear_solid() -> None:
     share, time = 1.5, 2e-3
     light = hl.Structure(1e-6 * BAR.mass, BAR.stiffness, None, BAR.contact, 0.0, BAR.surface)
     moving = hl.stepping.MovingStructure(
-        standard_linear_solid(light, share, time), partial(GeneralisedAlpha, spectral_radius=0.0)
+        hl.damped(light, StandardLinearSolid(share, time)), partial(GeneralisedAlpha, spectral_radius=0.0)
     )
     state, found = moving.start(), []
     for _ in range(1000):
@@ -119,14 +117,18 @@ def test_creep_is_that_of_the_standard_linear_solid() -> None:
 def test_loss_tangent_over_frequency() -> None:
     """Im/Re of the bar's stiffness is tan δ at every frequency, greatest with g/(2√(1 + g)) at ωτ = 1/√(1 + g)."""
     share, time = 0.8, 5e-5
-    damped = standard_linear_solid(BAR, share, time)
+    damped = hl.damped(BAR, StandardLinearSolid(share, time))
     frequencies = np.geomspace(1e1, 1e6, 26)
     stiffness = np.array([dynamic_stiffness(damped, 2.0 * np.pi * f) for f in frequencies])
-    assert stiffness.imag / stiffness.real == pytest.approx(loss_tangent(share, time, frequencies), rel=1e-8)
+    assert stiffness.imag / stiffness.real == pytest.approx(
+        StandardLinearSolid(share, time).loss_tangent(frequencies), rel=1e-8
+    )
     assert stiffness[0] == pytest.approx(STATIC_STIFFNESS, rel=5e-3)
     assert stiffness[-1] == pytest.approx(1.8 * STATIC_STIFFNESS, rel=5e-3)
     peak = 1.0 / (2.0 * np.pi * time * np.sqrt(1.0 + share))
-    assert loss_tangent(share, time, peak) == pytest.approx(share / (2.0 * np.sqrt(1.0 + share)), rel=1e-12)
+    assert StandardLinearSolid(share, time).loss_tangent(peak) == pytest.approx(
+        share / (2.0 * np.sqrt(1.0 + share)), rel=1e-12
+    )
 
 
 def test_each_layer_has_its_own_arm() -> None:
@@ -136,7 +138,7 @@ def test_each_layer_has_its_own_arm() -> None:
     assert abs(sum(parts[1:], parts[0]) - rod.stiffness).max() < 1e-12 * abs(rod.stiffness).max()
     given = {1: (0.5, 1e-5), 2: (2.0, 8e-5)}
     for layer, (share, time) in given.items():
-        rod = standard_linear_solid(rod, share, time, part=parts[layer])
+        rod = hl.damped(rod, StandardLinearSolid(share, time), parts[layer])
     for omega in (1e3, 1e5, 1e6):
         compliance = 0.0 + 0.0j
         for i, layer in enumerate(layers):
@@ -151,7 +153,7 @@ LAYERED = [hl.Layer(hl.STEEL_440C, 6e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-
 
 def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
     """In the order of the layers: the part of PTFE is that in which its modulus shows, and no more."""
-    cylinder, parts = hl.layered_cylinder(LAYERED), hl.damping.stiffness_parts(hl.layered_cylinder(LAYERED))
+    cylinder, parts = hl.layered_cylinder(LAYERED), stiffness_parts(hl.layered_cylinder(LAYERED))
     assert abs(sum(parts[1:], parts[0]) - cylinder.stiffness).max() < 1e-12 * abs(cylinder.stiffness).max()
     # Twice as stiff and as heavy, the layer has the same waves, and so the same mesh.
     twice = replace(hl.PTFE, youngs_modulus=2.0 * hl.PTFE.youngs_modulus, density=2.0 * hl.PTFE.density)
@@ -162,7 +164,7 @@ def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
 
 def test_parts_of_a_reduced_cylinder_are_those_in_its_modes() -> None:
     reduced = hl.reduce(hl.layered_cylinder(LAYERED), 5e-4, keep_field=True)
-    parts = hl.damping.stiffness_parts(reduced)
+    parts = stiffness_parts(reduced)
     total = sum((part.toarray() for part in parts[1:]), parts[0].toarray())
     assert total == pytest.approx(reduced.stiffness.toarray(), abs=1e-8 * abs(reduced.stiffness).max())
 
@@ -172,10 +174,10 @@ def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_wide
     layers = [LAYERED[0], replace(LAYERED[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
     found = []
     for body, parts in (
-        (hl.rod(layers), hl.damping.rod_parts(layers)),
-        (hl.layered_cylinder(layers), hl.damping.stiffness_parts(hl.layered_cylinder(layers))),
+        (hl.rod(layers), rod_parts(layers)),
+        (hl.layered_cylinder(layers), stiffness_parts(hl.layered_cylinder(layers))),
     ):
-        viscous = hl.reduce(standard_linear_solid(body, 0.5, 2e-5, part=parts[1]), 1.2e-3)
+        viscous = hl.reduce(hl.damped(body, StandardLinearSolid(0.5, 2e-5), parts[1]), 1.2e-3)
         waves = hl.reflections(hl.CoSimulation(CHAIN, viscous).run(1.2e-3), 7)
         assert waves.primary
         assert waves.secondary
@@ -185,16 +187,16 @@ def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_wide
 
 def test_parts_of_what_has_no_field() -> None:
     with pytest.raises(ValueError, match="structure: the rod has no field; cylinders"):
-        hl.damping.stiffness_parts(hl.rod(LAYERS))
+        stiffness_parts(hl.rod(LAYERS))
     with pytest.raises(ValueError, match="structure: this cylinder lost its field when it was reduced"):
-        hl.damping.stiffness_parts(hl.reduce(hl.layered_cylinder(LAYERED), 5e-4))
+        stiffness_parts(hl.reduce(hl.layered_cylinder(LAYERED), 5e-4))
 
 
 @pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])
 def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
     """As many arms as there are ways to stretch, and K with the arms relaxed is what it was."""
     rod = hl.rod(LAYERS, base=base)
-    arms = maxwell_arms(standard_linear_solid(rod, 0.5, 1e-5))
+    arms = maxwell_arms(hl.damped(rod, StandardLinearSolid(0.5, 1e-5)))
     assert arms is not None
     assert arms.coupling.shape == (rod.size - (base != "fixed"), rod.size)
     stretch = 0.5 * rod.stiffness
@@ -240,7 +242,7 @@ def energies(structure: hl.Structure, window: float = 1e-6) -> NDArray[np.float6
 def test_no_energy_is_made(seed: int, size: int, rates: tuple[float, float], share: float, time: float) -> None:
     """Any structure, any part, any damping: without force the energy never grows, and matrices are positive."""
     structure, part = random_structure(seed, size)
-    damped = standard_linear_solid(rayleigh(structure, *rates), share, time, part=part)
+    damped = hl.damped(hl.damped(structure, Rayleigh(*rates)), StandardLinearSolid(share, time), part)
     for matrix in (damped.mass, damped.stiffness, damped.damping):
         assert matrix is not None
         values = np.linalg.eigvalsh(matrix.toarray())
@@ -250,14 +252,12 @@ def test_no_energy_is_made(seed: int, size: int, rates: tuple[float, float], sha
     assert np.all(np.diff(energies(hl.reduce(damped, until=1e-3))) <= 1e-9 * found[0])
 
 
-@pytest.mark.parametrize(
-    "damp", [partial(rayleigh, mass_rate=500.0, stiffness_time=1e-7), partial(rayleigh, mass_rate=1e3)]
-)
+@pytest.mark.parametrize("damp", [Rayleigh(500.0, 1e-7), Rayleigh(1e3)])
 @pytest.mark.parametrize("base", ["fixed", "free"])
-def test_rayleigh_stays_diagonal_in_a_reduction(damp: Callable[[hl.Structure], hl.Structure], base: str) -> None:
+def test_rayleigh_stays_diagonal_in_a_reduction(damp: Rayleigh, base: str) -> None:
     """So a reduced structure stays one of oscillators, whose rates are α + β ω² exactly."""
-    note = damp(ROD).origin["damping"][0]
-    reduced = hl.reduce(damp(hl.rod(LAYERS, base=base)), until=1e-3)
+    note = hl.damped(ROD, damp).origin["damping"][0]
+    reduced = hl.reduce(hl.damped(hl.rod(LAYERS, base=base), damp), until=1e-3)
     assert reduced.is_modal
     assert reduced.damping is not None
     expected = note["mass_rate"] + note["stiffness_time"] * reduced.stiffness.diagonal()
@@ -265,7 +265,7 @@ def test_rayleigh_stays_diagonal_in_a_reduction(damp: Callable[[hl.Structure], h
 
 
 def test_other_damping_becomes_small_and_dense() -> None:
-    reduced = hl.reduce(rayleigh(hl.rod(LAYERS, base="absorbing"), 100.0, 1e-8), until=1e-3)
+    reduced = hl.reduce(hl.damped(hl.rod(LAYERS, base="absorbing"), Rayleigh(100.0, 1e-8)), until=1e-3)
     assert not reduced.is_modal
     assert reduced.damping is not None
     assert reduced.damping.nnz > reduced.size
@@ -273,14 +273,16 @@ def test_other_damping_becomes_small_and_dense() -> None:
 
 
 DAMPED = {
-    "Rayleigh": rayleigh(ROD, 500.0, 1e-7),
-    "arm on the PTFE": standard_linear_solid(ROD, 0.5, 2e-5, rod_parts(LAYERS)[1]),
-    "strong arm": standard_linear_solid(ROD, 3.0, 2e-5, rod_parts(LAYERS)[1]),
-    "arms on both": standard_linear_solid(
-        standard_linear_solid(ROD, 0.5, 2e-5, rod_parts(LAYERS)[1]), 0.1, 1e-5, rod_parts(LAYERS)[0]
+    "Rayleigh": hl.damped(ROD, Rayleigh(500.0, 1e-7)),
+    "arm on the PTFE": hl.damped(ROD, StandardLinearSolid(0.5, 2e-5), rod_parts(LAYERS)[1]),
+    "strong arm": hl.damped(ROD, StandardLinearSolid(3.0, 2e-5), rod_parts(LAYERS)[1]),
+    "arms on both": hl.damped(
+        hl.damped(ROD, StandardLinearSolid(0.5, 2e-5), rod_parts(LAYERS)[1]),
+        StandardLinearSolid(0.1, 1e-5),
+        rod_parts(LAYERS)[0],
     ),
-    "one polymer": standard_linear_solid(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), 0.3, 3e-5),
-    "absorbing": standard_linear_solid(hl.rod(LAYERS[1:], base="absorbing"), 0.3, 3e-5),
+    "one polymer": hl.damped(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), StandardLinearSolid(0.3, 3e-5)),
+    "absorbing": hl.damped(hl.rod(LAYERS[1:], base="absorbing"), StandardLinearSolid(0.3, 3e-5)),
 }
 
 
@@ -315,8 +317,8 @@ def test_one_material_keeps_an_arm_for_each_oscillator() -> None:
         0.2, 0.2, 2e-3, hl.ACRYLIC, hl.Supports("clamped", "clamped", "free", "free"), cells=(8, 8)
     )
     modes = hl.reduce(plate.at(0.05, 0.1), until=1e-3)
-    before = standard_linear_solid(modes, 0.3, 2e-5)
-    after = hl.reduce(standard_linear_solid(plate.at(0.05, 0.1), 0.3, 2e-5), until=1e-3)
+    before = hl.damped(modes, StandardLinearSolid(0.3, 2e-5))
+    after = hl.reduce(hl.damped(plate.at(0.05, 0.1), StandardLinearSolid(0.3, 2e-5)), until=1e-3)
     assert before.stiffness.nnz == 4 * modes.size
     assert after.origin["reduction"]["size"] == after.size <= 2 * modes.size
     for omega in (1e3, 1e4, 1e5):
@@ -333,9 +335,9 @@ def test_reducing_twice_keeps_the_arms() -> None:
 def test_a_half_space_has_nothing_to_damp() -> None:
     wall = hl.half_space(hl.PTFE)
     assert (
-        rayleigh(wall, 1.0, 1.0).size
-        == modal_damping(wall, 0.1).size
-        == standard_linear_solid(wall, 1.0, 1.0).size
+        hl.damped(wall, Rayleigh(1.0, 1.0)).size
+        == hl.damped(wall, Modal(0.1)).size
+        == hl.damped(wall, StandardLinearSolid(1.0, 1.0)).size
         == 0
     )
 
@@ -347,7 +349,7 @@ def test_loss_factor_is_what_a_cycle_loses() -> None:
     """η: energy lost in a cycle of resonance over 2π times the stored one, so free motion falls by e^(−πη) a cycle."""
     square = (2.0 * np.pi * 1e3) ** 2
     one = hl.Structure(np.eye(1), np.array([[square]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
-    damped = hl.damping.loss_factor(one, 0.04)
+    damped = hl.damped(one, hl.damping.Modal(0.04 / 2))
     moving, period = hl.stepping.MovingStructure(damped), 1e-3 / np.sqrt(1.0 - 0.02**2)
     state = type(moving.start())(np.ones(1), np.array([-0.02 * np.sqrt(square)]))
     for _ in range(100):
@@ -355,4 +357,4 @@ def test_loss_factor_is_what_a_cycle_loses() -> None:
     assert state.displacement[0] == pytest.approx(np.exp(-np.pi * 0.04 / np.sqrt(1.0 - 0.02**2)), rel=1e-9)
     stored, force = 0.5 * square, 2.0 * np.pi**2 * 1e3 * damped.damping[0, 0]
     assert force / (2.0 * np.pi * stored) == pytest.approx(0.04, rel=1e-12)
-    assert hl.damping.loss_factor(one, 0.0) is one
+    assert hl.damped(one, hl.damping.Modal(0.0 / 2)) is one

@@ -8,8 +8,7 @@ import pytest
 from scipy import sparse
 
 import hertzlink as hl
-from structures.damping import modal as modal_damping
-from structures.damping import rayleigh, standard_linear_solid
+from structures.damping import Modal, Rayleigh, StandardLinearSolid
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 0.01, 0.01), hl.Layer(hl.ACRYLIC, 0.05, 0.01)]
@@ -85,11 +84,11 @@ def test_energy_is_the_physical_one_for_all() -> None:
 
 
 DAMPED: dict[str, Callable[[], hl.Structure]] = {
-    "Rayleigh": lambda: rayleigh(ROD, 1e4, 1e-7),
+    "Rayleigh": lambda: hl.damped(ROD, Rayleigh(1e4, 1e-7)),
     "dashpot": lambda: hl.rod(LAYERS, base="absorbing", elements=6),
-    "arms": lambda: standard_linear_solid(ROD, 0.5, 1e-6),
-    "modes": lambda: modal_damping(hl.reduce(ROD, until=1e-4, tolerance=1e-6), 0.05),
-    "overdamped modes": lambda: modal_damping(hl.reduce(ROD, until=1e-4, tolerance=1e-6), 3.0),
+    "arms": lambda: hl.damped(ROD, StandardLinearSolid(0.5, 1e-6)),
+    "modes": lambda: hl.damped(hl.reduce(ROD, until=1e-4, tolerance=1e-6), Modal(0.05)),
+    "overdamped modes": lambda: hl.damped(hl.reduce(ROD, until=1e-4, tolerance=1e-6), Modal(3.0)),
     "coupled modes": lambda: hl.reduce(hl.rod(LAYERS, base="absorbing", elements=6), until=1e-4, tolerance=1e-6),
 }
 

@@ -90,28 +90,28 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),
     (
-        lambda: hl.damping.rayleigh(hl.infinite_plate(2e-3, STEEL), 0.0, 5.0),
-        r"rayleigh stiffness_time = 5: .* µs or ms\?",
+        lambda: hl.damped(hl.infinite_plate(2e-3, STEEL), hl.damping.Rayleigh(0.0, 5.0)),
+        r"Rayleigh stiffness_time = 5: .* µs or ms\?",
     ),
     (
         lambda: hl.damping.StandardLinearSolid(40, 2e-6),
         r"StandardLinearSolid share = 40: .*; is it in %\?",
     ),
     (
-        lambda: hl.damping.standard_linear_solid(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 40.0, 1e-5),
-        r"standard_linear_solid share = 40: is read as 40 times the modulus; is it in %\?",
+        lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(40.0, 1e-5)),
+        r"StandardLinearSolid share = 40: is read as 40 times the modulus; is it in %\?",
     ),
     (
-        lambda: hl.damping.modal(hl.reduce(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 1e-4), 2.0),
-        r"modal ratio = 2: is read as 2 times the critical damping; is it in %\?",
+        lambda: hl.damped(hl.reduce(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 1e-4), hl.damping.Modal(2.0)),
+        r"Modal ratio = 2: is read as 2 times the critical damping; is it in %\?",
     ),
     (
         lambda: hl.identifiability(tapped, sample_every=1e-2, sensors=[5], until=2e-2, modulus=3e9),
         r"information sample_every = 0\.01: is read as 0\.01 s; is it in µs or ms\?",
     ),
     (
-        lambda: hl.damping.standard_linear_solid(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 0.1, 30.0),
-        r"standard_linear_solid time = 30: .* µs or ms\?",
+        lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(0.1, 30.0)),
+        r"StandardLinearSolid time = 30: .* µs or ms\?",
     ),
 ]
 

@@ -13,10 +13,10 @@ from scipy import sparse
 from scipy.linalg import expm
 
 import hertzlink as hl
-from structures.damping import loss_factor, rayleigh, standard_linear_solid
-from structures.damping import modal as modal_damping
+from structures.damping import Modal, Rayleigh, StandardLinearSolid
 from structures.factor import factorise
 from structures.reduction import Modes, _receptance
+from structures.rod import rod_parts
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
 
 Array = NDArray[np.float64]
@@ -73,14 +73,14 @@ def test_a_rod_between_two_chains_is_told() -> None:
     assert (ROD.contacts, ROD.size) == (2, ROD.contact.shape[0])
     assert [surface.material for surface in ROD.surface] == [hl.STEEL_440C, hl.ACRYLIC]
     assert ROD.flexibility.tolist() == [0.0, 0.0]
-    assert abs(sum(hl.damping.rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
+    assert abs(sum(rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
     assert hl.stepping.MovingStructure(ROD).surface == ROD.surface
 
 
 def test_equal_forces_from_both_ends_squeeze_a_rod() -> None:
     """Its ends move by F L/EA in all, and its middle stays: the free rod does not fly off."""
     layer = hl.Layer(hl.PTFE, 0.03, 0.01)
-    rod = rayleigh(hl.rod([layer], base="contact"), stiffness_time=1e-4)
+    rod = hl.damped(hl.rod([layer], base="contact"), Rayleigh(stiffness_time=1e-4))
     moved = run(rod, np.full((400, 2), 3.0), 1e-5, partial(GeneralisedAlpha, spectral_radius=0.0))
     shorter = 3.0 * layer.length / (layer.material.youngs_modulus * layer.area)
     assert moved[-1].sum() == pytest.approx(shorter, rel=1e-6)
@@ -89,8 +89,8 @@ def test_equal_forces_from_both_ends_squeeze_a_rod() -> None:
 
 DAMPED: dict[str, Callable[[hl.Structure], hl.Structure]] = {
     "undamped": lambda body: body,
-    "Rayleigh": lambda body: rayleigh(body, 1e3, 1e-7),
-    "arms": lambda body: standard_linear_solid(body, 0.5, 1e-5),
+    "Rayleigh": lambda body: hl.damped(body, Rayleigh(1e3, 1e-7)),
+    "arms": lambda body: hl.damped(body, StandardLinearSolid(0.5, 1e-5)),
     "dashpot": lambda body: replace(body, damping=sparse.diags_array(900.0 * abs(body.contact[:, 1]))),
 }
 
@@ -120,7 +120,7 @@ def test_two_contacts_are_the_sum_of_two_structures(name: str, damping: str) -> 
 @pytest.mark.parametrize("name", STEPPERS)
 def test_compliance_is_what_forces_add_and_is_reciprocal(name: str) -> None:
     """Maxwell and Betti; and no pair of forces gains work."""
-    moving, window = hl.stepping.MovingStructure(rayleigh(ROD, 1e3, 1e-7), STEPPERS[name]), 2e-7
+    moving, window = hl.stepping.MovingStructure(hl.damped(ROD, Rayleigh(1e3, 1e-7)), STEPPERS[name]), 2e-7
     state, _ = moving.advance(moving.start(), np.array([1.0, -2.0]), window)
     found = moving.compliance(window)
     _, still = moving.advance(state, np.zeros(2), window)
@@ -139,7 +139,9 @@ def test_compliance_is_what_forces_add_and_is_reciprocal(name: str) -> None:
 def test_the_work_of_all_forces_is_the_energy(ends: list[int], window: float, seed: int) -> None:
     """Two to four contacts anywhere: Σ F̄ (w₁ − w₀) is what the midpoint gains and Rayleigh's damping takes."""
     columns = np.eye(ROD.size)[:, ends] * np.where(np.arange(len(ends)) % 2, -1.0, 1.0)
-    body = rayleigh(hl.Structure(ROD.mass, ROD.stiffness, None, columns, 0.0, hl.Surface(hl.PTFE)), 1e3, 1e-7)
+    body = hl.damped(
+        hl.Structure(ROD.mass, ROD.stiffness, None, columns, 0.0, hl.Surface(hl.PTFE)), Rayleigh(1e3, 1e-7)
+    )
     moving = hl.stepping.MovingStructure(body)
     state, before, work, taken = moving.start(), np.zeros(len(ends)), 0.0, 0.0
     for force in np.random.default_rng(seed).normal(size=(30, len(ends))):
@@ -262,7 +264,7 @@ def test_a_contact_given_twice_costs_no_vectors() -> None:
 def test_oscillators_with_damping_take_both_forces() -> None:
     """Modal, and of equal loss factor: exact in one window, by their closed form, at both contacts."""
     modes = hl.reduce(ROD, until=2e-4, tolerance=1e-3)
-    for damped in (modal_damping(modes, 0.1), loss_factor(modes, 0.2)):
+    for damped in (hl.damped(modes, Modal(0.1)), hl.damped(modes, Modal(0.2 / 2))):
         moving = hl.stepping.MovingStructure(damped)
         assert moving.modal
         square = modes.stiffness.diagonal()

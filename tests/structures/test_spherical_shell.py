@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh, splu
 
 import hertzlink as hl
+from structures.damping import stiffness_parts
 from tests.independent.shells import Ball
 
 RADIUS, WALL, PATCH = 33e-3, 3.5e-3, 3e-3
@@ -186,7 +187,7 @@ def test_the_gas_is_a_spring(ratio: float) -> None:
 
 def test_without_pressure_the_stiffness_is_that_of_the_wall() -> None:
     body = ball()
-    (wall,) = hl.damping.stiffness_parts(body)
+    (wall,) = stiffness_parts(body)
     assert abs(body.stiffness - wall).max() == 0.0
     assert (ball(1e3).stiffness - ball(-1e3).stiffness - (ball(2e3).stiffness - body.stiffness)).max() < 1e-6
 

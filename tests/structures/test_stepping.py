@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.linalg import eigh, expm
 
 import hertzlink as hl
-from structures.damping import rayleigh, standard_linear_solid
+from structures.damping import Rayleigh, StandardLinearSolid
 from structures.kernels import linear
 from structures.oscillators import Oscillators
 from structures.stepping import (
@@ -319,7 +319,7 @@ def is_diagonal(matrix: sparse.csr_array) -> bool:
 @pytest.mark.parametrize("name", STEPPERS)
 def test_every_stepper_is_passive(name: str, base: str) -> None:
     """After a push, no damping rate makes energy; the explicit one within the swing of its order."""
-    rod = rayleigh(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base=base, elements=6), 1e3, 1e-7)
+    rod = hl.damped(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base=base, elements=6), Rayleigh(1e3, 1e-7))
     moving = hl.stepping.MovingStructure(rod, STEPPERS[name])
     state = moving.start()
     for step in range(20):
@@ -334,7 +334,7 @@ def test_every_stepper_is_passive(name: str, base: str) -> None:
 
 @pytest.mark.parametrize("radius", [0.0, 0.5, 1.0])
 def test_maxwell_arms_fit_every_stepper_that_needs_no_masses(radius: float) -> None:
-    damped = standard_linear_solid(ROD, 0.5, 1e-5)
+    damped = hl.damped(ROD, StandardLinearSolid(0.5, 1e-5))
     found = []
     for stepper in ("midpoint", partial(GeneralisedAlpha, spectral_radius=radius)):
         moving = hl.stepping.MovingStructure(damped, stepper)
@@ -384,7 +384,7 @@ def test_modes_and_half_spaces_take_every_stepper(name: str) -> None:
     assert runs[1].velocity.values == pytest.approx(runs[0].velocity.values, abs=1e-9)
 
 
-ARMS = standard_linear_solid(ROD, 0.5, 1e-5)
+ARMS = hl.damped(ROD, StandardLinearSolid(0.5, 1e-5))
 
 
 def test_the_midpoint_is_the_default() -> None:

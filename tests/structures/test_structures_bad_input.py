@@ -17,8 +17,7 @@ from scipy import sparse
 import hertzlink as hl
 from hertzlink.stepping import CentralDifference, GeneralisedAlpha, Newmark
 from structures import layers as theory
-from structures.damping import loss_tangent, rayleigh, standard_linear_solid
-from structures.damping import modal as modal_damping
+from structures.damping import Modal, Rayleigh, StandardLinearSolid
 from structures.rod import rod_parts
 from structures.stepping import lumped, stable_step
 
@@ -33,7 +32,7 @@ COATED = [hl.Layer(hl.STEEL_440C, 0.3e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e
 STEEL = hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)
 BAR = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], elements=1)
 STRUCK = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=6)
-ARMS = standard_linear_solid(STRUCK, 0.5, 1e-5)
+ARMS = hl.damped(STRUCK, StandardLinearSolid(0.5, 1e-5))
 TWO = hl.rod(LAYERS, base="contact", elements=6)
 BLOCK = hl.Structure(np.eye(1), np.eye(1), None, np.ones(1), 0.0, FLAT)
 MOVING, TWO_MOVING = hl.stepping.MovingStructure(STRUCK), hl.stepping.MovingStructure(TWO)
@@ -178,46 +177,71 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.theory.indentation_modulus(np.eye(6) + np.eye(6, k=1)), "stiffness: must be symmetric"),
         (lambda: hl.theory.indentation_modulus(-np.eye(6)), "stiffness: must be positive definite"),
         # Damping
-        (lambda: rayleigh(None), "structure = None: must be a Structure"),
-        (lambda: rayleigh(BAR, -1.0), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
-        (lambda: rayleigh(BAR, 0.0, float("nan")), "stiffness_time = nan"),
+        (lambda: hl.damped(None, Rayleigh()), "structure = None: must be a Structure"),
+        (lambda: hl.damped(BAR, Rayleigh(-1.0)), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
+        (lambda: hl.damped(BAR, Rayleigh(0.0, float("nan"))), "stiffness_time = nan"),
         (
-            lambda: rayleigh(standard_linear_solid(BAR, 1.0, 1.0), 0.0, 1.0),
-            "call rayleigh before standard_linear_solid",
+            lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1.0)), Rayleigh(0.0, 1.0)),
+            "add Rayleigh before StandardLinearSolid",
         ),
-        (lambda: modal_damping(BAR, 0.1), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
+        (lambda: hl.damped(BAR, Modal(0.1)), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
         (
-            lambda: modal_damping(hl.reduce(BAR, 1e-3), -0.1),
-            r"ratio = -0\.1: must be zero or positive, one number or 2",
+            lambda: hl.damped(hl.reduce(BAR, 1e-3), Modal(-0.1)),
+            r"ratio = -0\.1: must be zero or positive, one number or a list",
         ),
-        (lambda: modal_damping(hl.reduce(BAR, 1e-3), [0.1] * 3), r"ratio = .*one number or 2"),
-        (lambda: modal_damping(hl.reduce(BAR, 1e-3), "much"), "ratio = 'much'"),
-        (lambda: standard_linear_solid(BAR, 0.0, 1e-5), r"share = 0\.0"),
-        (lambda: standard_linear_solid(BAR, 1.0, -1e-5), "time = -1e-05: must be a positive number of s"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, modulus="instantaneous"), r"share = 1\.0: must be below 1"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, modulus="glassy"), "modulus = 'glassy': must be one of"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=np.eye(3)), r"part has shape \(3, 3\): must be \(2, 2\)"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=NEGATIVE), "part: must be positive semidefinite"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[0.0, 1.0], [1.0, 0.0]]), "part: must be positive semi"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[1.0, 2.0], [2.0, 1.0]]), "part: must be positive semi"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[1.0, 1.0], [0.0, 1.0]]), "part: must be symmetric"),
-        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part="PTFE"), "part = 'PTFE': must be a matrix"),
+        (lambda: hl.damped(hl.reduce(BAR, 1e-3), Modal([0.1] * 3)), r"ratio = .*one number or 2"),
+        (lambda: hl.damped(hl.reduce(BAR, 1e-3), Modal("much")), "ratio = 'much'"),
+        (lambda: hl.damped(BAR, StandardLinearSolid(0.0, 1e-5)), r"share = 0\.0"),
+        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, -1e-5)), "time = -1e-05: must be a positive number of s"),
         (
-            lambda: standard_linear_solid(BAR, 0.5, 1e-5, 3.0 * BAR.stiffness, "instantaneous"),
+            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="instantaneous")),
+            r"share = 1\.0: must be below 1",
+        ),
+        (
+            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="glassy")),
+            "modulus = 'glassy': must be one of",
+        ),
+        (
+            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), np.eye(3)),
+            r"part has shape \(3, 3\): must be \(2, 2\)",
+        ),
+        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), NEGATIVE), "part: must be positive semidefinite"),
+        (
+            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[0.0, 1.0], [1.0, 0.0]]),
+            "part: must be positive semi",
+        ),
+        (
+            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[1.0, 2.0], [2.0, 1.0]]),
+            "part: must be positive semi",
+        ),
+        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[1.0, 1.0], [0.0, 1.0]]), "part: must be symmetric"),
+        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), "PTFE"), "part = 'PTFE': must be a matrix"),
+        (
+            lambda: hl.damped(BAR, StandardLinearSolid(0.5, 1e-5, modulus="instantaneous"), 3.0 * BAR.stiffness),
             r"part: 0\.5 of it is more than the structure's stiffness",
         ),
         (
-            lambda: standard_linear_solid(standard_linear_solid(BAR, 1.0, 1e-5), 1.0, 1e-5),
+            lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1e-5)), StandardLinearSolid(1.0, 1e-5)),
             "part: the structure has Maxwell arms already",
         ),
-        (lambda: loss_tangent(-1.0, 1.0, 1.0), r"share = -1\.0"),
         (lambda: rod_parts([]), "layers"),
         (lambda: rod_parts(LAYERS, base="fix"), r"base = 'fix'.*did you mean 'fixed'"),
-        (lambda: hl.damping.loss_factor(BLOCK, -0.1), r"factor = -0\.1"),
-        (lambda: hl.damping.loss_factor(BLOCK, 4.0), r"factor = 4\.0: must be at most 1"),
-        (lambda: hl.damping.loss_factor(BAR, 0.1), "are not modes"),
-        (lambda: loss_tangent(1.0, 1.0, "high"), "frequency = 'high': must be a number or an array of numbers, in Hz"),
-        (lambda: loss_tangent(1.0, 1.0, [1.0, math.nan]), "frequency = nan: must be a finite number of Hz"),
+        (lambda: hl.damped(BAR, 0.1), r"damping = 0\.1: must be hl\.damping\.Rayleigh, Modal or"),
+        (lambda: hl.damped(BAR, Rayleigh(1.0), part=0), "part: only a StandardLinearSolid acts on a part"),
+        (
+            lambda: hl.damped(hl.reduce(BAR, 1e-3), StandardLinearSolid(1.0, 1e-5), part=0),
+            "part: only a layer of a rod or a cylinder",
+        ),
+        (lambda: hl.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9), "part = 9: must be below"),
+        (lambda: hl.damped(BAR, hl.damping.Modal(0.1 / 2)), "are not modes"),
+        (
+            lambda: StandardLinearSolid(1.0, 1.0).loss_tangent("high"),
+            "frequency = 'high': must be a number or an array of numbers, in Hz",
+        ),
+        (
+            lambda: StandardLinearSolid(1.0, 1.0).loss_tangent([1.0, math.nan]),
+            "frequency = nan: must be a finite number of Hz",
+        ),
         (lambda: replace(BLOCK, matrices="mass"), "matrices = 'mass': must be Matrices"),
         # Steppers
         (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
