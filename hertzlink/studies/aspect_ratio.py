@@ -19,17 +19,9 @@ from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import printed
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.infinite import infinite_plate
-from plates.theory.impact import (
-    THESIS_IMPACT,
-    inelasticity_parameter,
-    normalised_time_of_flight,
-)
-from plates.theory.impact import (
-    amplitude_ratio as plate_amplitude_ratio,
-)
-from plates.theory.impact import (
-    contact_time as plate_contact_time,
-)
+from plates.theory.impact import THESIS_IMPACT, inelasticity_parameter, normalised_time_of_flight
+from plates.theory.impact import amplitude_ratio as plate_amplitude_ratio
+from plates.theory.impact import contact_time as plate_contact_time
 from plates.theory.zener import restitution as zener_restitution
 from structures.reduction import reduce
 from structures.structure import Structure, half_space

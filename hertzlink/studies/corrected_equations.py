@@ -16,12 +16,7 @@ from particles.bead import Cylinder, Sphere
 from particles.chain import Chain
 from particles.dissipation import PowerDashpot
 from particles.laws.formulas import contact_law
-from particles.solitary import (
-    angular_frequency,
-    sound_speed,
-    transit_time_from_striker,
-    wave_speed_from_force,
-)
+from particles.solitary import angular_frequency, sound_speed, transit_time_from_striker, wave_speed_from_force
 from plates.theory import impact, zener
 from structures.elasticity import shear_modulus
 from structures.layers import axial_stiffness, secondary_delay, time_of_flight

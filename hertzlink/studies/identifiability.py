@@ -13,13 +13,13 @@ import numpy as np
 import xarray as xr
 
 from coupling.sweeps.progress import watched
-from hertzlink.studies import draw, own_traces
+from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
+from hertzlink.studies.identifiable_cases import CHECKED, DISTANCES
 from hertzlink.studies.table import Row
 from structures.checks import whole
 from structures.structure import Vector
 
-CHECKED, DISTANCES = own_traces.CHECKED, own_traces.DISTANCES
 THICKNESSES = (2.29e-3, 3.0e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3)
 TESTED_EVERY = 5
@@ -52,7 +52,7 @@ EARLIER = {
 """What an earlier estimate found; its record and what was known are not given."""
 
 
-Conditions = own_traces.Conditions
+Conditions = cases.Conditions
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
@@ -67,20 +67,22 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     parallel = joblib.Parallel(1 if quick and jobs is None else count, return_as="generator")
     of = Conditions.of(own)
     if of.own:
-        return own_traces.run(of, of.few("distance", distances), parallel)
+        data = edges(parallel, of.few("distance", distances), of.thickness, of.bead, of)
+        return of.marked(data.drop_vars(["edge_error_of_steps", "step"]))
     data = edges(parallel, distances, thicknesses)
     return data.merge(near_edge(parallel, near)).merge(bonded(parallel, *bonds))
 
 
 def edges(
     parallel: joblib.Parallel, distances: Sequence[float], thicknesses: Sequence[float],
-    diameters: Sequence[float] = DIAMETERS,
+    diameters: Sequence[float] = DIAMETERS, of: Conditions = cases.THESIS,
 ) -> xr.Dataset:  # fmt: skip
     """Half-widths over the distance, the thickness, the beads and what is measured."""
-    tested = {*distances[::TESTED_EVERY], *CHECKED}
+    tested = set() if of.own else {*distances[::TESTED_EVERY], *CHECKED}
     grid = list(product(diameters, distances, thicknesses))
     runs = parallel(
-        joblib.delayed(cases.edge_errors)(*one, cases.STEPS if one[1] in tested else cases.STEPS[:1]) for one in grid
+        joblib.delayed(cases.edge_errors)(*one, cases.STEPS if one[1] in tested else cases.STEPS[:1], of)
+        for one in grid
     )
     found = list(watched(runs, len(grid)))
     values = np.array(found).reshape(len(diameters), len(distances), len(thicknesses), *found[0].shape)
@@ -89,7 +91,7 @@ def edges(
     data = xr.Dataset({"edge_error": errors.isel(step=0), "edge_error_of_steps": errors.isel(unknown=0, free=0)})
     return data.assign_coords(
         cases.coordinates(
-            diameter=diameters, distance=distances, thickness=thicknesses, step=cases.STEPS, record=cases.RECORDS,
+            diameter=diameters, distance=distances, thickness=thicknesses, step=cases.STEPS, record=of.record,
             measured=cases.MEASURED, free=cases.EDGE_FREE, unknown=cases.EDGE_UNKNOWNS,
         )
     )  # fmt: skip
@@ -138,7 +140,7 @@ def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequ
 def table(data: xr.Dataset) -> list[Row]:
     """Half-widths, and where an earlier estimate exists its numbers; `blind` where they exceed half of the value."""
     if Conditions.read(data).own:
-        return own_traces.rows(data)
+        return _own_rows(data)
     rows = [
         _distance_row(data.sel(diameter=diameter, thickness=MAIN_THICKNESS), what, distance)
         for diameter in (MAIN_DIAMETER, DIAMETERS[0])
@@ -281,8 +283,55 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     from hertzlink.studies import identifiable_figures as drawn
 
     if Conditions.read(data).own:
-        return own_traces.figures(data)
+        return _own_figures(data)
     named = {
         f"distance_{1e3 * record:.1f}_ms": drawn.distances(data.sel(record=record)) for record in data.record.values
     }
     return named | {"bond": drawn.bonds(data)}
+
+
+def _own_rows(data: xr.Dataset) -> list[Row]:
+    """The half-width of the distance for each bead, plate, distance and way to measure."""
+    found = []
+    for diameter, thickness, distance in product(
+        *(data[name].values for name in ("diameter", "thickness", "distance"))
+    ):
+        one = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance)
+        label = f"distance {distance * 1e3:.4g} mm, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
+        for what in data.measured.values:
+            at = one.sel(measured=what)
+            first = at.isel(record=0)
+            longer = [f"record of {r * 1e3:g} ms: {_width(at.sel(record=r))}" for r in data.record.values[1:]]
+            alone = _width(first, free="distance")
+            plate, speed = _width(first, "thickness"), _width(first, "impact_speed")
+            reason = f"the distance alone: {alone}; thickness {plate}, impact speed {speed}"
+            if what == cases.FEATURES:
+                reason, longer = f"two numbers cannot give three unknowns; the distance alone: {alone}", []
+            found.append(Row(f"{label}, {what}", "", _width(first), "", "; ".join([reason, *longer])))
+    return found
+
+
+def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> str:
+    return printed(float(at.sel(unknown=unknown, free=free)))
+
+
+def _own_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
+    """Half-widths of the distance over the distance: a panel for each plate and each bead."""
+    found = {}
+    for diameter in data.diameter.values:
+        figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
+        for axis, thickness in zip(axes, data.thickness.values, strict=True):
+            at = data.edge_error.sel(diameter=diameter, thickness=thickness, unknown="distance", free="all")
+            for i, what in enumerate(name for name in data.measured.values if name != cases.FEATURES):
+                curve = 100.0 * at.isel(record=0).sel(measured=what)
+                axis.plot(
+                    data.distance * 1e3, curve, draw.MARKERS[i], color=draw.COLOURS[i], linestyle="-", markersize=4.0,
+                    linewidth=1.0, label=str(what),
+                )  # fmt: skip
+            axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
+            axis.set(title=f"D = {diameter * 1e3:.2f} mm, t = {thickness * 1e3:.2f} mm", xscale="log", yscale="log")
+            axis.set_xlabel("distance to the edge (mm)")
+        axes[0].set_ylabel(f"half-width of the distance (%), {1e3 * float(data.record[0]):g} ms")
+        axes[0].legend(frameon=False, fontsize="small")
+        found[f"distance_{diameter * 1e3:.2f}_mm"] = figure
+    return found

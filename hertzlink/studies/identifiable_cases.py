@@ -1,7 +1,8 @@
 """The cases of the study of identifiability: chains against plates near an edge, and against rods with a bond."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import product
 from math import ceil, pi
 
 import numpy as np
@@ -11,6 +12,8 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.information import REACH, STEP, Design, Sensitivities
 from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.inference.search import inverse
+from hertzlink.studies import conditions
+from hertzlink.studies.conditions import WrongValue, number, substance
 from particles.bead import Sphere
 from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
@@ -77,51 +80,84 @@ CROSSING = 1e-6
 FEWEST = 12
 
 
+CHECKED = (0.06, 0.16)
+"""m, the distances of the table."""
+
+DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 14)), *CHECKED}))
+
+MOST_PLATES = 6
+"""Of panels and of colours in a figure."""
+
+
+@dataclass(frozen=True)
+class Conditions(conditions.Conditions):
+    """What can be changed. The plate's modulus stays known, and rods with a bond are left out."""
+
+    material: Material = substance(ALUMINIUM_6061, "Material of the plate")
+    thickness: tuple[float, ...] = number((2.29e-3, 3.0e-3, 4.83e-3), "m", "Thickness of the plate", low=1e-5, high=0.1)
+    bead: tuple[float, ...] = number((4.76e-3, 9.53e-3), "m", "Diameter of the beads", low=1e-4, high=0.2)
+    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
+    impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
+    distance: tuple[float, ...] = number(DISTANCES, "m", "Distance to the clamped edge", low=1e-4, high=10.0)
+    noise: float = number(NOISE, "", "White noise, as a part of the greatest force at each sensor", low=1e-9, high=1.0)
+    record: tuple[float, ...] = number(RECORDS, "s", "Lengths of the records", low=1e-5, high=0.1)
+
+    def check(self) -> None:
+        """No more plates than panels."""
+        for name in ("thickness", "bead"):
+            if len(getattr(self, name)) > MOST_PLATES:
+                raise WrongValue(name, getattr(self, name), f"give at most {MOST_PLATES} values")
+
+
+THESIS = Conditions()
+
+
 def edge_case(
-    diameter: float,
-    distance: float,
-    thickness: float,
-    impact_speed: float,
-    youngs_modulus: float = ALUMINIUM_6061.youngs_modulus,
-    contact: str = KNOWN,
-) -> CoSimulation:
-    """A chain of steel beads against an aluminium plate, at a distance from its clamped edge."""
-    bead, alloy = Sphere(0.5 * diameter, STEEL_440C), replace(ALUMINIUM_6061, youngs_modulus=youngs_modulus)
-    plate = half_plane(thickness, alloy, "clamped", distance, max(RECORDS), HIGHEST_FREQUENCY)
+    diameter: float, distance: float, thickness: float, impact_speed: float, youngs_modulus: float | None = None,
+    contact: str = KNOWN, of: Conditions = THESIS,
+) -> CoSimulation:  # fmt: skip
+    """A chain of beads against a plate, at a distance from its clamped edge."""
+    bead, wall = Sphere(0.5 * diameter, of.bead_material), of.material
+    if youngs_modulus is not None:
+        wall = replace(wall, youngs_modulus=youngs_modulus)
+    highest = HIGHEST_FREQUENCY * max(1.0, 4.76e-3 / diameter)
+    plate = half_plane(thickness, wall, "clamped", distance, max(of.record), highest)
     if contact == KNOWN:
-        plate = replace(plate, surface=Surface(ALUMINIUM_6061))
+        plate = replace(plate, surface=Surface(of.material))
     return CoSimulation(Chain([bead] * BEADS, bead, impact_speed), plate)
 
 
 def edge_design(
-    diameter: float, values: Mapping[str, float], noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
-    contact: str = KNOWN,
+    diameter: float, values: Mapping[str, float], noise: float | None = None, sample_every: float = SAMPLE_EVERY,
+    contact: str = KNOWN, of: Conditions = THESIS,
 ) -> Design:  # fmt: skip
     """Of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
 
     def build(**unknowns: float) -> CoSimulation:
-        return edge_case(diameter, **unknowns, contact=contact)
+        return edge_case(diameter, **unknowns, contact=contact, of=of)
 
     sensors = {n for group in MEASURED.values() for n in group}
     with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
-        return Design(build, values, sensors, max(RECORDS), (GAIN, TIME_ZERO), noise, sample_every)
+        return Design(build, values, sensors, max(of.record), (GAIN, TIME_ZERO), noise or of.noise, sample_every)
 
 
-def edge_errors(diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1]) -> Vector:
+def edge_errors(
+    diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1], of: Conditions = THESIS
+) -> Vector:
     """95 % half-widths as parts of the values: steps × records × measured × free × unknowns; NaN for what is known."""
-    design = edge_design(diameter, dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True)))
-    found = np.full((len(STEPS), len(RECORDS), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
+    values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, of.impact_speed), strict=True))
+    design = edge_design(diameter, values, of=of)
+    found = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
     for i, step in enumerate(steps):
         changes = Sensitivities(design, step)
         for k, (what, sensors) in enumerate(MEASURED.items()):
             if what == FEATURES:
                 if i > 0:
                     continue
-                features = changes.features(sensors, RECORDS[0], DRAWS)
-            for j, record in enumerate(RECORDS):
-                for m, free in enumerate(EDGE_FREE.values()):
-                    bounds = features(free) if what == FEATURES else changes.waveform(sensors, record, free)
-                    found[i, j, k, m, : len(free)] = [REACH * bounds[name] for name in free]
+                features = changes.features(sensors, of.record[0], DRAWS)
+            for (j, record), (m, free) in product(enumerate(of.record), enumerate(EDGE_FREE.values())):
+                bounds = features(free) if what == FEATURES else changes.waveform(sensors, record, free)
+                found[i, j, k, m, : len(free)] = [REACH * bounds[name] for name in free]
     return found
 
 

@@ -162,11 +162,7 @@ def _measured(body: Body, quick: bool) -> xr.Dataset:
             "colder_by": ("case", [*kelvin, *pad], {"units": "K"}),
             "amplitude_ratio": ("case", [*ratio, *pad], {"units": "1"}),
             "time_of_flight": ("case", [*flight, *pad], {"units": "s"}),
-            "deviation": (
-                (),
-                bounds[1],
-                {"units": "Pa", "long_name": "least standard deviation"},
-            ),
+            "deviation": ((), bounds[1], {"units": "Pa", "long_name": "least standard deviation"}),
             "deviation_by_twice_the_step": ((), bounds[0], {"units": "Pa"}),
             "stress_of_kelvin": ((), body.stress_of_kelvin, {"units": "Pa/K"}),
         }

@@ -78,11 +78,7 @@ def models(quick: bool) -> dict[str, Model]:
     solid: Any = partial(vibration_of_solid, spacing=COARSE) if quick else vibration_of_solid
     law = contact_law_solid(BEAD, max_approach=LARGEST_APPROACH, spacing=COARSE_AT_POLE if quick else None)
     flat = contact_law_fem(BEAD, max_approach=LARGEST_APPROACH)
-    return {
-        AXISYMMETRIC: Model(flat, vibration),
-        SOLID: Model(law, solid),
-        MIXED: Model(flat, solid),
-    }
+    return {AXISYMMETRIC: Model(flat, vibration), SOLID: Model(law, solid), MIXED: Model(flat, solid)}
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:

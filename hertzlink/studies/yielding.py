@@ -115,9 +115,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         over = [_over_speed(*pair, speeds) for pair in watched(PAIRS.values())]
     data = xr.concat(found, "impact").assign_coords(impact=[one.section for one in IMPACTS], law=list(LAWS))
     swept = xr.concat(over, "pair").assign_coords(
-        pair=list(PAIRS),
-        law=list(LAWS),
-        impact_speed=("impact_speed", list(speeds), {"units": "m/s"}),
+        pair=list(PAIRS), law=list(LAWS), impact_speed=("impact_speed", list(speeds), {"units": "m/s"})
     )
     return data.merge(swept.rename({name: f"swept_{name}" for name in swept.data_vars}))
 
