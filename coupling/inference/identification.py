@@ -267,11 +267,10 @@ class Identification:
 
 
 def unknowns_of(data: xr.Dataset) -> list[Unknown]:
-    """The unknowns in the Dataset of an identification; files of earlier versions hold no units."""
+    """The unknowns in the Dataset of an identification."""
     names = [str(one) for one in data.unknown.values]
     values, low, high, verdicts = (data[name].values.tolist() for name in ("value", "low", "high", "verdict"))
-    units = data.unit.values.tolist() if "unit" in data else [""] * len(names)
-    sizes = data.unit_size.values.tolist() if "unit" in data else [1.0] * len(names)
+    units, sizes = data.unit.values.tolist(), data.unit_size.values.tolist()
     return [
         Unknown(name, value, ends, str(verdict), unit=str(unit), unit_size=size)
         for name, value, ends, verdict, unit, size in zip(

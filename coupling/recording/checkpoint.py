@@ -7,7 +7,6 @@ import hashlib
 import json
 import logging
 import os
-import pickle
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,9 +28,6 @@ from particles.moving import ChainState
 from structures.stepping import StructureState
 
 HEAD = b"hertzlink checkpoint 2\n"
-
-PICKLED_HEAD = b"hertzlink checkpoint 1\n"
-"""Head of a checkpoint of an earlier version, which is a pickle behind the sum."""
 
 SUM = 65
 """Length of the line with the sum, bytes."""
@@ -188,14 +184,8 @@ class Keeper:
         return found
 
     def _read_from(self, file: BinaryIO) -> dict[str, Any]:
-        head = file.read(len(HEAD))
-        if head not in (HEAD, PICKLED_HEAD):
+        if file.read(len(HEAD)) != HEAD:
             raise ValueError(f"{self.name}: is no checkpoint of this version of hertzlink; name another file")
-        if head == PICKLED_HEAD and not self.trust:
-            raise ValueError(
-                f"{self.name}: was written by an earlier version of hertzlink, as a pickle, which may run any code "
-                "when it is opened; remove it to begin anew, or, if you wrote it yourself, say trust=True"
-            )
         expected = file.read(SUM)
         if _sum_of_rest(file) != expected:
             raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
@@ -207,16 +197,14 @@ class Keeper:
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"
             )
-        kept = self._state_in(file, head)
+        kept = self._state_in(file)
         if not isinstance(kept, dict):
             raise ValueError(f"{self.name}: {MISFIT}")
         return kept
 
-    def _state_in(self, file: BinaryIO, head: bytes) -> Any:
+    def _state_in(self, file: BinaryIO) -> Any:
         size = os.fstat(file.fileno()).st_size - file.tell()
         try:
-            if head == PICKLED_HEAD:
-                return pickle.load(file)
             return plain.read(file, size, self.types, self.trust)
         except plain.Untrusted as error:
             raise ValueError(f"{self.name}: {error}; if it is a file of your own, say trust=True") from None

@@ -78,7 +78,7 @@ def _in_words(value: Any) -> str:
 
 
 def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
-    """The table of the fits that the noise does not exclude, but the best; files of earlier versions hold none."""
+    """The table of the fits that the noise does not exclude, but the best."""
     if data.sizes.get("mode", 0) < 2:
         return []
     fits = data.modes.values[1:]

@@ -102,7 +102,6 @@ def _in_words(given: Any) -> str:
         return f"{given['name']} (E {' along, '.join(moduli)} across)"
     known = {name: value for name, value in given.items() if value is not None and name not in ("class", *LEFT_OUT)}
     parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in known.items())
-    # The class is missing in files of earlier versions.
     return ": ".join(filter(None, (str(given.get("class", "")), parts))) or "nothing"
 
 

@@ -172,12 +172,7 @@ def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
 
 
 def undamped(data: xr.Dataset) -> dict[str, str]:
-    """TOF, µs, of the primary wave without losses, for the shortest and the longest one, by the name of this condition.
-
-    Files of earlier versions hold none.
-    """
-    if "undamped_time_of_flight" not in data:
-        return {}
+    """TOF of the primary wave without losses, µs, for the shortest and the longest one, by its condition."""
     flights = data.undamped_time_of_flight.sel(wave="primary")
     return {"no losses": interval(flights, 1e6)}
 
