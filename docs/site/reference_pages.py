@@ -4,6 +4,7 @@ import inspect
 import shutil
 from pathlib import Path
 from types import ModuleType
+from typing import Any, get_args, get_type_hints
 
 import hertzlink
 from hertzlink._names import PUBLIC, namespaces
@@ -21,6 +22,9 @@ GROUPS = {
     "Other programs": ("coupling.ports",),
 }
 """Headings of the index, and the modules that define what stands below them."""
+
+RETURNED = ("coupling.results", "coupling.inference", "particles.laws", "plates.critical_distance")
+"""Where classes are defined that only functions return; the pages of these functions describe them."""
 
 
 def write(folder: Path) -> None:
@@ -66,7 +70,32 @@ def _page(name: str, value: object) -> str:
     else:
         directive, options = "autodata", "   :no-value:\n"
     inner = name.rpartition(".")[2]
-    return f"{inner}\n{'=' * len(inner)}\n\n.. {directive}:: hertzlink.{name}\n{options}"
+    page = f"{inner}\n{'=' * len(inner)}\n\n.. {directive}:: hertzlink.{name}\n{options}"
+    for kind in _returned(value) if inspect.isroutine(value) else []:
+        page += f"\n.. autoclass:: {kind.__module__}.{kind.__name__}\n   :members:\n   :no-index:\n"
+    return page
+
+
+def _returned(function: Any) -> list[type]:
+    """The classes that a function returns, and those in them, which have no page of their own."""
+    public = {value for value in map(_value, hertzlink.__all__) if isinstance(value, type)}
+    classes, left = list[type](), [_hints(function).get("return")]
+    for hint in left:
+        left += get_args(hint)
+        if isinstance(hint, type) and hint.__module__.startswith(RETURNED) and hint not in {*public, *classes}:
+            classes.append(hint)
+            left += [
+                one for one in _hints(hint).values() if isinstance(one, type) and one.__module__ == hint.__module__
+            ]
+            left += [inner for one in _hints(hint).values() for inner in get_args(one)]
+    return classes
+
+
+def _hints(thing: Any) -> dict[str, Any]:
+    try:
+        return get_type_hints(thing)
+    except NameError:  # of a type that is imported for type checkers only
+        return {}
 
 
 def _value(name: str) -> object:
