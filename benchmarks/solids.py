@@ -22,7 +22,8 @@ from time import perf_counter
 from coupled_plate import FullOrder, full_order_run, one_thread, timed, verdict, warm_up
 
 import hertzlink as hl
-from hertzlink.studies.struck_cylinders import BEAD, BEADS, DASHPOT, DROP_HEIGHT, SENSOR, UNTIL
+from hertzlink.studies.striking import BEADS, DROP_HEIGHT, SENSOR, UNTIL
+from hertzlink.studies.struck_cylinders import DASHPOT, THESIS
 from particles.bead import STANDARD_GRAVITY
 
 RADIUS = 9.525e-3
@@ -58,7 +59,7 @@ class Case:
 def chain(loss: float | None) -> hl.Chain:
     """The studies' chain, with dashpots (N s/m) or none."""
     dashpot = None if loss is None else hl.LinearDashpot(loss)
-    return hl.Chain([BEAD] * BEADS, BEAD, hl.drop_speed(DROP_HEIGHT), STANDARD_GRAVITY, dashpot)
+    return hl.Chain([THESIS.sphere] * BEADS, THESIS.sphere, hl.drop_speed(DROP_HEIGHT), STANDARD_GRAVITY, dashpot)
 
 
 def prepare(name: str) -> list[Case]:

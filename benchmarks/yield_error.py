@@ -49,9 +49,11 @@ def chain(bead: Any = BEAD, speed: float = PLATES, **changes: Any) -> hl.Chain:
 
 def defaults() -> Iterator[Case]:
     """The set-ups of the table, in its order."""
-    thesis = striking.Striking().chain(striking.Striking().middle)
+    thesis = striking.Striking().chain()
     yield Case("440C on a half-space of 440C, dashpot", thesis, hl.half_space(STEEL), 1.5e-3)
-    yield Case("440C on a rod of PTFE", thesis, hl.reduce(hl.rod(rod_stiffness.layers(PTFE)), 1.5e-3), 1.5e-3)
+    yield Case(
+        "440C on a rod of PTFE", thesis, hl.reduce(hl.rod(rod_stiffness.Conditions().layers(PTFE)), 1.5e-3), 1.5e-3
+    )
     for radius, thickness in ((4.765e-3, (4.83e-3, 3.18e-3, 2.29e-3)), (2.38e-3, (4.83e-3, 2.29e-3))):
         for one in thickness:
             name = f"{2e3 * radius:.2f} mm on {1e3 * one:.2f} mm of aluminium"

@@ -5,13 +5,12 @@ from functools import lru_cache, partial
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
+from hertzlink.studies.on_plates import IMPACT_SPEED, SENSOR, OnPlate, measure
 from hertzlink.studies.table import Row, bracketed
 from particles.bead import Sphere
-from particles.chain import Chain
 from plates.builders import kirchhoff_plate
 from plates.critical_distance import edge_length
 from plates.half_plane import half_plane
@@ -23,8 +22,8 @@ from structures.reduction import reduce
 from structures.structure import Structure
 
 BEAD = Sphere(2.38e-3, STEEL_440C)
-THICKNESS, MATERIAL, IMPACT_SPEED = 2.29e-3, ALUMINIUM_6061, 0.31
-BEADS, SENSOR, UNTIL = 20, 7, 0.7e-3
+THICKNESS, MATERIAL = 2.29e-3, ALUMINIUM_6061
+UNTIL, CHAIN = 0.7e-3, OnPlate().chain(2.0 * BEAD.radius)
 
 SIDE = 0.24
 """m, side of the square plate: the echoes of its other edges return after the end of the record."""
@@ -65,14 +64,14 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     length, scaled = unit(), QUICK_SCALED if quick else SCALED
 
     def near(corner: str, x: float, y: float) -> CoSimulation:
-        return CoSimulation(chain(), at_corner(corner, x * length, y * length))
+        return CoSimulation(CHAIN, at_corner(corner, x * length, y * length))
 
     def alone(corner_edge: str, x: float) -> CoSimulation:
-        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
+        return CoSimulation(CHAIN, half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
 
     found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
     single = sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
-    far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
+    far = measure(CoSimulation(CHAIN, infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
     data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
     data = data.merge(crossings(length, QUICK_SCAN if quick else SCAN, 2e-3 if quick else 0.2e-3, jobs))
     data["corner_superposed"] = superposed(data)
@@ -88,10 +87,10 @@ def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: in
     """
 
     def diagonal(corner: str, distance: float) -> CoSimulation:
-        return CoSimulation(chain(), at_corner(corner, distance, distance))
+        return CoSimulation(CHAIN, at_corner(corner, distance, distance))
 
     def from_edge(corner_edge: str, distance: float) -> CoSimulation:
-        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
+        return CoSimulation(CHAIN, half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
     scan = [one * length for one in scaled]
     find = partial(
@@ -121,16 +120,6 @@ def plate(corner: str) -> Plate:
 def at_corner(corner: str, x: float, y: float) -> Structure:
     """The reduced plate, struck at distances x and y (m) from the two edges; kept, as some lie on the diagonal too."""
     return reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
-
-
-def chain() -> Chain:
-    """The boundary study's chain of its smallest beads."""
-    return Chain([BEAD] * BEADS, striker=BEAD, impact_speed=IMPACT_SPEED)
-
-
-def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that is kept."""
-    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
 
 
 def superposed(data: xr.Dataset) -> xr.DataArray:

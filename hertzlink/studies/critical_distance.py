@@ -16,7 +16,8 @@ from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import WrongValue, choice, number, substance
-from hertzlink.studies.edge_cases import SENSOR, Pair, measure
+from hertzlink.studies.edge_cases import Pair, measure
+from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from plates.builders import kirchhoff_plate
@@ -68,9 +69,6 @@ SCAN = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 4.0, 6.0)
 """d/ℓ of the first scan of a search."""
 
 LINES = ["A0 Lamb", "Rayleigh"]
-
-DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.05e-3), (2.29e-3, 3.18e-3, 4.83e-3)
-"""The thesis's beads and plates (section 6.2), m."""
 
 
 PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)

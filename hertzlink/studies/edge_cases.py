@@ -9,6 +9,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
+from hertzlink.studies.on_plates import ALUMINIUM_STIFFNESS_RATIO, BEADS, RECORD, SENSOR
 from particles.bead import Sphere
 from particles.chain import Chain
 from plates.builders import kirchhoff_plate
@@ -22,14 +23,6 @@ from structures.layers import contact_time as contact_time_half_space
 from structures.material import STEEL_440C, Material
 from structures.structure import Structure, half_space
 from structures.surface import hertz_stiffness
-
-BEADS, SENSOR = 20, 7
-
-RECORD = 45.0
-"""Length of the record in contact times of aluminium plates; the slowest reflected wave returns after 30."""
-
-ALUMINIUM_STIFFNESS_RATIO = 0.743
-"""Ratio of contact stiffnesses of steel beads on aluminium, for which RECORD was chosen."""
 
 STEPS_PER_CONTACT = 450
 """Steps of the chain in a contact time. The default of 1800 changes AR by 1e-6."""

@@ -23,17 +23,17 @@ class Expected:
     """
 
     value: float | str
+    source: str
     ours: float | str = ""
     unit: str = ""
     scatter: str = ""
-    source: str = ""
     reason: str = ""
     quantity: str = ""
 
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of one part of a file of data."""
+    """The rows of one part of a file of data, which lies here or at an absolute path."""
 
     part: str
     file: str = "thesis.toml"
@@ -44,7 +44,7 @@ class Rows:
         return expected(self.file)[self.part]
 
     def __call__(
-        self, name: str, computed: float | str | None, *said: object, theory: float | str = "",
+        self, name: str, computed: float | str | None, /, *said: object, theory: float | str = "",
         otherwise: Mapping[str, float | str] = MappingProxyType({}), holds: bool | None = None, **labels: object,
     ) -> Row:  # fmt: skip
         """The row of an entry. said: the values in its reason; labels: those in its name; the others as of a Row."""
@@ -58,5 +58,5 @@ class Rows:
 @cache
 def expected(file: str) -> dict[str, dict[str, Expected]]:
     """What a file of data holds, by part and by the name of the entry."""
-    parts = tomllib.loads(Path(__file__).with_name(file).read_text(encoding="utf-8"))
+    parts = tomllib.loads((Path(__file__).parent / file).read_text(encoding="utf-8"))
     return {part: {name: Expected(**entry) for name, entry in entries.items()} for part, entries in parts.items()}

@@ -11,7 +11,7 @@ from hertzlink.studies import draw, striking
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, Row
-from hertzlink.studies.upper_layer import TwoLayers, theory, theory_lines
+from hertzlink.studies.upper_layer import THESIS, TwoLayers, theory_lines
 from structures.rod import Layer
 from structures.structure import Vector
 
@@ -62,7 +62,7 @@ def table(data: xr.Dataset) -> list[Row]:
     flights = middle.time_of_flight.sel(wave="primary") * 1e6
     thick = data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9)
     others = [struck.interval(data.amplitude_ratio.sel(wave="primary", dashpot=d)) for d in (4.0, 6.0)]
-    expected = float(theory(np.array([UPPER]), ECHOLESS_LENGTH).time_of_flight[0]) * 1e6
+    expected = float(THESIS.theory(np.array([UPPER]), ECHOLESS_LENGTH).time_of_flight[0]) * 1e6
     return [
         row("AR, primary", struck.interval(ratios), others[0], others[1]),
         row("AR, primary, from 25.4 mm on", struck.interval(ratios.where(thick)), struck.lost(ratios.where(thick)),
@@ -81,7 +81,7 @@ def table(data: xr.Dataset) -> list[Row]:
 def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
     """Delay of the secondary wave after the primary one; the thesis prints no number."""
     of = middle.sel(length=length, method="nearest")
-    expected = theory(np.array([UPPER]), length) * 1e6
+    expected = THESIS.theory(np.array([UPPER]), length) * 1e6
     found = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
     cylinder = data.sel(solid_length=length, method="nearest").solid_time_of_flight
     reason = (

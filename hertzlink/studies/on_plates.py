@@ -5,7 +5,9 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+import xarray as xr
 
+from coupling.results.ar_and_tof import amplitude_ratio
 from hertzlink.studies.conditions import Conditions, WrongValue, choice, number, substance
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -36,8 +38,8 @@ default of 40 kHz is equally close and takes 50 % longer (benchmarks/plate_meshe
 """
 
 RECORD, ALUMINIUM_STIFFNESS_RATIO = 45.0, 0.743
-"""Length of other records in contact times, and the ratio of contact stiffnesses up to which it is enough: the slowest
-reflected wave returns after 30 (hertzlink.studies.edge_cases).
+"""Length of other records in contact times of aluminium plates, after 30 of which the slowest reflected wave returns;
+and the ratio of contact stiffnesses of steel beads on aluminium, up to which it is enough.
 """
 
 MOST_VALUES = 6
@@ -169,3 +171,8 @@ class OnPlate(Conditions):
 def theirs(diameter: float) -> Sphere:
     """The bead of this diameter, m, with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 of 6.2.2."""
     return Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """AR at the thesis's sensor."""
+    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})

@@ -6,19 +6,15 @@ from math import isnan
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
+from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
 from hertzlink.studies.table import Row
-from particles.bead import Sphere
-from particles.chain import Chain
 from plates.builders import kirchhoff_plate, mindlin_plate
 from plates.support import Supports
-from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.material import ALUMINIUM_6061
 from structures.reduction import reduce
 from structures.structure import Structure
-
-SIDE, BEADS, SENSOR, IMPACT_SPEED = 0.914, 20, 7, 0.31
 
 EDGES = {
     "simple": Supports(left="simple", right="simple"),
@@ -36,8 +32,8 @@ THEORIES = ("Kirchhoff", "Mindlin")
 THICKNESSES = (2.29e-3, 4.83e-3)
 FEW_DISTANCES = (0.02, 0.06)
 
-UNTIL, REDUCTION, HIGHEST_FREQUENCY = 1.5e-3, 0.02, 30.0e3
-"""Length of the record (s), tolerance of the reduction, and the frequency that the mesh resolves (Hz)."""
+UNTIL, REDUCTION = 1.5e-3, 0.02
+"""Length of the record (s), and tolerance of the reduction."""
 
 
 def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -49,10 +45,10 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
     few, thick = (FEW_DISTANCES[:1], THICKNESSES[:1]) if quick else (FEW_DISTANCES, THICKNESSES)
 
     def by_edge(edge: str, edge_distance: float, edge_bead: float) -> CoSimulation:
-        return CoSimulation(chain(edge_bead), held(edge, edge_distance))
+        return CoSimulation(OnPlate().chain(edge_bead), held(edge, edge_distance))
 
     def with_shear(wall: float, near: float, small_bead: float) -> CoSimulation:
-        return CoSimulation(chain(small_bead), mindlin(wall, near))
+        return CoSimulation(OnPlate().chain(small_bead), mindlin(wall, near))
 
     edges = sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
     sheared = sweep(with_shear, UNTIL, jobs, measure, wall=thick, near=few, small_bead=DIAMETERS)
@@ -70,17 +66,6 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
     for name in ("edge_distance", "edge_bead", "wall", "near", "small_bead"):
         data[name].attrs["units"] = "m"
     return data
-
-
-def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that is kept."""
-    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
-
-
-def chain(diameter: float) -> Chain:
-    """The boundary study's chain."""
-    bead = Sphere(diameter / 2.0, STEEL_440C)
-    return Chain([bead] * BEADS, striker=bead, impact_speed=IMPACT_SPEED)
 
 
 @lru_cache(maxsize=1)

@@ -1,28 +1,20 @@
 """Thesis section 6.2.2: speeds of the Rayleigh wave and the A0 Lamb wave, and their travel to the edge and back."""
 
 from hertzlink.studies.expected import Rows
+from hertzlink.studies.on_plates import DIAMETERS, SIDE, THICKNESSES, OnPlate
 from hertzlink.studies.table import Row
-from particles.bead import Sphere
 from plates.theory.lamb import group_speed as lamb_group_speed
 from plates.theory.lamb import rayleigh_speed
-from structures.layers import contact_time as contact_time_half_space
-from structures.material import ALUMINIUM_6061, STEEL_440C
-from structures.surface import Surface, hertz_stiffness
+from structures.material import ALUMINIUM_6061
 
 row = Rows("plate_waves")
-SIDE, IMPACT_SPEED = 0.914, 0.31
-"""m, of the plate; m/s, of the striker."""
-
-THICKNESSES, DIAMETERS = (2.29e-3, 3.18e-3, 4.83e-3), (4.76e-3, 9.53e-3, 19.05e-3)
 
 
 def impact_frequency(diameter: float) -> float:
     """Frequency, Hz, of the impact of a bead of this diameter, m: one half-period in its contact with a half-space,
     1/(2T_c).
     """
-    bead = Sphere(diameter / 2.0, STEEL_440C)
-    stiffness = hertz_stiffness(bead.surface, Surface(ALUMINIUM_6061))
-    return 0.5 / contact_time_half_space(bead.mass, stiffness, IMPACT_SPEED)
+    return 0.5 / OnPlate().contact_time(diameter)
 
 
 def group_speeds() -> dict[float, list[float]]:

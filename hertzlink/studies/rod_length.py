@@ -58,11 +58,6 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     return of.marked(struck.over_lengths(of.layers, lengths, solid_lengths, 1 if quick and jobs is None else jobs, of))
 
 
-def theory_length() -> float:
-    """The thesis's characteristic length, m."""
-    return Conditions().theory_length()
-
-
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
     of = Conditions.read(data)
@@ -84,7 +79,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
     primary = data.sel(wave="primary")
     middle = primary.sel(dashpot=struck.DASHPOT)
     ratios, flights = middle.amplitude_ratio, middle.time_of_flight
-    drops = [struck.lost(primary.amplitude_ratio.sel(dashpot=dashpot)) for dashpot in struck.DASHPOTS]
+    drops = [struck.lost(primary.amplitude_ratio.sel(dashpot=dashpot)) for dashpot in striking.DASHPOTS]
     first, last = (primary.amplitude_ratio.isel(length=i, drop=True) for i in (0, -1))
     at = data.sensor_force.sel(sensor=struck.SENSOR).isel(length=0)
     incident = float(at.time[int(at.where(at.time < 3e-4, 0.0).values.argmax())]) * 1e6
@@ -99,7 +94,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
         row("AR lost over the lengths", f"{drops[1]:.1f} %", drops[0], drops[2]),
         row("TOF, all lengths", struck.interval(flights, 1e6),
             struck.sensitivity(primary.time_of_flight.isel(length=0), 1e6), otherwise=struck.undamped(data)),
-        row("characteristic length c T_c/2", theory_length() * 1e3,
+        row("characteristic length c T_c/2", Conditions().theory_length() * 1e3,
             otherwise={"beads of 8000 kg/m³": _heavier_length() * 1e3}),
         row("arrival of the primary wave, from impact", incident + float(flights[0]) * 1e6, incident,
             otherwise={"read at the foot of the pulse": _foot(at, incident + float(flights[0]) * 1e6)}),

@@ -14,8 +14,8 @@ from hertzlink.studies import draw, striking, table_2_1
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.striking import Striking
-from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
+from hertzlink.studies.striking import BEADS, SENSOR, Striking
+from hertzlink.studies.struck_cylinders import DASHPOT, THESIS, WAVES
 from hertzlink.studies.table import Row
 from structures.layers import critical_modulus
 from structures.material import MATERIALS, PTFE, STEEL_440C, Material
@@ -93,7 +93,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
     def stiff(youngs_modulus: float) -> CoSimulation:
         material = replace(STEEL_440C, youngs_modulus=youngs_modulus, name="")
-        return CoSimulation(of.chain(of.middle), of.slender(of.layers(material)))
+        return CoSimulation(of.chain(), of.slender(of.layers(material)))
 
     def real(material: str, dashpot: float) -> CoSimulation:
         return CoSimulation(of.chain(dashpot), of.slender(of.layers(materials[material])))
@@ -101,7 +101,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     def wide(material: str, body: str) -> CoSimulation:
         wall = materials[material]
         struck_body = half_space(wall) if body == "half-space" else of.solid(of.layers(wall))
-        return CoSimulation(of.chain(of.middle), struck_body)
+        return CoSimulation(of.chain(), struck_body)
 
     data = sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
     for kind, found in (
@@ -116,11 +116,6 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     return of.marked(data.merge(walls(of), combine_attrs="override"))
 
 
-def layers(material: Material) -> list[Layer]:
-    """The thesis's cylinder of a material."""
-    return Conditions().layers(material)
-
-
 def walls(of: Conditions) -> xr.Dataset:
     """The motion of each bead against the stiffest and the softest rod, the force at the sensors, and the distribution
     of the energy.
@@ -128,7 +123,7 @@ def walls(of: Conditions) -> xr.Dataset:
     shown = of.walls()
 
     def against(wall: str) -> CoSimulation:
-        return CoSimulation(of.chain(of.middle), of.slender(of.layers(shown[wall])))
+        return CoSimulation(of.chain(), of.slender(of.layers(shown[wall])))
 
     runs = sweep(against, of.until, 1, wall=list(shown))
     seen = [reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in shown]

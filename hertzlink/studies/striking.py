@@ -74,9 +74,10 @@ class Striking(Conditions):
         """The dashpot that counts, N s/m."""
         return self.dashpot[len(self.dashpot) // 2]
 
-    def chain(self, dashpot: float) -> Chain:
-        """The chain of 20 spheres."""
-        return Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, LinearDashpot(dashpot))
+    def chain(self, dashpot: float | None = None) -> Chain:
+        """The chain of 20 spheres, with a dashpot, N s/m, by default that which counts."""
+        loss = LinearDashpot(self.middle if dashpot is None else dashpot)
+        return Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, loss)
 
     def wall(self, material: Material) -> float:
         """k of a bead on a half-space, N/m^1.5."""

@@ -12,17 +12,15 @@ from coupling.results.measures import contact_time, sensor_force
 from coupling.results.signals import as_signal
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
-from hertzlink.studies.striking import BEADS, DASHPOTS, DROP_HEIGHT, SENSOR, UNTIL, Striking
+from hertzlink.studies.striking import BEADS, DASHPOTS, Striking
+from hertzlink.studies.striking import SENSOR as SENSOR
 from hertzlink.studies.table import Row
-from particles.chain import Chain
-from structures.material import STEEL_440C
 from structures.rod import Layer
-from structures.structure import Structure, Vector
+from structures.structure import Vector
 
 THESIS = Striking()
 """The thesis's chain."""
 
-BEAD = THESIS.sphere
 SENSORS = (SENSOR, 16)
 """AR and TOF are read at bead 7; at 16, four beads from the cylinder, incident and reflected wave overlap."""
 
@@ -30,30 +28,6 @@ WAVES = ("primary", "secondary")
 
 DASHPOT = THESIS.middle
 """N s/m; the tables show the other two of DASHPOTS as well."""
-
-STEEL_WALL = THESIS.wall(STEEL_440C)
-
-__all__ = ["BEADS", "DASHPOTS", "DROP_HEIGHT", "SENSOR", "UNTIL"]
-
-
-def chain(dashpot: float = DASHPOT) -> Chain:
-    """The thesis's vertical chain of 20 spheres, struck from 1 cm."""
-    return THESIS.chain(dashpot)
-
-
-def slender(layers: Sequence[Layer]) -> Structure:
-    """A rod for the thesis's chain."""
-    return THESIS.slender(layers)
-
-
-def solid(layers: Sequence[Layer]) -> Structure:
-    """An axisymmetric cylinder for the thesis's chain."""
-    return THESIS.solid(layers)
-
-
-def theory_time_of_flight(wall_stiffness: Vector | float, restitution: Vector | float = 1.0) -> Vector:
-    """TOF, s, of the primary wave in the thesis's chain."""
-    return THESIS.time_of_flight(wall_stiffness, restitution)
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -111,7 +85,7 @@ def over_lengths(
         return CoSimulation(of.chain(dashpot), of.slender(layers(length)))
 
     def against_cylinder(solid_length: float) -> CoSimulation:
-        return CoSimulation(of.chain(of.middle), of.solid(layers(solid_length)))
+        return CoSimulation(of.chain(), of.solid(layers(solid_length)))
 
     data = sweep(against_rod, of.until, jobs, with_forces, length=lengths, dashpot=of.dashpot)
     solids = sweep(against_cylinder, of.until, jobs, measure, solid_length=solid_lengths)

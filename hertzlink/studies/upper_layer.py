@@ -128,6 +128,9 @@ class Conditions(TwoLayers):
         return self.layers(max(self.upper), self.lower)
 
 
+THESIS = Conditions()
+
+
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
 
@@ -141,7 +144,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     data = struck.over_lengths(lambda upper: of.layers(upper, of.lower), uppers, solid_uppers, jobs, of)
     if of.own:
         return of.marked(data)
-    viscous = sweep(viscoelastic, struck.UNTIL, 1, struck.measure, share=SHARES)
+    viscous = sweep(viscoelastic, THESIS.until, 1, struck.measure, share=SHARES)
     for name in ("amplitude_ratio", "time_of_flight"):
         data[f"viscous_{name}"] = viscous[name]
     data["share"].attrs["units"] = "1"
@@ -152,19 +155,9 @@ def viscoelastic(share: float) -> CoSimulation:
     """The thinnest steel on PTFE, whose modulus is that of Table 2.1 for sudden loads, and whose given
     share relaxes.
     """
-    layers = two_layers(VISCOUS_UPPER, LOWER)
+    layers = THESIS.layers(VISCOUS_UPPER, LOWER)
     body = damped(rod(layers), StandardLinearSolid(share, RELAXATION, "instantaneous"), part=1)
-    return CoSimulation(struck.chain(VISCOUS_DASHPOT), reduce(body, struck.UNTIL))
-
-
-def two_layers(upper: float, lower: float) -> list[Layer]:
-    """Steel on PTFE, thicknesses in m."""
-    return Conditions().layers(upper, lower)
-
-
-def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
-    """The closed forms for the thesis's layers; thicknesses in m."""
-    return Conditions().theory(upper, lower)
+    return CoSimulation(THESIS.chain(VISCOUS_DASHPOT), reduce(body, THESIS.until))
 
 
 def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
@@ -188,7 +181,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _amplitudes(data: xr.Dataset) -> list[Row]:
-    ends, expected = data.isel(length=[0, -1]), theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
+    ends, expected = data.isel(length=[0, -1]), THESIS.theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
     middle = data.sel(dashpot=struck.DASHPOT)
     rows, relaxed = [], data.viscous_amplitude_ratio.sel(share=SHARE)
     viscous: tuple[dict[str, str], ...] = {VISCOUS: f"{struck.ratio(relaxed, 'secondary'):.6g}"}, {}
@@ -218,7 +211,7 @@ def thinnest_without(data: xr.Dataset, weak: float = WEAK_AMPLITUDE_RATIO) -> fl
 def _flights(data: xr.Dataset) -> list[Row]:
     middle = data.sel(dashpot=struck.DASHPOT)
     primary, secondary = (middle.time_of_flight.sel(wave=wave) * 1e6 for wave in ("primary", "secondary"))
-    expected = theory(data.length.values, LOWER) * 1e6
+    expected = THESIS.theory(data.length.values, LOWER) * 1e6
     followed = secondary.dropna("length")
     last = f"{float(followed.length[-1]) * 1e3:.0f} mm, {float(followed[-1]):.0f} µs"
     shortest, long = data.time_of_flight.isel(length=0), float(expected.printed[-1])

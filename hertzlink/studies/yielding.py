@@ -58,7 +58,7 @@ def _spheres(radius: float, material: Material, beads: int, speed: float) -> Cal
 
 def _thesis_chain() -> Chain:
     """Of section 6.1, with gravity and the dashpot."""
-    return striking.Striking().chain(striking.Striking().middle)
+    return striking.Striking().chain()
 
 
 def _struck(material: Material) -> Impact:
@@ -66,7 +66,7 @@ def _struck(material: Material) -> Impact:
     return Impact(
         f"rod of {material.name} (6.1.1)",
         _thesis_chain,
-        lambda: reduce(rod(rod_stiffness.layers(material)), 1.5e-3),
+        lambda: reduce(rod(rod_stiffness.Conditions().layers(material)), 1.5e-3),
         1.5e-3,
     )
 

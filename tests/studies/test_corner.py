@@ -50,7 +50,7 @@ def test_corner_of_simple_edges_against_images(x: float, y: float, monkeypatch: 
     monkeypatch.setitem(study.CORNERS, "simple-simple", ("simple", "simple"))
     x, y = x * study.unit(), y * study.unit()
     ratios = [
-        float(study.measure(hl.CoSimulation(study.chain(), structure).run(study.UNTIL)).amplitude_ratio)
+        float(study.measure(hl.CoSimulation(study.CHAIN, structure).run(study.UNTIL)).amplitude_ratio)
         for structure in (study.at_corner("simple-simple", x, y), images(x, y))
     ]
     assert ratios[0] == pytest.approx(ratios[1], abs=2e-3)

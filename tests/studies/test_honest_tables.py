@@ -1,12 +1,15 @@
 """Columns of tables: those of the thesis hold what it prints, as listed in `printed`. Studies check their own rows."""
 
+import re
 from math import nan
+from pathlib import Path
 
 import pytest
 from printed import PRINTED, check
 
 from hertzlink.studies import STUDIES, plate_waves, table_2_1
-from hertzlink.studies.table import Row
+from hertzlink.studies.expected import SCATTER, Rows, expected
+from hertzlink.studies.table import TIMED, Row
 from structures.material import MATERIALS
 
 
@@ -26,6 +29,32 @@ def test_table_2_1_is_that_of_the_materials() -> None:
     assert list(dict.fromkeys(row.quantity.partition(", ")[2] for row in rows)) == list(MATERIALS)
     for row in rows:
         assert row.computed == pytest.approx(row.thesis, rel=1e-12), row.quantity
+
+
+def test_each_expected_number_says_where_it_is_printed() -> None:
+    places = re.compile(
+        r"((above |below )?(section|equation|equations|figure|table|chapter) [\d.]+(, [\d.]+)?( and chapter 7)?)"
+    )
+    parts = expected("thesis.toml")
+    assert sum(map(len, parts.values())) > 250
+    for part, entries in parts.items():
+        for name, entry in entries.items():
+            assert places.fullmatch(entry.source), (part, name)
+            assert entry.scatter in SCATTER, (part, name)
+
+
+def test_a_row_is_what_its_entry_says(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    lines = (
+        '[mine."AR, {name}"]',
+        "value = 0.764",
+        'source = "figure 6.8"',
+        'scatter = "time"',
+        'reason = "{:.1f} later"',
+    )
+    file.write_text("\n".join(lines), encoding="utf-8")
+    row = Rows("mine", str(file))("AR, {name}", 0.75, 3.14159, otherwise={"no losses": 0.764}, name="steel")
+    assert row == Row("AR, steel", 0.764, 0.75, "", "3.1 later", within=TIMED, otherwise={"no losses": 0.764})
 
 
 def test_most_studies_are_checked() -> None:

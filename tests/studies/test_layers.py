@@ -78,7 +78,9 @@ def test_a_wave_that_breaks_into_two_collisions_arrives_with_the_higher_hump() -
     """Between 20 and 30 mm of steel the two humps of the force at bead 7 part. The middle between the collisions grows
     without a leap, and so does AR; TOF, peak to peak, leaps once, from the second hump to the first."""
     branch = hl.sweep(
-        lambda upper: hl.CoSimulation(struck.chain(), struck.slender(upper_layer.two_layers(upper, 25.4e-3))),
+        lambda upper: hl.CoSimulation(
+            struck.THESIS.chain(), struck.THESIS.slender(upper_layer.THESIS.layers(upper, 25.4e-3))
+        ),
         1.2e-3,
         jobs=1,
         measure=middle_and_peak,
@@ -95,21 +97,21 @@ def test_a_wave_that_breaks_into_two_collisions_arrives_with_the_higher_hump() -
 
 def test_equations() -> None:
     """Recomputed in facts.yaml and the errata: AR by 6.24 and 6.26, TOF by 6.34, T_l by 6.32 with and without M_l/3."""
-    ends = upper_layer.theory(np.array([6.35e-3, 101.6e-3]), 25.4e-3)
+    ends = upper_layer.THESIS.theory(np.array([6.35e-3, 101.6e-3]), 25.4e-3)
     assert ends.amplitude_ratio.values == pytest.approx([0.542, 0.963], abs=1e-3)
     assert ends.printed.values * 1e6 == pytest.approx([587.0, 835.0], abs=1.0)
     assert ends.time_of_flight.values[0] * 1e6 == pytest.approx(496.0, abs=1.0)
-    delays = upper_layer.theory(np.full(3, 6.35e-3), np.array([9.52e-3, 25.4e-3, 152.4e-3]))
+    delays = upper_layer.THESIS.theory(np.full(3, 6.35e-3), np.array([9.52e-3, 25.4e-3, 152.4e-3]))
     assert delays.delay.values * 1e6 == pytest.approx([55.2, 90.1, 220.7], abs=0.2)
     assert delays.delay_with_lower_mass.values * 1e6 == pytest.approx([58.8, 105.4, 395.1], abs=0.3)
 
 
 def test_a_layer_that_may_widen_makes_the_cylinder_a_rod() -> None:
     """A thin layer of PTFE bonded to steel and base is stiffer than a rod's: 0.507 for 0.453; with ν = 0 it is not."""
-    layers = upper_layer.two_layers(6.35e-3, 9.52e-3)
+    layers = upper_layer.THESIS.layers(6.35e-3, 9.52e-3)
     free = [layers[0], replace(layers[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
-    bodies = struck.slender(layers), struck.solid(layers), struck.solid(free)
-    found = [hl.amplitude_ratio(hl.CoSimulation(struck.chain(), body).run(1.5e-3), 7).item() for body in bodies]
+    bodies = struck.THESIS.slender(layers), struck.THESIS.solid(layers), struck.THESIS.solid(free)
+    found = [hl.amplitude_ratio(hl.CoSimulation(struck.THESIS.chain(), body).run(1.5e-3), 7).item() for body in bodies]
     assert found[0] == pytest.approx(0.453, abs=1e-3)
     assert found[1] == pytest.approx(0.507, abs=1e-3)
     assert found[2] == pytest.approx(found[0], abs=1e-3)

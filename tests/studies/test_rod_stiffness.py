@@ -17,7 +17,7 @@ def quick() -> xr.Dataset:
 
 def on_half_space(material: hl.Material, dashpot: float) -> xr.Dataset:
     dissipation = hl.LinearDashpot(dashpot) if dashpot else None
-    chain = hl.Chain([struck.BEAD] * 20, struck.BEAD, hl.drop_speed(0.01), 9.81, dissipation)
+    chain = hl.Chain([struck.THESIS.sphere] * 20, struck.THESIS.sphere, hl.drop_speed(0.01), 9.81, dissipation)
     return hl.CoSimulation(chain, hl.half_space(material)).run(until=1.5e-3)
 
 
@@ -71,8 +71,11 @@ def test_axisymmetric_cylinders_lie_near_rods(quick: xr.Dataset) -> None:
 
 @pytest.mark.thorough
 def test_reduced_rod_is_the_rod() -> None:
-    layers = study.layers(hl.PTFE)
-    runs = [hl.CoSimulation(struck.chain(), body).run(1.5e-3) for body in (hl.rod(layers), struck.slender(layers))]
+    layers = study.Conditions().layers(hl.PTFE)
+    runs = [
+        hl.CoSimulation(struck.THESIS.chain(), body).run(1.5e-3)
+        for body in (hl.rod(layers), struck.THESIS.slender(layers))
+    ]
     for measure in (hl.amplitude_ratio, hl.time_of_flight):
         for wave in ("primary", "secondary"):
             full, reduced = (measure(run, 7, wave).item() for run in runs)
