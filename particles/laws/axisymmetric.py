@@ -67,45 +67,7 @@ def contact_law_fem(
     converges smoothly, by the square of the spacing; between them the tangent scatters.
     Ranges in which strains are not small, and meshes too coarse for 1 %, get a caution.
 
-    Parameters
-    ----------
-    first : Bead
-        Sphere, HollowSphere or Ellipsoid(axis="along").
-    second : Bead or Surface, optional
-        Another one, by default like the first. A Surface is a half-space (curved: with the gap of an arc).
-    max_force : float, optional
-        Force up to which the law is computed, N. Give this or max_approach.
-    max_approach : float, optional
-        Approach of the mid-planes up to which the law is computed, m.
-    midplane : str
-        "roller", whose mid-planes slide sideways as in the thesis, or "clamped".
-    spacing : float, optional
-        Size of the elements at the contact, m; by default a thirtieth of the radius of the widest contact.
-
-    Returns
-    -------
-    ComputedLaw
-        With its error and its observed order of convergence.
-
-    Raises
-    ------
-    ValueError
-        For other bodies, for surfaces that conform, and for a contact of fewer than three elements.
-    ActiveSetNotConverged
-        Where the nodes in contact were not found.
-
-    References
-    ----------
     Khatri's thesis, sections 3.2 and 5.3; Hintermüller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> from particles.laws.axisymmetric import contact_law_fem
-    >>> law = contact_law_fem(bead, max_approach=5e-6, spacing=20e-6)
-    >>> round(float(law.force(5e-6) / hl.contact_law(bead, bead).force(5e-6)), 2)
-    1.01
     """
     check_bead("first", first, "a body")
     second = first if second is None else check_body("second", second)

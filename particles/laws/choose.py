@@ -54,22 +54,32 @@ def computed_law(
     max_approach : float, optional
         Approach up to which the law is computed, m.
     method : str, optional
-        "axisymmetric", "half-spaces", "plane strain", "plane stress" or "three-dimensional".
+        "axisymmetric", "half-spaces", "plane strain", as in the middle of long cylinders, "plane stress", as in thin
+        discs, or "three-dimensional".
     **options
-        Further arguments of the method. Finite elements take `spacing`, the size of the elements at the contact, m;
-        "axisymmetric" also `midplane`, "roller" or "clamped". "half-spaces" takes `cells` along each side of
-        the grid, 32 to 512, `midplane` (True: the approach is that of the mid-planes) and `correction`, m/N of each
-        body: what is subtracted from the approach for a unit force.
+        Further arguments of the method. `spacing`, m: the size of the finite elements at the contact. `midplane`:
+        "roller", whose mid-planes slide sideways as in the thesis, or "clamped", of "axisymmetric"; of "half-spaces"
+        True where the approach is that of the mid-planes, as between Spheres and Cylinders. `cells` of "half-spaces",
+        32 to 512 along each side of the grid; grids of half and a quarter as many show the error. `correction` of
+        "half-spaces", m/N of both bodies or of each: the displacement of a half-space under a unit force between the
+        mid-plane and infinity, less what the body adds above its mid-plane.
 
     Returns
     -------
     ComputedLaw
-        Its name states the method; it holds its error.
+        Its name states the method; it holds its error, and for finite elements the observed order of convergence.
 
     Raises
     ------
     ValueError
-        For another method, and for bodies and options that the method does not take.
+        For another method, for bodies and options that the method does not take, and for a contact of few elements.
+    RuntimeError
+        Where the nodes in contact, or the pressures, were not found.
+
+    References
+    ----------
+    Khatri's thesis, sections 3.2 and 5.3; Johnson, Contact Mechanics (1985), section 5.6; Polonsky and Keer, Wear 231
+    (1999) 206.
 
     Examples
     --------

@@ -94,51 +94,7 @@ def contact_law_bem(
     Contacts more elongated than those of cylinders that cross at 10°, longer than the cylinders, or too large for
     half-spaces get a caution.
 
-    Parameters
-    ----------
-    first : Bead
-        A solid body, such as a Sphere, an Ellipsoid or a Cylinder.
-    second : Bead or Surface, optional
-        Another one, or a Surface; by default like the first.
-    max_force : float, optional
-        Force up to which the law is computed, N. Give this or max_approach.
-    max_approach : float, optional
-        Approach up to which the law is computed, m.
-    correction : float or sequence of float, optional
-        c, m/N, of both bodies or of each: the displacement of a half-space under a unit force between the body's
-        mid-plane and infinity, less what the body adds above its mid-plane. It is subtracted from the approach once for
-        each body, but not for a Surface, which has no mid-plane. Without it the approach is that of points at infinity.
-    midplane : bool
-        Whether the approach is that of the mid-planes; c is then, where none is given, `midplane_correction` of each
-        Sphere or Cylinder. Spheres then obey the law of finite elements to 0.3 %.
-    cells : int
-        Cells along each side of the grid, 32 to 512; grids of half and a quarter as many show the error.
-
-    Returns
-    -------
-    ComputedLaw
-        With its error.
-
-    Raises
-    ------
-    ValueError
-        For other bodies, for surfaces that conform or touch along a line, and for corrections that leave no stiffness.
-    PressuresNotConverged
-        Where the pressures were not found.
-
-    References
-    ----------
     Polonsky and Keer, Wear 231 (1999) 206; Love, Phil. Trans. R. Soc. A 228 (1929) 377.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> from math import pi
-    >>> lying, crossing = (hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=angle) for angle in (0.0, pi / 4))
-    >>> from particles.laws.half_spaces import contact_law_bem
-    >>> law = contact_law_bem(lying, crossing, max_force=20.0, cells=32)
-    >>> round(float(law.force(2e-6) / hl.contact_law(lying, crossing).force(2e-6)), 2)
-    1.0
     """
     cells = _cells(cells)
     instance("midplane", midplane, bool, "True or False")

@@ -60,46 +60,7 @@ def contact_law_plane(
     In the limit of narrow contacts this is Johnson's law of `contact_law`, with E in place of E/(1 − ν²) for "stress";
     below the first load step it continues as that. Contacts in which strains are not small get a caution.
 
-    Parameters
-    ----------
-    first : Cylinder
-        One cylinder.
-    second : Cylinder, optional
-        The other one, by default like the first. The shorter length counts.
-    state : str
-        "strain", as in the middle of long cylinders, or "stress", as in thin discs: the two bound what cylinders of
-        finite length do.
-    max_force : float, optional
-        Force up to which the law is computed, N. Give this or max_approach.
-    max_approach : float, optional
-        Approach of the mid-planes, which may slide sideways, up to which the law is computed, m.
-    spacing : float, optional
-        Size of the elements at the contact, m; by default a 36th of the half-width of the widest contact.
-
-    Returns
-    -------
-    ComputedLaw
-        With its error and its observed order of convergence.
-
-    Raises
-    ------
-    ValueError
-        For other bodies, for cylinders that cross, and for a widest contact of fewer than eight elements.
-    ActiveSetNotConverged
-        Where the nodes in contact were not found.
-
-    References
-    ----------
     Johnson, Contact Mechanics (1985), section 5.6; Khatri's thesis, section 5.3.2.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> body = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316)
-    >>> from particles.laws.plane import contact_law_plane
-    >>> law = contact_law_plane(body, max_approach=2e-6, spacing=3e-6)
-    >>> law.name, round(float(law.force(2e-6) / hl.contact_law(body, body).force(2e-6)), 2)
-    ('finite elements, plane strain', 1.0)
     """
     instance("first", first, Cylinder, "a Cylinder")
     second = first if second is None else instance("second", second, Cylinder, "a Cylinder")

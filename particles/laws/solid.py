@@ -85,44 +85,7 @@ def contact_law_solid(
     as that of `contact_law` in series with a spring. Ranges in which strains are not small, and meshes too coarse for
     2.5 %, get a caution.
 
-    Parameters
-    ----------
-    first : Cylinder or Sphere
-        One body.
-    second : Cylinder or Sphere, optional
-        Its equal, which is the default.
-    max_force : float, optional
-        Force up to which the law is computed, N. Give this or max_approach.
-    max_approach : float, optional
-        Approach of the mid-planes, which may slide sideways, up to which the law is computed, m.
-    spacing : float, optional
-        Size of the cells at the pole, m, from where they grow; by default a twentieth of the half-width of the widest
-        contact, a sixth of its radius between spheres.
-
-    Returns
-    -------
-    ComputedLaw
-        With its error; the order is that of theory.
-
-    Raises
-    ------
-    ValueError
-        For other bodies, for unequal ones, and for a contact of fewer than two cells.
-    ActiveSetNotConverged
-        Where the nodes in contact were not found.
-
-    References
-    ----------
     Khatri's thesis, section 5.3.2.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(9.525e-3, hl.STEEL_316)
-    >>> from particles.laws.solid import contact_law_solid
-    >>> law = contact_law_solid(bead, max_approach=40e-6, spacing=0.2e-3)
-    >>> round(float(law.force(40e-6) / hl.contact_law(bead, bead).force(40e-6)), 1)
-    1.0
     """
     bead = solid_body("first", first)
     if second is not None and solid_body("second", second) != first:
@@ -226,32 +189,7 @@ def midplane_correction(bead: Cylinder | Sphere) -> float:
     3 % of the bead's radius, to some 5 %, which is some 1e-3 of the force. It differs by as much as 20 % for contacts
     a third or three times as wide.
 
-    Parameters
-    ----------
-    bead : Cylinder or Sphere
-        The body.
-
-    Returns
-    -------
-    float
-        c, m/N.
-
-    Raises
-    ------
-    ValueError
-        For other bodies, and for cylinders shorter than their radius.
-
-    References
-    ----------
     Johnson, Contact Mechanics (1985), equations 3.20 and 3.75.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> ball = hl.Sphere(9.525e-3, hl.STEEL_316)
-    >>> from particles.laws.solid import midplane_correction
-    >>> round(midplane_correction(ball) * 1e9, 2)  # nm/N
-    0.11
     """
     return _midplane_correction(solid_body("bead", bead))
 
