@@ -202,7 +202,7 @@ def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
         row("wave speed at 90°, discrete particles", plain, gravity, printed, otherwise={"gravity": gravity}),
         row("wave speed at 90°, finite elements", plain, gravity, otherwise={"gravity": gravity}),
         row("wave speed at 90°, experiment", plain, gravity, otherwise={"gravity": gravity}),
-        row("width at 90°", float(wide), wider, waves.ZERO_TO_ZERO, otherwise=waves.widths(float(wider), DIAMETER)),
+        row("width at 90°", float(wide), wider, otherwise=waves.widths(float(wider), DIAMETER)),
         row("wave speed at 90°, 40 N", contact, centre, theory,
             otherwise={"F between the force at a contact and at a sensor": f"{contact:.5g} to {centre:.5g}"}),
     ]  # fmt: skip

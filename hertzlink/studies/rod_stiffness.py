@@ -283,10 +283,9 @@ def _bead(data: xr.Dataset) -> list[Row]:
 
 def _energy(data: xr.Dataset) -> list[Row]:
     hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
-    reason = "of the energy that is left then, in the last bead's contact when it is greatest"
     return [
-        row("energy that becomes potential, steel", hard, reason),
-        row("energy that becomes potential, PTFE", soft, reason),
+        row("energy that becomes potential, steel", hard),
+        row("energy that becomes potential, PTFE", soft),
     ]
 
 

@@ -24,11 +24,6 @@ from structures.structure import Vector
 LEVELS = (0.01, 0.001)
 """Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends."""
 
-ZERO_TO_ZERO = (
-    "the thesis does not say where it reads; theory has 5 D from zero to zero, and 6 D for a sensor, which averages "
-    "two contacts one bead apart"
-)
-
 
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     """The incident wave between two sensors: its speed, its peak contact force above the preload, its width.
