@@ -150,9 +150,9 @@ def batch(
             f"until = {until!r}, save_every = {interval!r}: {size * family.number:.3g} numbers are too many to keep; "
             "give sensors, measure, or a longer save_every"
         )
-    for one in family.known or [family.first]:
+    for one in family.known.values():
         _plan(one, until, interval)
-    before = family.check_before(until)
+    before = check_before([one.chain for one in family.known.values()], until)
     warn(before)
     cores, jobs = joblib.cpu_count(), whole("jobs", jobs)
     many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
@@ -192,50 +192,41 @@ class _Done(NamedTuple):
 
 
 class _Family(NamedTuple):
-    """All runs: those that exist already, or the function that makes them; and the parameters by name."""
+    """All runs: those that exist already, by their place, and the function that makes the others from parameters."""
 
     number: int
-    known: list[CoSimulation]
+    beads: int
+    """In each chain."""
+    known: dict[int, CoSimulation]
     build: Callable[..., Chain | CoSimulation] | None
     parameters: dict[str, list[Any]]
-    first: CoSimulation
-    built: int = -1
-    """The place of the first run that could be built, which is not built again."""
-
-    @property
-    def beads(self) -> int:
-        """In each chain."""
-        return len(self.first.interface.chains[0].chain.beads)
 
     @property
     def save_every(self) -> float:
         """The time between saved samples, s: whole windows of the run with the shortest contact."""
-        shortest = min(self.known or [self.first], key=lambda one: one.interface.contact_time)
+        shortest = min(self.known.values(), key=lambda one: one.interface.contact_time)
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
-        return min(wanted, max(1, int(wanted / window)) * window / (1.0 if self.known else SPREAD))
-
-    def check_before(self, until: float) -> list[str]:
-        """The findings before the runs that exist."""
-        return check_before([one.interface.chains[0] for one in self.known or [self.first]], until)
+        return min(wanted, max(1, int(wanted / window)) * window / (SPREAD if self.build else 1.0))
 
     def cut(self, begin: int, end: int) -> "_Family":
         """Some of the runs, one after the other."""
         values = {name: column[begin:end] for name, column in self.parameters.items()}
-        number = min(end, self.number) - begin
-        return self._replace(number=number, known=self.known[begin:end], parameters=values, built=self.built - begin)
+        known = {i - begin: one for i, one in self.known.items() if begin <= i < end}
+        return self._replace(number=min(end, self.number) - begin, known=known, parameters=values)
 
     def make(self, i: int) -> CoSimulation:
         """A run, or a ValueError for one that a batch does not do."""
-        if self.known:
+        if self.build is None or i in self.known:
             return self.known[i]
-        if i == self.built:
-            return self.first
-        assert self.build is not None
         made = self.build(**{name: values[i] for name, values in self.parameters.items()})
         found = _simulation("runs(...)", made, None, None)
-        if len(found.interface.chains[0].chain.beads) != self.beads:
+        if _beads(found) != self.beads:
             raise ValueError(f"runs(...): has another number of beads than the {self.beads} of the first run")
         return found
+
+
+def _beads(simulation: CoSimulation) -> int:
+    return len(simulation.chain.chain.beads)
 
 
 def _family(runs: Runs, structure: Structure | None, dt: float | None, parameters: Mapping[str, Any]) -> _Family:
@@ -244,17 +235,17 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
             raise ValueError(f"{', '.join(parameters)}: parameters need a function in the place of runs")
         given = listed("runs", runs, object, "one Chain or CoSimulation or more")
         made = [_simulation("runs", one, structure, dt) for one in given]
-        lengths = {len(one.interface.chains[0].chain.beads) for one in made}
+        lengths = set(map(_beads, made))
         if len(lengths) > 1:
             raise ValueError(f"runs: hold {sorted(lengths)} beads; must have equally many")
-        return _Family(len(made), made, None, {}, made[0])
+        return _Family(len(made), *lengths, dict(enumerate(made)), None, {})
     for name, value in (("structure", structure), ("dt", dt)):
         if value is not None:
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
     values = _columns(runs, parameters)
     count = len(next(iter(values.values())))
-    built, first = _first(runs, values, count)
-    return _Family(count, [], runs, values, first, built)
+    place, first = _first(runs, values, count)
+    return _Family(count, _beads(first), {place: first}, runs, values)
 
 
 def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: int) -> tuple[int, CoSimulation]:
@@ -405,7 +396,7 @@ class _Rows:
         interface = simulation.interface
         chain = interface.chains[0]
         plan = _plan(simulation, until, interval)
-        findings = [] if family.known else check_before(interface.chains, until)
+        findings = check_before(interface.chains, until) if family.build else []
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
         frames = self._frames(interface, plan.rows)
         Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
@@ -470,7 +461,7 @@ def _together(
     family: _Family, parts: list[xr.Dataset], done: list[_Done], until: float, before: list[str]
 ) -> xr.Dataset:
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
-    given = {"first": family.first.describe(), "count": family.number, "until": until}
+    given = {"first": next(iter(family.known.values())).describe(), "count": family.number, "until": until}
     findings = gathered({f"run {i}": one.findings for i, one in enumerate(done) if one.findings}, len(done), "runs")
     reasons = [str(one.failure or "") for one in done]
     return finished("batch", data, reasons, given, before, findings)
