@@ -238,7 +238,7 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
         lengths = set(map(_beads, made))
         if len(lengths) > 1:
             raise ValueError(f"runs: hold {sorted(lengths)} beads; must have equally many")
-        return _Family(len(made), *lengths, dict(enumerate(made)), None, {})
+        return _Family(len(made), lengths.pop(), dict(enumerate(made)), None, {})
     for name, value in (("structure", structure), ("dt", dt)):
         if value is not None:
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
