@@ -4,15 +4,17 @@ A study declares them once, as fields of a subclass of Conditions; the command l
 """
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
+from decimal import Decimal
 from math import inf, isfinite
 from typing import Any, Self
 
 import xarray as xr
 
 from coupling.results.provenance import stored
-from hertzlink.studies.quantities import material, printed, quantity
+from hertzlink._hints import nearest
 from structures.checks import did_you_mean, short
 from structures.material import MATERIALS, Material
 
@@ -24,6 +26,13 @@ DIFFERS = "differs_from_thesis"
 
 LISTED = 5
 """Most values that are printed one by one."""
+
+
+READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}
+"""The units in which values are printed, and how many make one of the SI unit."""
+
+WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµμ°].*?)\s*")
+"""A number and a unit."""
 
 
 class WrongValue(ValueError):
@@ -73,8 +82,8 @@ class Option:
         if self.choices or self.of_material:
             return ", ".join(_named(one) if self.of_material else one for one in values)
         if len(values) > LISTED:
-            return printed((values[0], values[-1]), self.unit, f"{len(values)} values from {{}} to {{}}")
-        return printed(values, self.unit, ", ".join(["{}"] * len(values)))
+            return _printed((values[0], values[-1]), self.unit, f"{len(values)} values from {{}} to {{}}")
+        return _printed(values, self.unit, ", ".join(["{}"] * len(values)))
 
     def _one(self, name: str, given: object) -> Any:
         if self.of_material:
@@ -82,7 +91,7 @@ class Option:
         if self.choices:
             return self._choice(name, given)
         try:
-            number = quantity(given, self.unit) if isinstance(given, str) else float(given)  # type: ignore[arg-type]
+            number = _quantity(given, self.unit) if isinstance(given, str) else float(given)  # type: ignore[arg-type]
         except ValueError as error:
             raise WrongValue(name, given, str(error)) from None
         except TypeError:
@@ -101,17 +110,11 @@ class Option:
         return f" of {self.unit}" if self.unit else ""
 
     def _range(self) -> str:
-        unit, least = (
-            f" {self.unit}" if self.unit else "",
-            "0" if self.zero else f"{self.low:g}" if self.low else "more than 0",
-        )
-        if self.high < inf:
-            return (
-                f"from {least} to {self.high:g}{unit}"
-                if self.low or self.zero
-                else f"{least} and at most {self.high:g}{unit}"
-            )
-        return f"{least}{unit} or more" if self.low else f"a positive number{self._unit()}"
+        unit = f" {self.unit}" if self.unit else ""
+        if self.high == inf:
+            return f"{self.low:g}{unit} or more" if self.low else f"a positive number{self._unit()}"
+        from_ = f"from {self.low:g} to" if self.low or self.zero else "more than 0 and at most"
+        return f"{from_} {self.high:g}{unit}"
 
     def _choice(self, name: str, given: object) -> str:
         word = str(given).strip().lower()
@@ -125,7 +128,7 @@ class Option:
         if isinstance(given, Mapping):
             return Material(**given)
         try:
-            return material(str(given))
+            return _named_material(str(given))
         except ValueError as error:
             raise WrongValue(name, given, str(error)) from None
 
@@ -246,3 +249,41 @@ def _named(value: Material) -> str:
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
+
+
+def _quantity(text: str, unit: str) -> float:
+    """The number that a user typed, in the unit; a ValueError that says what would be right.
+
+    All studies read their numbers here: in the unit itself, or with one of its kind, as "1 mm". unit: "m", "m/s"; empty
+    for a number without one.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        found = WITH_UNIT.fullmatch(text) if unit else None
+    what = f"a number of {unit}, as 0.001, 1e-3 or with its unit" if unit else "a number, as 0.001 or 1e-3"
+    if found is None:
+        raise ValueError(f"must be {what}")
+    # Here: only those who type units need them.
+    from structures.units import factor
+
+    try:
+        return float(Decimal(found[1]) * factor(found[2], unit))
+    except ValueError as error:
+        raise ValueError(f"{error}; must be {what}") from None
+
+
+def _named_material(text: str) -> Material:
+    """The material of this name, or the only one of this first word; a ValueError names the nearest."""
+    meant = MATERIALS.meant(text)
+    if len(meant) == 1:
+        return meant[0]
+    if meant:
+        raise ValueError(f"there are {' and '.join(one.name for one in meant)}; give the whole name")
+    raise ValueError(f"no such material; {nearest(text, list(MATERIALS))}")
+
+
+def _printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:
+    """Values with their unit, in the digits that a user would type. words: what stands around the numbers."""
+    unit, factor = READABLE.get(unit, (unit, 1.0))
+    return f"{words.format(*(f'{factor * one:.6g}' for one in values))} {unit}".rstrip()

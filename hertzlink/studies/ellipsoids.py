@@ -73,6 +73,10 @@ class Conditions(Parameters):
         ]
 
 
+particle = Conditions().particle
+"""A bead of the thesis."""
+
+
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """Speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's cases.
 
@@ -101,11 +105,6 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     data["aimed_force"].attrs["units"] = "N"
     data["diameter"].attrs["units"] = "m"
     return data
-
-
-def particle(shape: str) -> Bead:
-    """A steel ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
-    return Conditions().particle(shape)
 
 
 def struck_by_its_like(bead: Bead, force: float) -> Chain:

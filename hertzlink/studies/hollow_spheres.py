@@ -83,6 +83,10 @@ class Conditions(Parameters):
         ]
 
 
+particle = Conditions().particle
+"""A bead of the thesis."""
+
+
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """Speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; the contact laws.
 
@@ -108,11 +112,6 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     data["ratio"].attrs.update(units="1", long_name="inner over outer radius")
     data["aimed_force"].attrs["units"] = "N"
     return data
-
-
-def particle(ratio: float) -> Sphere | HollowSphere:
-    """The thesis's aluminium sphere, solid or hollow."""
-    return Conditions().particle(ratio)
 
 
 def own_laws() -> dict[float, ContactLaw]:

@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.information import identifiability
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
+from hertzlink.studies.pressure import NOISE, bound
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -24,9 +24,6 @@ from structures.reduction import reduce
 from structures.structure import Structure
 
 SENSOR, BEADS, IMPACT_SPEED = 10, 20, 0.31
-NOISE = 0.01
-"""Of a trace's peak."""
-
 HAMMER = 2.8
 """K: the error of the neutral temperature of rails that is reported for tests with a hammer."""
 
@@ -152,7 +149,7 @@ def _measured(body: Body, quick: bool) -> xr.Dataset:
     runs = [at(stress, 1.0, IMPACT_SPEED).run(body.until) for stress in stresses]
     ratio = [float(amplitude_ratio(one, SENSOR)) for one in runs]
     flight = [float(time_of_flight(one, SENSOR)) for one in runs]
-    bounds = [_deviation(body, at, part) for part in (1.0, 0.5)]
+    bounds = [bound(at, body.near, part, body.until, SENSOR, IMPACT_SPEED) for part in (1.0, 0.5)]
     kelvin = np.array(stresses) / body.stress_of_kelvin
     most = max(len(one.stresses) for one in BODIES)
     pad = [np.nan] * (most - len(stresses))
@@ -167,19 +164,6 @@ def _measured(body: Body, quick: bool) -> xr.Dataset:
             "stress_of_kelvin": ((), body.stress_of_kelvin, {"units": "Pa/K"}),
         }
     )
-
-
-def _deviation(body: Body, at: Callable[[float, float, float], CoSimulation], part: float) -> float:
-    """The Cramér–Rao bound of the stress, Pa. part: of the step by which `identifiability` changes it."""
-
-    def build(level: float, bending: float, impact_speed: float) -> CoSimulation:
-        return at(body.near * (1.0 + part * (level - 1.0)), bending, impact_speed)
-
-    with collected():  # as above
-        known = identifiability(
-            build, NOISE, sensors=[SENSOR], until=body.until, level=1.0, bending=1.0, impact_speed=IMPACT_SPEED
-        )
-    return float(known.bounds["level"] * body.near * part)
 
 
 def table(data: xr.Dataset) -> list[Row]:
