@@ -26,7 +26,7 @@ from coupling.results.sensor_model import SensorModel as SensorModel
 from coupling.results.signals import as_signal as as_signal
 from coupling.results.signals import read_signal as read_signal
 from coupling.results.taps import average_taps as average_taps
-from coupling.results.tracks import follow_waves as follow_waves
+from coupling.results.wave_tracking import follow_waves as follow_waves
 from coupling.results.waves import NoWaveError as NoWaveError
 from coupling.schemes.condensed import Condensed as Condensed
 from coupling.schemes.explicit import Explicit as Explicit

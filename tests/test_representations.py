@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import hertzlink as hl
-from coupling.inference.fitting import Fit
+from coupling.inference.fitting import DissipationFit
 from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -37,10 +37,12 @@ def shown() -> dict[str, Any]:
         r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
         r"NoWave\(which='primary', reason='the record is short'\)": NoWave("primary", "the record is short"),
         r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.follow_waves(run)[0],
-        r"Fit\(LinearDashpot\(coefficient=5.0\); coefficient \(95 %\): 4.8 to 5.2; .*\)": Fit(
+        r"DissipationFit\(LinearDashpot\(coefficient=5.0\); coefficient \(95 %\): 4.8 to 5.2; .*\)": DissipationFit(
             dashpot, {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01}
         ),
-        r"Fit\(.*; not identifiable: only their sum\)": Fit(dashpot, {}, 0.1, {}, False, 1.0, "only their sum"),
+        r"DissipationFit\(.*; not identifiable: only their sum\)": DissipationFit(
+            dashpot, {}, 0.1, {}, False, 1.0, "only their sum"
+        ),
     }
 
 

@@ -63,7 +63,7 @@ ONE_PARAMETER: dict[type[Dissipation], str] = {
 
 
 @dataclass(frozen=True)
-class Fit:
+class DissipationFit:
     """A fitted loss with its uncertainty; returned by `fit_dissipation`.
 
     Parameters
@@ -87,10 +87,10 @@ class Fit:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> from coupling.inference.fitting import Fit
-    >>> fit = Fit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
+    >>> from coupling.inference.fitting import DissipationFit
+    >>> fit = DissipationFit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
     >>> fit
-    Fit(LinearDashpot(coefficient=5.0); coefficient (95 %): 4.8 to 5.2; amplitude difference: 0.002; ...)
+    DissipationFit(LinearDashpot(coefficient=5.0); coefficient (95 %): 4.8 to 5.2; amplitude difference: 0.002; ...)
     >>> fit.identifiable
     True
     """
@@ -104,10 +104,10 @@ class Fit:
     note: str = ""
 
     def __repr__(self) -> str:
-        return f"Fit({self.loss!r}; {'; '.join(f'{name}: {value}' for name, value in self._rows())})"
+        return f"DissipationFit({self.loss!r}; {'; '.join(f'{name}: {value}' for name, value in self._rows())})"
 
     def _repr_html_(self) -> str:
-        return html_table("Fit", [("loss", repr(self.loss)), *self._rows()])
+        return html_table("DissipationFit", [("loss", repr(self.loss)), *self._rows()])
 
     def _rows(self) -> list[tuple[str, str]]:
         """What a line or a short table shows, apart from the loss."""
@@ -138,7 +138,7 @@ def fit_dissipation(
     sensors: Iterable[int] | None = None,
     structure: Structure | None = None,
     compare: str = "pulses",
-) -> Fit:
+) -> DissipationFit:
     """Fit a loss so that the simulated incident waves match the measured ones.
 
     Parameters
@@ -163,7 +163,7 @@ def fit_dissipation(
 
     Returns
     -------
-    Fit
+    DissipationFit
         The loss, confidence intervals (for white noise), and the remaining differences.
 
     Raises
@@ -372,7 +372,7 @@ class _Model:
         return starts[int(errors.argmin())]
 
 
-def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
+def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> DissipationFit:
     """The loss, its intervals, and what the signals determine."""
     pairs = list(zip(model.measured.items(), model.pulses([p])[0], strict=True))
     mean = np.mean([pulse.peak for (_, pulse), _ in pairs])
@@ -396,7 +396,7 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
             if half[0] < MOST_LOGARITHM_WIDTH
             else f"the {name} is known within a factor of {exp(half[0]):.3g} only: the signals show hardly any loss"
         )
-        return Fit(loss, interval, amplitude, shapes, not note, 0.0, note)
+        return DissipationFit(loss, interval, amplitude, shapes, not note, 0.0, note)
     # ln γ = p₀ − α ln v: its variance from those of p₀ and α.
     direction = np.array([1.0, -log(model.speed)])
     spread = float(direction @ covariance @ direction)
@@ -411,4 +411,4 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
         f"exponent and coefficient cannot be separated: the exponent is {loss.exponent:.2f} ± {half[1]:.2f}; known is "
         f"the force at {model.speed:.3g} m/s, {exp(p[0]):.3g} N within a factor of {exp(half[0]):.3g}"
     )  # fmt: skip
-    return Fit(loss, intervals, amplitude, shapes, identifiable, correlation, note)
+    return DissipationFit(loss, intervals, amplitude, shapes, identifiable, correlation, note)

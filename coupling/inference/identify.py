@@ -15,7 +15,7 @@ from coupling.inference.intervals import Judgement
 from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
-from coupling.inference.search import Search
+from coupling.inference.search import GlobalSearch
 from coupling.sweeps.progress import Progress
 from structures.caution import caution
 from structures.checks import finite, not_negative, one_of, positive, short, whole
@@ -159,7 +159,7 @@ def identify(
     count = whole("scan", scan) if scan is not None else SCANNED.get(len(wanted), MOST_SCANNED)
     lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
     start = _guess(guess, wanted)
-    search = Search(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
+    search = GlobalSearch(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
     judgement = Judgement(search, not_negative("discrepancy", discrepancy), names)
     more = max(0, count - MOST_SCANNED)
     runs = more + likely_runs(len(lines), len(wanted) - len(lines), starts, start is not None)

@@ -9,7 +9,6 @@ import xarray as xr
 from scipy.signal import fftconvolve
 from scipy.stats import chi2, t
 
-from coupling.inference.dented import with_yielding
 from coupling.inference.features import Features
 from coupling.inference.identification import (
     AT_END,
@@ -31,7 +30,8 @@ from coupling.inference.misfit import (
 )
 from coupling.inference.posterior import sampled
 from coupling.inference.prediction import NUMERICAL
-from coupling.inference.search import Search, Solution, inverse
+from coupling.inference.search import GlobalSearch, Solution, inverse
+from coupling.inference.yield_effect import with_yielding
 from structures.caution import caution
 from structures.structure import Vector
 
@@ -80,7 +80,7 @@ class Judgement:
     discrepancy: of the model, as a part of each peak; nuisances: names of what is of no interest.
     """
 
-    def __init__(self, search: Search, discrepancy: float, nuisances: Sequence[str]) -> None:
+    def __init__(self, search: GlobalSearch, discrepancy: float, nuisances: Sequence[str]) -> None:
         self.search, self.discrepancy, self.nuisances = search, discrepancy, nuisances
         self.misfit, self.ranges = search.misfit, search.ranges
 

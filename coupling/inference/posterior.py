@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.inference.misfit import OF_SENSORS
-from coupling.inference.search import Search, inverse
+from coupling.inference.search import GlobalSearch, inverse
 from structures.caution import caution
 from structures.checks import whole
 from structures.structure import Vector
@@ -21,7 +21,7 @@ LONG_ENOUGH = 50.0
 """A chain of so many autocorrelation times gives the interval to some 10 % (Goodman and Weare, 2010, section 4)."""
 
 
-def sampled(search: Search, best: Vector, flatness: float, runs: int, seed: int) -> xr.Dataset:
+def sampled(search: GlobalSearch, best: Vector, flatness: float, runs: int, seed: int) -> xr.Dataset:
     """Draws of the unknowns. flatness: of the likelihood, 1 where residuals are noise of the known size."""
     try:
         import emcee
@@ -67,7 +67,7 @@ def sampled(search: Search, best: Vector, flatness: float, runs: int, seed: int)
     return _dataset(search, chain, {"acceptance": float(np.mean(sampler.acceptance_fraction))}, usual, notes)
 
 
-def _dataset(search: Search, chain: Vector, known: dict[str, Any], usual: float, notes: list[str]) -> xr.Dataset:
+def _dataset(search: GlobalSearch, chain: Vector, known: dict[str, Any], usual: float, notes: list[str]) -> xr.Dataset:
     misfit = search.misfit
     data: dict[str, Any] = {
         one.name: ("draw", np.array([one.value(place) for place in chain[:, k]])) for k, one in enumerate(search.ranges)

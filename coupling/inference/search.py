@@ -50,7 +50,7 @@ class Solution(NamedTuple):
     converged: bool
 
 
-class Search:
+class GlobalSearch:
     """Finds the local minima of a misfit.
 
     starts: of least squares. count: points of the scan. guess: a place to start from without a scan. lines: the ranges

@@ -10,8 +10,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
-from coupling.views.canvas import in_words
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import checked, value_at
 from hertzlink.cases.faults import Fault

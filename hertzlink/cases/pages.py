@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.plots.canvas import COLOURS, from_zero, legend_below, styled
+from coupling.plots.swept import MARKERS, MEASURES, MOST_CURVES, label_of, parameter, swept, words_of
 from coupling.results.findings import findings_of, one_of_each
-from coupling.views.canvas import COLOURS, from_zero, legend_below, styled
-from coupling.views.swept import MARKERS, MEASURES, MOST_CURVES, label_of, parameter, swept, words_of
 from hertzlink.reports import in_a_sentence
 from hertzlink.reports.of_results import page_of, with_setup
 from hertzlink.reports.page import Page, Picture, Section, Table, table, usual_facts

@@ -12,10 +12,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
+from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
-from coupling.views.setup import setup
 from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case, run_once
 from hertzlink.cases.faults import of_case

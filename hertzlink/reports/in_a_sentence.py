@@ -3,9 +3,9 @@
 import numpy as np
 import xarray as xr
 
+from coupling.plots.swept import varied, words_of
 from coupling.results.ar_and_tof import reflections
 from coupling.results.waves import NoWave, ReflectedWave
-from coupling.views.swept import varied, words_of
 from structures.checks import count_of
 from structures.units import handy
 

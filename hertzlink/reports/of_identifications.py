@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.inference.identification import Unknown, unknowns_of
-from coupling.views import identified
+from coupling.plots import identified
 from hertzlink.reports.page import Section, Table, table
 from hertzlink.reports.svg import WIDTH, drawn
 

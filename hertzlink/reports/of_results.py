@@ -11,11 +11,11 @@ import xarray as xr
 
 from coupling.files.writing import write_whole
 from coupling.inference.identification import Identification
+from coupling.plots import identified, setup
+from coupling.plots.swept import varied, words_of
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
-from coupling.views import identified, setup
-from coupling.views.swept import varied, words_of
 from hertzlink.reports import in_a_sentence, setup_in_words
 from hertzlink.reports.of_identifications import of_identification
 from hertzlink.reports.of_runs import of_many, of_one

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from coupling.plots import swept, traces
 from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
 from coupling.results.measures import energy_error
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of
 from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave
-from coupling.views import swept, traces
 from hertzlink.reports import in_a_sentence
 from hertzlink.reports.page import Picture, Section, Table, table
 from hertzlink.reports.svg import drawn

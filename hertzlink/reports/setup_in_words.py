@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from math import pi
 from typing import Any
 
-from coupling.views.canvas import in_words
+from coupling.plots.canvas import in_words
 from hertzlink.reports.page import Table, table
 from structures.units import handy
 

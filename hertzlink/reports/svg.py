@@ -6,7 +6,7 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-from coupling.views.canvas import own_axes
+from coupling.plots.canvas import own_axes
 from hertzlink.reports.page import Picture
 
 if TYPE_CHECKING:

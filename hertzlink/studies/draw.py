@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from coupling.views.canvas import COLOURS as COLOURS
-from coupling.views.canvas import mark_missing as mark_missing
+from coupling.plots.canvas import COLOURS as COLOURS
+from coupling.plots.canvas import mark_missing as mark_missing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes

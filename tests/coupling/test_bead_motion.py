@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.integrate import simpson
 
 import hertzlink as hl
-from coupling.views.motion import known_motion
+from coupling.plots.motion import known_motion
 from particles.deformable.chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
@@ -197,8 +197,8 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
 
 def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
     """Side by side, struck from the left; beneath, the force through each of them."""
-    from coupling.views import render
-    from coupling.views.drawing import Drawing
+    from coupling.plots import render
+    from coupling.plots.drawing import Drawing
 
     try:
         render.check_window()
@@ -220,8 +220,8 @@ def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, t
 
 def test_free_poles_have_an_outline(run: xr.Dataset) -> None:
     """Cells there are smaller than a pixel; the outline is black all the same."""
-    from coupling.views import render
-    from coupling.views.scene import Scene
+    from coupling.plots import render
+    from coupling.plots.scene import Scene
 
     try:
         render.check_window()

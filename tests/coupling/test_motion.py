@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.integrate import simpson
 
 import hertzlink as hl
-from coupling.views.motion import known_motion
+from coupling.plots.motion import known_motion
 from structures.structure import known_field
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

@@ -14,9 +14,9 @@ import xarray as xr
 from PIL import Image
 
 import hertzlink as hl
-from coupling.views import render
-from coupling.views.scene import Scene, round_number
-from coupling.views.shown import ShownPath
+from coupling.plots import render
+from coupling.plots.notebook_path import NotebookPath
+from coupling.plots.scene import Scene, round_number
 from structures.factor import factorise
 from structures.structure import known_field
 
@@ -295,14 +295,14 @@ def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) 
 
 def test_a_notebook_shows_what_is_drawn(tmp_path: Path) -> None:
     """As an image inside the page; a kind of file that browsers do not show stays a path."""
-    path = ShownPath(tmp_path / "body.png")
+    path = NotebookPath(tmp_path / "body.png")
     assert path._repr_html_() is None
     path.write_bytes(b"drawn")
     assert f"data:image/png;base64,{b64encode(b'drawn').decode()}" in (path._repr_html_() or "")
-    movie = ShownPath(tmp_path / "body.mp4")
+    movie = NotebookPath(tmp_path / "body.mp4")
     movie.write_bytes(b"moving")
     assert (movie._repr_html_() or "").startswith("<video controls")
-    paper = ShownPath(tmp_path / "body.pdf")
+    paper = NotebookPath(tmp_path / "body.pdf")
     paper.write_bytes(b"paper")
     assert paper._repr_html_() is None
     assert path == tmp_path / "body.png"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.views import render
+from coupling.plots import render
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 2.5e-4

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.reading import Reading
 from coupling.results.waves import NoWave, ReflectedWave, Reflections
-from coupling.views.canvas import COLOURS, INK, axes_for, legend_below, styled
 from structures.checks import whole
 from structures.units import handy
 

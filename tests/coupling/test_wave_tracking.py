@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.results.tracks import Track
+from coupling.results.wave_tracking import Track
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 STEEL_ON_PTFE = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]

@@ -12,9 +12,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from coupling.plots.render import Renderer
+from coupling.plots.scene import Scene, round_number
 from coupling.results.reading import Reading
-from coupling.views.render import Renderer
-from coupling.views.scene import Scene, round_number
 from structures.checks import not_negative, one_of, positive
 from structures.structure import Vector
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.views.scene import Scene, Shape
+from coupling.plots.scene import Scene, Shape
 from structures.structure import Vector
 
 FEATURE_ANGLE = 30.0

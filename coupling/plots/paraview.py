@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import xarray as xr
 
 from coupling.files.writing import whole_folder
-from coupling.views.motion import known_motion
+from coupling.plots.motion import known_motion
 
 LISTING = "motion.pvd"
 OWN_FILES = re.compile(r"motion(_\d+)?\.(vtu|pvd)")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from coupling.plots.canvas import INK, ROW, SMALL, axes_for, legend_texts, resized, width_of
+from coupling.plots.setup_structures import Drawn, front_view, side_view
+from coupling.plots.swept import varied, words_of
 from coupling.results.provenance import stored
-from coupling.views.canvas import INK, ROW, SMALL, axes_for, legend_texts, resized, width_of
-from coupling.views.setup_structures import Drawn, front_view, side_view
-from coupling.views.swept import varied, words_of
 from structures.checks import count_of, short
 
 if TYPE_CHECKING:

@@ -6,12 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from coupling.results.ar_and_tof import WAVES, amplitude_ratio, reflections, time_of_flight
-from coupling.results.findings import NUMBER
-from coupling.results.reading import Reading
-from coupling.results.schema import axes_of, kind_of
-from coupling.results.waves import NoWave
-from coupling.views.canvas import (
+from coupling.plots.canvas import (
     COLOURS,
     axes_for,
     from_zero,
@@ -21,6 +16,11 @@ from coupling.views.canvas import (
     plain,
     styled,
 )
+from coupling.results.ar_and_tof import WAVES, amplitude_ratio, reflections, time_of_flight
+from coupling.results.findings import NUMBER
+from coupling.results.reading import Reading
+from coupling.results.schema import axes_of, kind_of
+from coupling.results.waves import NoWave
 from structures.checks import instance, one_of, whole
 from structures.units import handy
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from coupling.views.canvas import COLOURS, INK, PALE, SMALL, plain
+from coupling.plots.canvas import COLOURS, INK, PALE, SMALL, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

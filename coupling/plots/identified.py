@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from coupling.views.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, plain, styled
+from coupling.plots.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, plain, styled
 from structures.checks import short, whole
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from coupling.plots.motion import motion_dataset, nearest_rows
 from coupling.results.provenance import as_text, differences, provenance, stored
 from coupling.results.reading import Reading
 from coupling.results.schema import END_NAMES, OF_RUNS
-from coupling.views.motion import motion_dataset, nearest_rows
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.chain import DeformableChain

@@ -10,8 +10,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.files.writing import whole_file_by_name
-from coupling.views.motion import known_motion
-from coupling.views.shown import ShownPath
+from coupling.plots.motion import known_motion
+from coupling.plots.notebook_path import NotebookPath
 from structures.checks import finite, positive
 
 Images = Iterable[NDArray[np.uint8]]
@@ -84,12 +84,12 @@ def picture(
     >>> float(motion.von_mises.max()) > 1e6
     True
     >>> hl.plots.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
-    ShownPath('body.png')
+    NotebookPath('body.png')
     """
     known_motion(motion)
     target = _target(path, (".png", ".pdf", ".svg"))
     number = _strongest(motion) if time is None else _nearest(motion, time)
-    from coupling.views.drawing import Drawing
+    from coupling.plots.drawing import Drawing
 
     with (
         Drawing(motion.isel(time=[number]), show, factor, highest, PICTURE_DPI, run) as drawing,
@@ -153,7 +153,7 @@ def animation(
     >>> motion.sizes["time"]
     2
     >>> hl.plots.animation(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
-    ShownPath('body.gif')
+    NotebookPath('body.gif')
     """
     known_motion(motion)
     target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")
@@ -162,7 +162,7 @@ def animation(
         if find_spec("imageio_ffmpeg") is None:
             raise ValueError(f'path = {str(path)!r}: .mp4 needs pip install "hertzlink[movie]"; .gif needs nothing')
         write = _write_mp4
-    from coupling.views.drawing import Drawing
+    from coupling.plots.drawing import Drawing
 
     with (
         Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing,
@@ -219,7 +219,7 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """The path; a ValueError if no such file can be written there."""
     if not isinstance(path, str | Path):
         raise ValueError(f"path = {path!r}: must be the name of a file")
-    target = ShownPath(path)
+    target = NotebookPath(path)
     if target.suffix.lower() not in suffixes:
         raise ValueError(f"path = {str(path)!r}: must end in {' or '.join(suffixes)}")
     if not target.parent.is_dir() or target.is_dir():

@@ -8,7 +8,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.features import Features
 from coupling.inference.misfit import Misfit
 from coupling.inference.prediction import Prediction
-from coupling.inference.search import Search, Solution
+from coupling.inference.search import GlobalSearch, Solution
 from coupling.results.findings import findings_of
 from coupling.yield_check import CURE
 from particles.laws.yielding import JacksonGreen
@@ -29,7 +29,7 @@ class Dented:
         return made.replace(chain=replace(made.chain.chain, law=JacksonGreen()))
 
 
-def with_yielding(search: Search, best: Solution, degrees: int) -> list[str]:
+def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[str]:
     """The warnings of a search's runs; of contacts beyond yield that of the best run, and how far they move the result.
 
     The user is warned of it.
@@ -49,14 +49,14 @@ def with_yielding(search: Search, best: Solution, degrees: int) -> list[str]:
     return said
 
 
-def _moved(search: Search, best: Solution, degrees: int) -> str:
+def _moved(search: GlobalSearch, best: Solution, degrees: int) -> str:
     """What a fit with the law, begun at the best one, finds; in words."""
     elastic, ranges = search.misfit.prediction, search.ranges
     prediction = Prediction(Dented(elastic.build), ranges, elastic.sensors, elastic.until)
     prediction.progress = elastic.progress
     prediction.stage("yielding")
     misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
-    own = Search(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
+    own = GlobalSearch(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
     found = own.nearest(search.misfit.explains(best.misfit, best.p))
     old, new = (elastic.values(one.p[: len(ranges)]) for one in (best, found))
     changes = {one.name: new[one.name] / old[one.name] - 1.0 for one in ranges if old[one.name]}

@@ -14,7 +14,7 @@ else:
     System = type(Path())
 
 
-class ShownPath(System):
+class NotebookPath(System):
     """A path that shows its file where it is the last line of a notebook's cell."""
 
     def _repr_html_(self) -> str | None:
