@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.signal import bilinear, lfilter
 
 from coupling.cosimulation import CoSimulation
+from coupling.inference.prediction import high_passed
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import contact_time, sensor_force
 from coupling.results.signals import as_signal
@@ -50,14 +50,9 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
-    """The signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s.
-
-    A first-order high-pass filter, ẏ + y/RC = ḟ, by the bilinear transform; the saved times of a run are equidistant.
-    """
-    force = sensor_force(run, SENSOR)
-    step = float(run.time[1] - run.time[0])
-    seen = lfilter(*bilinear([time_constant, 0.0], [time_constant, 1.0], 1.0 / step), force.values)
-    return as_signal(run.time.values, {SENSOR: seen})
+    """The signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s."""
+    step = float(run.time[1] - run.time[0])  # those of a run are equal
+    return as_signal(run.time.values, {SENSOR: high_passed(sensor_force(run, SENSOR).values, step, time_constant)})
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
