@@ -212,43 +212,31 @@ def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
     return rows
 
 
-def _others(data: xr.Dataset, material: str, name: str, factor: float = 1.0) -> str:
-    values = data[f"material_{name}"].sel(material=material)
-    return struck.sensitivity(values.sel(wave="primary") if "wave" in values.dims else values, factor)
-
-
-def _over_dashpots(data: xr.Dataset, material: str, name: str, factor: float = 1.0) -> dict[str, str]:
-    values = data[f"material_{name}"].sel(material=material)
-    return struck.over_dashpots(values.sel(wave="primary") if "wave" in values.dims else values, factor)
-
-
-def _extremes(data: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
-    steel, ptfe = (data.sel(material=name, dashpot=DASHPOT) for name in WALLS)
-    return steel, ptfe
+def _both(data: xr.Dataset, label: str, name: str, factor: float = 1.0, *said: float) -> Iterable[Row]:
+    """The rows of steel and of PTFE. said: what the reason of each begins with."""
+    for short, material, *first in zip(("steel", "PTFE"), WALLS, *([said] if said else []), strict=True):
+        values = data[f"material_{name}"].sel(material=material)
+        values = values.sel(wave="primary") if "wave" in values.dims else values
+        ours = float(values.sel(dashpot=DASHPOT).fillna(0.0)) * factor
+        others = struck.over_dashpots(values, factor)
+        yield row(f"{label} {short}", ours, *first, struck.sensitivity(values, factor), otherwise=others)
 
 
 def _waves(data: xr.Dataset) -> list[Row]:
-    steel, ptfe = _extremes(data)
+    steel, ptfe = (data.sel(material=name, dashpot=DASHPOT) for name in WALLS)
     flights = [struck.flight(of.material_time_of_flight) for of in (steel, ptfe)]
-    theory = [float(THESIS.time_of_flight(THESIS.wall(m))) for m in WALLS.values()]
+    theory = [float(THESIS.time_of_flight(THESIS.wall(m))) * 1e6 for m in WALLS.values()]
+    slower = [100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall=name))) for name in WALLS]
     return [
         row("definition of AR", "F_ref/F_in", holds=True),
         row("definition of TOF", "peak to peak", holds=True),
         row("incident wave at sensor 7", float(steel.material_incident_arrival) * 1e6),
-        row("AR, steel", struck.ratio(steel.material_amplitude_ratio), _others(data, "steel 440C", "amplitude_ratio"),
-            otherwise=_over_dashpots(data, "steel 440C", "amplitude_ratio")),
-        row("AR, PTFE", struck.ratio(ptfe.material_amplitude_ratio), _others(data, "PTFE", "amplitude_ratio"),
-            otherwise=_over_dashpots(data, "PTFE", "amplitude_ratio")),
-        row("TOF, steel", flights[0], theory[0] * 1e6,
-            otherwise=_over_dashpots(data, "steel 440C", "time_of_flight", 1e6)),
-        row("TOF, PTFE", flights[1], theory[1] * 1e6, _others(data, "PTFE", "time_of_flight", 1e6),
-            otherwise=_over_dashpots(data, "PTFE", "time_of_flight", 1e6)),
+        *_both(data, "AR,", "amplitude_ratio"),
+        *_both(data, "TOF,", "time_of_flight", 1e6, *theory),
         row("TOF, PTFE over steel", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %"),
         row("SSW after PSW, PTFE", struck.flight(ptfe.material_time_of_flight, "secondary") - flights[1]),
-        row("reflected wave slower than incident, steel",
-            f"{100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall='steel 440C'))):.1f} %",
-            100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall='PTFE')))),
-    ]  # fmt: skip
+        row("reflected wave slower than incident, steel", f"{slower[0]:.1f} %", slower[1]),
+    ]
 
 
 def _sensor(data: xr.Dataset) -> list[Row]:
@@ -262,23 +250,14 @@ def _sensor(data: xr.Dataset) -> list[Row]:
 
 
 def _bead(data: xr.Dataset) -> list[Row]:
-    (steel, ptfe), moves = _extremes(data), "material_largest_displacement"
     deepest, first, second = (time * 1e6 for time in collisions(data))
     return [
-        row("largest displacement of bead 20, steel", float(steel[moves]) * 1e6,
-            _others(data, "steel 440C", "largest_displacement", 1e6),
-            otherwise=_over_dashpots(data, "steel 440C", "largest_displacement", 1e6)),
-        row("largest displacement of bead 20, PTFE", float(ptfe[moves]) * 1e6,
-            _others(data, "PTFE", "largest_displacement", 1e6),
-            otherwise=_over_dashpots(data, "PTFE", "largest_displacement", 1e6)),
-        row("contact with steel", float(steel.material_contact_time) * 1e6,
-            otherwise=_over_dashpots(data, "steel 440C", "contact_time", 1e6)),
-        row("contact with PTFE", float(ptfe.material_contact_time) * 1e6,
-            otherwise=_over_dashpots(data, "PTFE", "contact_time", 1e6)),
+        *_both(data, "largest displacement of bead 20,", "largest_displacement", 1e6),
+        *_both(data, "contact with", "contact_time", 1e6),
         row("bead 20 deepest in PTFE", deepest),
         row("first collision of beads 20 and 19, PTFE", first),
         row("second collision, PTFE", second, second - first),
-    ]  # fmt: skip
+    ]
 
 
 def _energy(data: xr.Dataset) -> list[Row]:
