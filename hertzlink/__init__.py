@@ -35,15 +35,12 @@ def __getattr__(name: str) -> object:
         from hertzlink._hints import missing
 
         raise missing(name)
-    from hertzlink._help import for_users, namespace_for_users
-
-    value: object
     if _PUBLIC[name] == __name__:
-        value = namespace_for_users(import_module(f"{__name__}.{name}"))
-    else:
-        value = for_users(getattr(import_module(_PUBLIC[name]), name), name)
-    globals()[name] = value
-    return value
+        return import_module(f"{__name__}.{name}")
+    from hertzlink._help import for_users
+
+    globals()[name] = for_users(getattr(import_module(_PUBLIC[name]), name), name)
+    return globals()[name]
 
 
 def __dir__() -> list[str]:

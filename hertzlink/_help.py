@@ -4,7 +4,6 @@ import inspect
 import re
 import sys
 from functools import cache
-from types import ModuleType
 from typing import Any
 
 from hertzlink._hints import hinting, missing
@@ -35,17 +34,15 @@ def for_users(value: Any, name: str, package: str = "hertzlink") -> Any:
     return wrapper
 
 
-def namespace_for_users(module: ModuleType) -> ModuleType:
-    """A namespace with the functions that a user gets, and an error that gives the nearest name."""
-    names = vars(module)
-    space = module.__name__.rpartition(".")[2]
-    names.update({name: for_users(names[name], name, module.__name__) for name in namespaces()[space]})
+def offer(namespace: str) -> None:
+    """Give a namespace the functions that a user gets, and an error with the nearest name; it calls this at its end."""
+    names, space = vars(sys.modules[namespace]), namespace.rpartition(".")[2]
+    names.update({name: for_users(names[name], name, namespace) for name in namespaces()[space]})
 
     def missing_here(name: str) -> object:
         raise missing(name, space)
 
     names["__getattr__"] = missing_here
-    return module
 
 
 def _is_ours(value: Any) -> bool:

@@ -1,7 +1,7 @@
 """Closed forms for contacts, waves in chains and plates, impacts, and the stability of beams and shells."""
 
-from particles import solitary as _solitary
-from particles.solitary import tangent_stiffness as tangent_stiffness
+from hertzlink._help import offer as _offer
+from particles.solitary import UniformChain as UniformChain
 from plates.beam import beam_buckling_force as beam_buckling_force
 from plates.theory import impact as _impact
 from plates.theory import lamb as _lamb
@@ -18,16 +18,6 @@ from structures.surface import hertz_pressure as hertz_pressure
 from structures.surface import hertz_stiffness as hertz_stiffness
 from structures.surface import yield_pressure as yield_pressure
 
-chain_angular_frequency = _solitary.angular_frequency
-chain_cutoff_frequency = _solitary.cutoff_frequency
-chain_sound_speed = _solitary.sound_speed
-solitary_force_from_particle_speed = _solitary.peak_force_from_particle_speed
-solitary_speed_from_force = _solitary.wave_speed_from_force
-solitary_speed_from_particle_speed = _solitary.wave_speed_from_particle_speed
-solitary_strain = _solitary.strain
-solitary_transit_time = _solitary.transit_time
-solitary_transit_time_from_striker = _solitary.transit_time_from_striker
-solitary_width = _solitary.width
 plate_amplitude_ratio = _impact.amplitude_ratio
 plate_contact_time = _impact.contact_time
 plate_inelasticity = _impact.inelasticity_parameter
@@ -47,3 +37,5 @@ primary_time_of_flight = _layers.time_of_flight
 layer_speed = _layers.upper_speed
 shell_buckling_pressure = _thin_sphere.buckling_pressure
 shell_point_stiffness = _thin_sphere.point_stiffness
+
+_offer(__name__)

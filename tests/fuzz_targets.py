@@ -849,42 +849,20 @@ def closed(ax: Any) -> None:
 
 def _formulas() -> dict[str, Target]:
     d, m, k = {"size": BEAD.size}, {"mass": BEAD.mass}, {"stiffness": STIFFNESS}
-    powers, load = {"exponent": 1.5}, {"preload": 10.0}
+    chain, load = theory.UniformChain(BEAD.size, BEAD.mass, STIFFNESS), {"preload": 10.0}
     mode, plate = {"mode": "A0"}, {"material": hl.ALUMINIUM_6061, "thickness": 2e-3}
     surfaces = {"first": BEAD.surface, "second": FLAT}
     table: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
-        "theory.chain_angular_frequency": (
-            theory.chain_angular_frequency,
-            {"wave_number": 100.0, **d, **m, **k, **load, **powers},
-        ),
-        "theory.chain_cutoff_frequency": (theory.chain_cutoff_frequency, {**m, **k, **load, **powers}),
-        "theory.solitary_force_from_particle_speed": (
-            theory.solitary_force_from_particle_speed,
-            {**m, **k, "particle_speed": 0.3, **powers},
-        ),
-        "theory.chain_sound_speed": (theory.chain_sound_speed, {**d, **m, **k, **load, **powers}),
-        "theory.solitary_strain": (
-            theory.solitary_strain,
-            {"position": 0.0, "time": 0.0, "speed": 500.0, **d, **m, **k, **powers},
-        ),
-        "theory.tangent_stiffness": (theory.tangent_stiffness, {**k, **load, **powers}),
-        "theory.solitary_transit_time": (
-            theory.solitary_transit_time,
-            {"distance": 0.1, "speed": 500.0, "restitution": 0.9},
-        ),
-        "theory.solitary_transit_time_from_striker": (
-            theory.solitary_transit_time_from_striker,
-            {"beads": 13, **m, **k, "striker_speed": 0.44, "restitution": 0.9},
-        ),
-        "theory.solitary_speed_from_force": (
-            theory.solitary_speed_from_force,
-            {**d, **m, **k, "force": 20.0, "preload": 1.0, **powers},
-        ),
-        "theory.solitary_speed_from_particle_speed": (
-            theory.solitary_speed_from_particle_speed,
-            {**d, **m, **k, "particle_speed": 0.3, **powers},
-        ),
-        "theory.solitary_width": (theory.solitary_width, {**d, **powers}),
+        "theory.UniformChain": (theory.UniformChain, {**d, **m, **k, "exponent": 1.5}),
+        "UniformChain.angular_frequency": (chain.angular_frequency, {"wave_number": 100.0, **load}),
+        "UniformChain.cutoff_frequency": (chain.cutoff_frequency, load),
+        "UniformChain.sound_speed": (chain.sound_speed, load),
+        "UniformChain.tangent_stiffness": (chain.tangent_stiffness, load),
+        "UniformChain.strain": (chain.strain, {"position": 0.0, "time": 0.0, "speed": 500.0}),
+        "UniformChain.transit_time": (chain.transit_time, {"beads": 13, "striker_speed": 0.44, "restitution": 0.9}),
+        "UniformChain.wave_speed_from_force": (chain.wave_speed_from_force, {"force": 20.0, "preload": 1.0}),
+        "UniformChain.wave_speed_from_particle_speed": (chain.wave_speed_from_particle_speed, {"particle_speed": 0.3}),
+        "UniformChain.peak_force_from_particle_speed": (chain.peak_force_from_particle_speed, {"particle_speed": 0.3}),
         "theory.lamb_cutoff_frequency": (theory.lamb_cutoff_frequency, {**plate, "mode": "A1"}),
         "theory.lamb_frequency": (theory.lamb_frequency, {**plate, "wave_number": 500.0, **mode}),
         "theory.lamb_group_speed": (theory.lamb_group_speed, {**plate, "frequency": 3e4, **mode}),

@@ -172,6 +172,11 @@ def test_a_call_with_wrong_arguments_names_the_right_ones(call: str) -> None:
     assert caught.value.__cause__ is caught.value.__context__ is None
 
 
+def test_a_namespace_that_is_imported_by_name_gives_hints_too(tmp_path: Path) -> None:
+    done = python("from hertzlink.stepping import Newmark; Newmark(windw=1)", tmp_path)
+    assert "Newmark() has no argument 'windw'; did you mean window?" in done.stderr
+
+
 def test_an_error_inside_a_call_stays_as_it_is() -> None:
     def builder(thickness: float) -> None:
         raise TypeError("builder: no hint")

@@ -37,7 +37,7 @@ CHEAP = (
         "homogeneous_section",
     ),
     *(
-        "theory.chain_sound_speed",
+        "theory.UniformChain",
         "theory.zener_restitution",
         "theory.hertz_contact_time",
         "StandardLinearSolid.loss_tangent",

@@ -10,13 +10,7 @@ from hertzlink.studies.table import Row
 from particles.bead import Sphere, drop_speed
 from particles.chain import Chain
 from particles.laws.formulas import contact_law
-from particles.solitary import (
-    sound_speed,
-    transit_time_from_striker,
-    wave_speed_from_force,
-    wave_speed_from_particle_speed,
-    width,
-)
+from particles.solitary import UniformChain
 from structures.layers import contact_time
 from structures.material import STEEL_316, STEEL_440C
 
@@ -37,14 +31,14 @@ def _long_waves() -> list[Row]:
     bead = Sphere(4.76e-3, STEEL_316)
     plane, density = bead.material.youngs_modulus / (1.0 - bead.material.poisson_ratio**2), bead.material.density
     stiffness = plane * sqrt(2.0 * bead.radius) / 3.0
-    given = bead.size, bead.mass, stiffness
+    chain = UniformChain(bead.size, bead.mass, stiffness)
     # The group of quantities in equations 1.9 and 1.10, for a force of 1 N.
     group = (4.0 * plane**2 / (bead.size**2 * density**3)) ** (1.0 / 6.0)
     return [
         row("exponent of Hertz's law", float(np.log2(_force(2e-6) / _force(1e-6)))),
-        row("factor of the speed with preload, equation 1.9", float(sound_speed(*given, 1.0)) / group),
-        row("factor of the speed without preload, equation 1.10", float(wave_speed_from_force(*given, 1.0)) / group),
-        row("width of the wave, equation 1.8", width(bead.size) / bead.size),
+        row("factor of the speed with preload, equation 1.9", float(chain.sound_speed(1.0)) / group),
+        row("factor of the speed without preload, equation 1.10", float(chain.wave_speed_from_force(1.0)) / group),
+        row("width of the wave, equation 1.8", chain.width / bead.size),
     ]  # fmt: skip
 
 
@@ -55,9 +49,9 @@ def _force(approach: float) -> float:
 
 def _contact() -> list[Row]:
     bead, speed = Sphere(4.76e-3, STEEL_440C), 1.0
-    by_particle = float(wave_speed_from_particle_speed(bead.size, bead.mass, 1.0, speed))
+    by_particle = float(UniformChain(bead.size, bead.mass, 1.0).wave_speed_from_particle_speed(speed))
     group = bead.radius * (speed / bead.mass**2) ** 0.2
-    one_way = 0.5 * float(transit_time_from_striker(1, 1.0, 1.0, speed))
+    one_way = 0.5 * float(UniformChain(1.0, 1.0, 1.0).transit_time(1, speed))
     collision = float(contact_time(1.0, 1.0, speed))
     return [
         row("factor of the contact time, equation 6.8", collision),

@@ -16,7 +16,7 @@ from particles.bead import Cylinder, Sphere
 from particles.chain import Chain
 from particles.dissipation import PowerDashpot
 from particles.laws.formulas import contact_law
-from particles.solitary import angular_frequency, sound_speed, transit_time_from_striker, wave_speed_from_force
+from particles.solitary import UniformChain
 from plates.theory import impact, zener
 from structures.elasticity import shear_modulus
 from structures.layers import axial_stiffness, secondary_delay, time_of_flight
@@ -67,9 +67,8 @@ def _gap() -> tuple[bool | None, bool]:
 def _third_term() -> tuple[bool | None, bool]:
     """ω/k over c₀ of short waves, by the exact dispersion: 1 − (kd)²/24."""
     k = 1e-2 / BEAD.size
-    ratio = float(angular_frequency(k, BEAD.size, BEAD.mass, 1.0, 1.0)) / (
-        k * float(sound_speed(BEAD.size, BEAD.mass, 1.0, 1.0))
-    )
+    chain = UniformChain(BEAD.size, BEAD.mass, 1.0)
+    ratio = float(chain.angular_frequency(k, 1.0)) / (k * float(chain.sound_speed(1.0)))
     return None, near((1.0 - ratio) / (k * BEAD.size) ** 2, 1.0 / 24.0, 1e-4)
 
 
@@ -144,7 +143,7 @@ def _line() -> tuple[bool | None, bool]:
 def _root() -> tuple[bool | None, bool]:
     """For n = 3/2 it must be equation 5.11."""
     n, k, force = 1.5, 1e9, 20.0
-    hertz = float(wave_speed_from_force(BEAD.size, BEAD.mass, k, force))
+    hertz = float(UniformChain(BEAD.size, BEAD.mass, k).wave_speed_from_force(force))
     rest = BEAD.size * sqrt(2.0 / (n + 1.0)) * force ** ((n - 1.0) / (2.0 * n))
     group = k ** (1.0 / n) / BEAD.mass
     return near(rest * group, hertz), near(rest * sqrt(group), hertz)
@@ -170,7 +169,7 @@ def _beads() -> tuple[bool | None, bool]:
 
 def _stiffer() -> tuple[bool | None, bool]:
     """Stiffer contacts make the wave faster: k to 32 k makes the time a quarter."""
-    one, other = (float(transit_time_from_striker(13, BEAD.mass, k, 0.3)) for k in (1e9, 32e9))
+    one, other = (float(UniformChain(BEAD.size, BEAD.mass, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
     return near(32.0**0.4, other / one), near(32.0**-0.4, other / one)
 
 
@@ -211,7 +210,7 @@ def _return() -> tuple[bool | None, bool]:
 
 def _slower() -> tuple[bool | None, bool]:
     """A wave that returns with less speed takes longer."""
-    whole, less = (float(transit_time_from_striker(13, BEAD.mass, 1e9, 0.3, kept)) for kept in (1.0, 0.5))
+    whole, less = (float(UniformChain(BEAD.size, BEAD.mass, 1e9).transit_time(13, 0.3, kept)) for kept in (1.0, 0.5))
     return bool(less < whole), bool(less > whole)
 
 

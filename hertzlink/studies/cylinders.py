@@ -19,7 +19,7 @@ from particles.bead import STANDARD_GRAVITY, Bead, Cylinder, Sphere
 from particles.chain import Chain
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
-from particles.solitary import CONTACT_TO_CENTRE_FORCE, wave_speed_from_force
+from particles.solitary import CONTACT_TO_CENTRE_FORCE, UniformChain
 from structures.caution import HertzlinkWarning
 from structures.material import STEEL_316, Material
 from structures.structure import Vector, half_space
@@ -143,7 +143,7 @@ def stiffness(angle: float, axis_ratio: str = "exact") -> float:
 
 def by_force(angle: float, force: Vector) -> Vector:
     """Wave speed, m/s, at peak contact forces, N, and an angle in degrees (equation 5.11)."""
-    return wave_speed_from_force(DIAMETER, cylinder(0.0).mass, stiffness(angle), force)
+    return UniformChain(DIAMETER, cylinder(0.0).mass, stiffness(angle)).wave_speed_from_force(force)
 
 
 def chain(angle: float, impact_speed: float) -> Chain:

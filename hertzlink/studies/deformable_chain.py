@@ -26,8 +26,7 @@ from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw
-from particles.solitary import HERTZ, wave_speed_from_force
-from particles.solitary import strain as solitary_strain
+from particles.solitary import HERTZ, UniformChain
 from structures.elasticity import pressure_speed
 from structures.material import STEEL_316, Material
 from structures.structure import Vector, half_space
@@ -247,13 +246,13 @@ def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
 
 def by_force(force: Vector) -> Vector:
     """Wave speed, m/s, at peak contact forces, N (equation 1.10)."""
-    return wave_speed_from_force(BEAD.size, BEAD.mass, hertz_stiffness(BEAD.surface, BEAD.surface), force)
+    return UniformChain(BEAD.size, BEAD.mass, hertz_stiffness(BEAD.surface, BEAD.surface)).wave_speed_from_force(force)
 
 
 def theory(time: Vector, crest: float, speed: float) -> Vector:
     """Force, N, between particles when the crest of a wave passes at `crest`, s, from its strain (equation 1.8)."""
     stiffness = hertz_stiffness(BEAD.surface, BEAD.surface)
-    strain = solitary_strain(speed * (time - crest), 0.0, speed, BEAD.size, BEAD.mass, stiffness)
+    strain = UniformChain(BEAD.size, BEAD.mass, stiffness).strain(speed * (time - crest), 0.0, speed)
     force: Vector = stiffness * (BEAD.size * strain) ** HERTZ
     return force
 

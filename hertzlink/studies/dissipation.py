@@ -23,7 +23,7 @@ from particles.bead import Ellipsoid, Sphere
 from particles.chain import Chain
 from particles.dissipation import Dissipation, LinearDashpot, MassProportional, PowerDashpot
 from particles.moving import STEPS_PER_CONTACT, MovingChain
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED, peak_force_from_particle_speed, wave_speed_from_particle_speed
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED, UniformChain
 from structures.material import BRASS_360, PTFE, STEEL_316, Material
 from structures.structure import Structure, Vector, half_space
 from structures.surface import hertz_stiffness
@@ -94,9 +94,8 @@ class Conditions(conditions.Conditions):
     def wave(self, speed: float | None = None) -> tuple[float, float]:
         """Speed, m/s, and peak contact force, N, of the wave without losses, for long waves and a striker's speed."""
         bead, moved = self.sphere, PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
-        stiffness = hertz_stiffness(bead.surface, bead.surface)
-        fast = wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, moved)
-        return float(fast), float(peak_force_from_particle_speed(bead.mass, stiffness, moved))
+        chain = UniformChain(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface))
+        return chain.wave_speed_from_particle_speed(moved), chain.peak_force_from_particle_speed(moved)
 
     def until(self, speed: float | None = None) -> float:
         """Time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""

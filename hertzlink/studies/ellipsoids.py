@@ -17,7 +17,7 @@ from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import STANDARD_GRAVITY, Bead, Ellipsoid, Sphere
 from particles.chain import Chain
 from particles.laws.formulas import contact_law
-from particles.solitary import wave_speed_from_force
+from particles.solitary import UniformChain
 from structures.material import STEEL_316, STEEL_440C, Material
 from structures.structure import half_space
 from structures.surface import hertz_stiffness
@@ -140,7 +140,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
     """Equation 5.11 at the simulated peak forces; for spheres it is 1.10."""
     speeds = [
-        wave_speed_from_force(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface), values)
+        UniformChain(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface)).wave_speed_from_force(values)
         for bead, values in zip(beads, force.values, strict=True)
     ]
     return xr.DataArray(speeds, dims=force.dims, attrs={"units": "m/s", "long_name": "wave speed, equation 5.11"})

@@ -18,8 +18,7 @@ from particles.chain import Chain
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, PowerLaw
 from particles.laws.power_fit import fit_power_law
-from particles.solitary import wave_speed_from_force
-from particles.solitary import width as wave_width
+from particles.solitary import UniformChain
 from structures.material import ALUMINIUM_6061, Material
 from structures.structure import half_space
 
@@ -151,7 +150,7 @@ def fit(law: ContactLaw) -> tuple[float, float]:
 
 def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
     law, bead = TABLE_5_1[ratio], particle(ratio)
-    return wave_speed_from_force(bead.size, bead.mass, law.stiffness, force.values, exponent=law.exponent)
+    return UniformChain(bead.size, bead.mass, law.stiffness, law.exponent).wave_speed_from_force(force.values)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -193,7 +192,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
     lighter, gravity = found["printed mass"], found["printed mass, gravity"]
     size = 2.0 * RADIUS
     wide, wider = data.case_width.sel(case="mass from geometry").values / size
-    theory = wave_width(size, TABLE_5_1[THIN].exponent) / size
+    theory = UniformChain(size, 1.0, 1.0, TABLE_5_1[THIN].exponent).width / size
     return [
         row("wave speed, discrete particles", plain, lighter, gravity),
         row("wave speed, hertzlink's own law", own),

@@ -18,7 +18,7 @@ from particles.bead import Bead
 from particles.chain import Chain, LawOfPair
 from particles.laws.law import ContactLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED, wave_speed_from_force, wave_speed_from_particle_speed, width
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED, UniformChain
 from structures.structure import Vector
 
 LEVELS = (0.01, 0.001)
@@ -52,7 +52,7 @@ def widths(wider: float, size: float) -> dict[str, float]:
     """Other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
     return {
         "read from 0.1 % to 0.1 % of the peak": wider,
-        "equation 5.13, and one bead more at a sensor": width(size) / size + 1.0,
+        "equation 5.13, and one bead more at a sensor": UniformChain(size, 1.0, 1.0).width / size + 1.0,
     }
 
 
@@ -60,7 +60,7 @@ def striker_speed(force: float, mass: float, stiffness: float, exponent: float =
     """Speed, m/s, of a striker, equal to the beads, for about this peak contact force, N, by equations 6.12 and 6.16.
 
     These are for long waves: in a Hertzian chain the force is 0.886 of theirs (see
-    `theory.solitary_force_from_particle_speed`).
+    `UniformChain.peak_force_from_particle_speed`).
     """
     overlap = (force / stiffness) ** (1.0 / exponent)
     square = 2.0 * force * overlap / ((exponent + 1.0) * mass)
@@ -139,7 +139,9 @@ class Curve:
         """About the speed of the slowest wave, m/s."""
         moved, mass = PARTICLE_TO_STRIKER_SPEED * min(self.strikers()), self.pair[0].mass
         power = self.fit(0.01, 10.0) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
-        return float(wave_speed_from_particle_speed(self.size, mass, power.stiffness, moved, power.exponent))
+        return float(
+            UniformChain(self.size, mass, power.stiffness, power.exponent).wave_speed_from_particle_speed(moved)
+        )
 
 
 def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int) -> xr.Dataset:
@@ -164,7 +166,7 @@ def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, job
     for curve, peaks in zip(curves, forces, strict=True):
         power = curve.fit(*_ends(peaks))
         speeds.append(
-            wave_speed_from_force(curve.size, curve.pair[0].mass, power.stiffness, peaks, exponent=power.exponent)
+            UniformChain(curve.size, curve.pair[0].mass, power.stiffness, power.exponent).wave_speed_from_force(peaks)
         )
         exponents.append(power.exponent)
         stiffnesses.append(power.stiffness)
@@ -202,7 +204,7 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
         wide = one.width.isel(striker=-1).values / size
         reason = (
             f"force at the sensor from 1 % to 1 % of its peak, {wide[1]:.3g} from 0.1 %; equation 5.13 and one bead "
-            f"more for a sensor give {width(size, n) / size + 1.0:.3g} from zero to zero"
+            f"more for a sensor give {UniformChain(size, 1.0, 1.0, n).width / size + 1.0:.3g} from zero to zero"
         )
         found.append(Row(f"width in beads, {label}", "", float(wide[0]), "", reason))
     return found

@@ -114,7 +114,7 @@ def peak(run: xr.Dataset) -> float:
 def test_speed_of_waves_in_a_preloaded_chain(preload: float, speed: float) -> None:
     """Equation 5.10 (1.9 with f_r = F_m/F_0); long waves are an approximation of 1 % here."""
     run = hl.CoSimulation(hl.Chain([BEAD] * 50, BEAD, speed, preload=preload), WALL).run(until=3e-4)
-    theory = solitary.wave_speed_from_force(BEAD.size, BEAD.mass, STIFFNESS, peak(run), preload)
+    theory = solitary.UniformChain(BEAD.size, BEAD.mass, STIFFNESS).wave_speed_from_force(peak(run), preload)
     assert hl.wave_speed(run, 20, 30) == pytest.approx(theory, rel=0.012)
     assert hl.energy_error(run) < 1e-6
 
@@ -131,12 +131,12 @@ def test_linear_waves_obey_the_dispersion_relation(frequency: float) -> None:
     waves = np.linalg.lstsq(np.column_stack([np.cos(angle), np.sin(angle)]), late.values, rcond=None)[0]
     phase = np.unwrap(np.arctan2(waves[1], waves[0]))
     wave_number = abs(np.polyfit(np.arange(phase.size), phase, 1)[0]) / BEAD.size
-    theory = solitary.angular_frequency(wave_number, BEAD.size, BEAD.mass, STIFFNESS, 20.0)
+    theory = solitary.UniformChain(BEAD.size, BEAD.mass, STIFFNESS).angular_frequency(wave_number, 20.0)
     assert theory / (2.0 * pi) == pytest.approx(frequency, rel=5e-3)
 
 
 def test_nothing_passes_above_the_cutoff() -> None:
-    cutoff = solitary.cutoff_frequency(BEAD.mass, STIFFNESS, 20.0)
+    cutoff = solitary.UniformChain(BEAD.size, BEAD.mass, STIFFNESS).cutoff_frequency(20.0)
     time = np.linspace(0.0, 6e-4, 4001)
     motion = 1e-9 * np.minimum(time / 3e-4, 1.0) ** 2 * np.sin(2.0 * pi * 1.4 * cutoff * time)
     chain = hl.Chain([BEAD] * 40, hl.Piston(time, motion), preload=20.0)  # type: ignore[arg-type]

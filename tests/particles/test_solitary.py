@@ -39,28 +39,31 @@ def equation_1_10(force: float) -> float:
 
 def transit(restitution: float = 1.0) -> float:
     """Equation 6.17 for 13 beads at 0.31 m/s, in units of N m^{2/5} v^{−1/5} k^{−2/5}."""
-    return solitary.transit_time_from_striker(13, M, K, 0.31, restitution) / (13 * M**0.4 * 0.31**-0.2 * K**-0.4)
+    return solitary.UniformChain(D, M, K).transit_time(13, 0.31, restitution) / (13 * M**0.4 * 0.31**-0.2 * K**-0.4)
 
 
 STEEL_SPHERE = MODULUS**0.4 / DENSITY**0.4 * 0.31**0.2
 CONSTANTS = {
     "lwa_speed_coeff_precompressed": (
         0.9314,
-        solitary.wave_speed_from_force(D, M, K, 40.0, 10.0) / equation_1_9(50, 10),
+        solitary.UniformChain(D, M, K).wave_speed_from_force(40.0, 10.0) / equation_1_9(50, 10),
     ),
-    "lwa_speed_coeff": (0.6802, solitary.wave_speed_from_force(D, M, K, 20.5) / equation_1_10(20.5)),
-    "lwa_width_spheres_D": (5.0, solitary.width(D) / D),
+    "lwa_speed_coeff": (0.6802, solitary.UniformChain(D, M, K).wave_speed_from_force(20.5) / equation_1_10(20.5)),
+    "lwa_width_spheres_D": (5.0, solitary.UniformChain(D, M, K).width / D),
     "contact_time_const": (3.218, HERTZ_COLLISION),
     "vp_over_vstriker": (0.682, solitary.PARTICLE_TO_STRIKER_SPEED),
-    "coeff_6_13": (1.829, solitary.wave_speed_from_particle_speed(D, M, K, 0.3) / (D / 2 * (0.3 * K**2 / M**2) ** 0.2)),
+    "coeff_6_13": (
+        1.829,
+        solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(0.3) / (D / 2 * (0.3 * K**2 / M**2) ** 0.2),
+    ),
     "coeff_6_17": (1.180, transit(0.3) / (1.0 + 0.3**-0.2)),
     "coeff_6_20": (2.361, transit()),
     "coeff_6_39_Tt": (
         1.414,
-        solitary.transit_time_from_striker(13, M, K, 0.31, 0.3) / (D * 13 * (1.0 + 0.3**-0.2)) * STEEL_SPHERE,
+        solitary.UniformChain(D, M, K).transit_time(13, 0.31, 0.3) / (D * 13 * (1.0 + 0.3**-0.2)) * STEEL_SPHERE,
     ),
     "coeff_6_39_Tc": (0.853, (pi * sqrt(2.0) / 8.0) ** 0.4 * solitary.PARTICLE_TO_STRIKER_SPEED**-0.2),
-    "eq_5_13_n1p222": (9.52, solitary.width(D, 1.222) / D),
+    "eq_5_13_n1p222": (9.52, solitary.UniformChain(D, M, K, 1.222).width / D),
 }
 
 
@@ -83,8 +86,8 @@ def test_coefficients_to_five_digits() -> None:
 
 def test_speed_of_the_thesis_chain() -> None:
     """Equation 1.10 at 20.5 N gives 561.9 m/s; 5.11 for the ellipsoids' law says the same by k, m and D alone."""
-    assert solitary.wave_speed_from_force(D, M, K, 20.5) == pytest.approx(561.9, abs=0.1)
-    assert solitary.wave_speed_from_force(D, M, K, 20.5) == pytest.approx(
+    assert solitary.UniformChain(D, M, K).wave_speed_from_force(20.5) == pytest.approx(561.9, abs=0.1)
+    assert solitary.UniformChain(D, M, K).wave_speed_from_force(20.5) == pytest.approx(
         D * sqrt(0.8 * K ** (2 / 3) / M) * 20.5 ** (1 / 6)
     )
 
@@ -99,58 +102,64 @@ def test_preload_loses_no_digits(ratio: float, n: float) -> None:
         s = (one + Decimal(ratio * preload) / Decimal(preload)) ** (one / power)
         bracket = float((s ** (power + 1) + power - (power + 1) * s) / (s - one) ** 2)
     expected = D * sqrt(2.0 / (n + 1.0) * K ** (1.0 / n) / M * preload ** ((n - 1.0) / n) * bracket)
-    assert solitary.wave_speed_from_force(D, M, K, ratio * preload, preload, n) == pytest.approx(expected, rel=1e-12)
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(ratio * preload, preload) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 @given(st.floats(1e-3, 1e3), EXPONENTS)
 def test_weak_waves_travel_at_the_speed_of_sound(preload: float, n: float) -> None:
-    sound = solitary.sound_speed(D, M, K, preload, n)
-    assert solitary.wave_speed_from_force(D, M, K, 0.0, preload, n) == pytest.approx(sound, rel=1e-13)
-    assert solitary.wave_speed_from_force(D, M, K, preload * 1e-9, preload, n) == pytest.approx(sound, rel=1e-8)
-    assert solitary.wave_speed_from_force(D, M, K, preload * 1e-3, preload, n) > sound
+    sound = solitary.UniformChain(D, M, K, n).sound_speed(preload)
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(0.0, preload) == pytest.approx(sound, rel=1e-13)
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(preload * 1e-9, preload) == pytest.approx(
+        sound, rel=1e-8
+    )
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(preload * 1e-3, preload) > sound
 
 
 @given(st.floats(1e-3, 1e3), EXPONENTS)
 def test_without_preload_force_and_speed_obey_5_12(force: float, n: float) -> None:
     expected = D * sqrt(2.0 / (n + 1.0)) * sqrt(K ** (1.0 / n) / M) * force ** ((n - 1.0) / (2.0 * n))
-    assert solitary.wave_speed_from_force(D, M, K, force, exponent=n) == pytest.approx(expected)
-    assert solitary.wave_speed_from_force(D, M, K, force, force * 1e-40, n) == pytest.approx(expected, rel=1e-9)
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(force) == pytest.approx(expected)
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(force, force * 1e-40) == pytest.approx(
+        expected, rel=1e-9
+    )
 
 
 def test_nothing_travels_in_a_sonic_vacuum() -> None:
-    assert solitary.wave_speed_from_force(D, M, K, 0.0) == 0.0
-    assert solitary.sound_speed(D, M, K, 0.0) == 0.0
+    assert solitary.UniformChain(D, M, K).wave_speed_from_force(0.0) == 0.0
+    assert solitary.UniformChain(D, M, K).sound_speed(0.0) == 0.0
 
 
 def test_linear_waves() -> None:
     """Equation 1.4 against the eigenvalue problem of a ring of 12 masses, and its two ends."""
     preload, beads = 30.0, 12
-    stiffness = solitary.tangent_stiffness(K, preload)
+    stiffness = solitary.UniformChain(D, M, K).tangent_stiffness(preload)
     step = 1e-3
     overlap = [((preload + sign * step) / K) ** (2 / 3) for sign in (-1, 1)]
     assert stiffness == pytest.approx(2.0 * step / (overlap[1] - overlap[0]), rel=1e-6)
     ring = 2.0 * np.eye(beads) - np.roll(np.eye(beads), 1, axis=0) - np.roll(np.eye(beads), -1, axis=0)
     exact = np.sqrt(np.linalg.eigvalsh(stiffness / M * ring).clip(0.0))
     numbers = 2.0 * pi * np.arange(beads) / (beads * D)
-    found = solitary.angular_frequency(numbers, D, M, K, preload)
+    found = solitary.UniformChain(D, M, K).angular_frequency(numbers, preload)
     assert np.sort(found) == pytest.approx(exact, abs=1e-6 * exact[-1])
-    assert found.max() == pytest.approx(2.0 * pi * solitary.cutoff_frequency(M, K, preload))
-    slow = solitary.angular_frequency(1e-3, D, M, K, preload) / 1e-3
-    assert slow == pytest.approx(solitary.sound_speed(D, M, K, preload), rel=1e-9)
-    assert solitary.sound_speed(D, M, K, preload, exponent=1.0) == pytest.approx(D * sqrt(K / M))
+    assert found.max() == pytest.approx(2.0 * pi * solitary.UniformChain(D, M, K).cutoff_frequency(preload))
+    slow = solitary.UniformChain(D, M, K).angular_frequency(1e-3, preload) / 1e-3
+    assert slow == pytest.approx(solitary.UniformChain(D, M, K).sound_speed(preload), rel=1e-9)
+    assert solitary.UniformChain(D, M, K, 1.0).sound_speed(preload) == pytest.approx(D * sqrt(K / M))
 
 
 @given(EXPONENTS, st.floats(0.05, 20.0), st.floats(-0.9, 0.9))
 def test_the_profile_solves_the_long_wave_equation(n: float, speed: float, place: float) -> None:
     """V²ξ = c² [ξⁿ + nD²/(6(n+1)) ξ^{(n−1)/2} (ξ^{(n+1)/2})″], which for n = 3/2 is equation 1.7 integrated once."""
-    half = solitary.width(D, n) / 2.0
+    half = solitary.UniformChain(D, M, K, n).width / 2.0
     h = 4e-4 * (n - 1.0) * half
     x = place * half + np.array([-h, 0.0, h])
-    strain = solitary.strain(x, 0.0, speed, D, M, K, n)
+    strain = solitary.UniformChain(D, M, K, n).strain(x, 0.0, speed)
     bend = ((strain / strain[1]) ** ((n + 1.0) / 2.0) @ np.array([1.0, -2.0, 1.0])) / h**2
     c2 = K * D ** (n + 1.0) / M
     flux = c2 * strain[1] ** (n - 1.0) * (1.0 + n * D**2 / (6.0 * (n + 1.0)) * bend)
-    peak = c2 * float(solitary.strain(0.0, 0.0, speed, D, M, K, n)) ** (n - 1.0)
+    peak = c2 * float(solitary.UniformChain(D, M, K, n).strain(0.0, 0.0, speed)) ** (n - 1.0)
     assert speed**2 == pytest.approx(flux, abs=2e-4 * peak)
 
 
@@ -161,7 +170,7 @@ def test_the_profile_of_1_8() -> None:
     near = abs(x - speed * time) < 0.5 * 4.967294 * D
     c2 = 2.0 * MODULUS / (pi * DENSITY)
     expected = (5.0 * speed**2 / (4.0 * c2)) ** 2 * np.cos(sqrt(10.0) / (5.0 * D) * (x - speed * time)) ** 4
-    found = solitary.strain(x, time, speed, D, M, K)
+    found = solitary.UniformChain(D, M, K).strain(x, time, speed)
     assert found[near] == pytest.approx(expected[near], rel=1e-9, abs=1e-12 * expected.max())
     assert not found[~near].any()
     assert near.sum() == 49
@@ -170,10 +179,10 @@ def test_the_profile_of_1_8() -> None:
 @given(EXPONENTS, st.floats(1e-3, 10.0))
 def test_speed_force_strain_and_particle_speed_agree(n: float, v: float) -> None:
     """5.12 and 6.12 are one theory: the peak force makes the same speed, and v_p = V ξ."""
-    speed = solitary.wave_speed_from_particle_speed(D, M, K, v, n)
-    force = solitary.peak_force_from_particle_speed(M, K, v, n)
-    assert solitary.wave_speed_from_force(D, M, K, force, exponent=n) == pytest.approx(speed)
-    assert speed * solitary.strain(0.0, 0.0, speed, D, M, K, n) == pytest.approx(v, rel=1e-6)
+    speed = solitary.UniformChain(D, M, K, n).wave_speed_from_particle_speed(v)
+    force = solitary.UniformChain(D, M, K, n).peak_force_from_particle_speed(v)
+    assert solitary.UniformChain(D, M, K, n).wave_speed_from_force(force) == pytest.approx(speed)
+    assert speed * solitary.UniformChain(D, M, K, n).strain(0.0, 0.0, speed) == pytest.approx(v, rel=1e-6)
 
 
 @given(EXPONENTS, *[st.floats(0.1, 10.0)] * 4)
@@ -181,36 +190,37 @@ def test_units_scale(n: float, metre: float, kilogram: float, second: float, for
     """Another choice of units changes speeds, times and forces as it must, and nothing else."""
     newton, speed = kilogram * metre / second**2, metre / second
     d, m, k = D * metre, M * kilogram, K * newton / metre**n
-    one = solitary.wave_speed_from_force(D, M, K, force, 2.0, n)
-    assert solitary.wave_speed_from_force(d, m, k, force * newton, 2.0 * newton, n) == pytest.approx(one * speed)
-    pitch = solitary.cutoff_frequency(M, K, force, n)
-    assert solitary.cutoff_frequency(m, k, force * newton, n) == pytest.approx(pitch / second)
-    push = solitary.peak_force_from_particle_speed(M, K, force, n)
-    assert solitary.peak_force_from_particle_speed(m, k, force * speed, n) == pytest.approx(push * newton)
+    one = solitary.UniformChain(D, M, K, n).wave_speed_from_force(force, 2.0)
+    assert solitary.UniformChain(d, m, k, n).wave_speed_from_force(force * newton, 2.0 * newton) == pytest.approx(
+        one * speed
+    )
+    pitch = solitary.UniformChain(D, M, K, n).cutoff_frequency(force)
+    assert solitary.UniformChain(D, m, k, n).cutoff_frequency(force * newton) == pytest.approx(pitch / second)
+    push = solitary.UniformChain(D, M, K, n).peak_force_from_particle_speed(force)
+    assert solitary.UniformChain(D, m, k, n).peak_force_from_particle_speed(force * speed) == pytest.approx(
+        push * newton
+    )
     # Transit times are Hertzian whatever n.
-    flight = solitary.transit_time_from_striker(13, M, K, force, 0.5)
+    flight = solitary.UniformChain(D, M, K).transit_time(13, force, 0.5)
     hertz = K * newton / metre**1.5
-    assert solitary.transit_time_from_striker(13, m, hertz, force * speed, 0.5) == pytest.approx(flight * second)
+    assert solitary.UniformChain(D, m, hertz).transit_time(13, force * speed, 0.5) == pytest.approx(flight * second)
 
 
 def test_a_slower_wave_takes_longer_to_come_back() -> None:
     """V_ref/V_in = e^{1/5}: for e = 1/32 the way back takes twice the time."""
-    assert solitary.transit_time(0.1, 500.0) == pytest.approx(4e-4)
-    assert solitary.transit_time(0.1, 500.0, 1.0 / 32.0) == pytest.approx(6e-4)
-    speed = solitary.wave_speed_from_particle_speed(D, M, K, 0.682 * 0.31)
-    assert solitary.transit_time_from_striker(13, M, K, 0.31, 0.5) == pytest.approx(
-        solitary.transit_time(13 * D, speed, 0.5)
-    )
+    chain = solitary.UniformChain(D, M, K)
+    one_way = 13 * D / chain.wave_speed_from_particle_speed(0.682 * 0.31)
+    assert chain.transit_time(13, 0.31) == pytest.approx(2.0 * one_way)
+    assert chain.transit_time(13, 0.31, 1.0 / 32.0) == pytest.approx(3.0 * one_way)
 
 
 ARRAYS: dict[str, Callable[..., object]] = {
-    "wave_number": lambda x: solitary.angular_frequency(x, D, M, K, 10.0),
-    "preload": lambda x: solitary.sound_speed(D, M, K, x),
-    "force": lambda x: solitary.wave_speed_from_force(D, M, K, x, 2.0),
-    "particle_speed": lambda x: solitary.peak_force_from_particle_speed(M, K, x),
-    "position": lambda x: solitary.strain(x, 0.0, 500.0, D, M, K),
-    "speed": lambda x: solitary.transit_time(0.1, x, 0.5),
-    "striker_speed": lambda x: solitary.transit_time_from_striker(13, M, K, x),
+    "wave_number": lambda x: solitary.UniformChain(D, M, K).angular_frequency(x, 10.0),
+    "preload": lambda x: solitary.UniformChain(D, M, K).sound_speed(x),
+    "force": lambda x: solitary.UniformChain(D, M, K).wave_speed_from_force(x, 2.0),
+    "particle_speed": lambda x: solitary.UniformChain(D, M, K).peak_force_from_particle_speed(x),
+    "position": lambda x: solitary.UniformChain(D, M, K).strain(x, 0.0, 500.0),
+    "striker_speed": lambda x: solitary.UniformChain(D, M, K).transit_time(13, x),
 }
 
 
@@ -250,7 +260,7 @@ def run() -> xr.Dataset:
 def test_speed_of_a_chain_by_5_11(run: xr.Dataset) -> None:
     """569.2 against 562.2 m/s: a wave of five beads is not long, and the bead-to-bead chain is 1.2 % faster."""
     force = float(run.contact_force.sel(contact=16).max())
-    speed = solitary.wave_speed_from_force(D, M, K, force)
+    speed = solitary.UniformChain(D, M, K).wave_speed_from_force(force)
     assert hl.wave_speed(run, 13, 20) == pytest.approx(speed, rel=0.02)
     assert hl.wave_speed(run, 13, 20) / speed == pytest.approx(1.0122, abs=1e-3)
 
@@ -261,10 +271,10 @@ def test_particle_speed_of_a_chain(run: xr.Dataset) -> None:
     assert ratio.values == pytest.approx(solitary.PARTICLE_TO_STRIKER_SPEED, rel=1e-3)
     assert ratio.values == pytest.approx(0.6817, rel=3e-4)
     v = float(ratio.mean()) * STRIKER_SPEED
-    speed = solitary.wave_speed_from_particle_speed(D, M, K, v)
+    speed = solitary.UniformChain(D, M, K).wave_speed_from_particle_speed(v)
     assert hl.wave_speed(run, 13, 20) / speed == pytest.approx(0.992, abs=1e-3)
     force = float(run.contact_force.sel(contact=16).max())
-    assert force / solitary.peak_force_from_particle_speed(M, K, v) == pytest.approx(0.886, abs=1e-3)
+    assert force / solitary.UniformChain(D, M, K).peak_force_from_particle_speed(v) == pytest.approx(0.886, abs=1e-3)
 
 
 def test_contact_force_over_bead_force(run: xr.Dataset) -> None:
@@ -273,7 +283,7 @@ def test_contact_force_over_bead_force(run: xr.Dataset) -> None:
     found = contact / float(hl.sensor_force(run, 16).max())
     assert found == pytest.approx(solitary.CONTACT_TO_CENTRE_FORCE, rel=1e-3)
     x = np.linspace(-1.0, 1.0, 2001) * D
-    force = [solitary.strain(x + shift, 0.0, 560.0, D, M, K) ** 1.5 for shift in (-D / 2, 0.0, D / 2)]
+    force = [solitary.UniformChain(D, M, K).strain(x + shift, 0.0, 560.0) ** 1.5 for shift in (-D / 2, 0.0, D / 2)]
     by_profile = force[1].max() / (0.5 * (force[0] + force[2])).max()
     assert by_profile == pytest.approx(cos(sqrt(0.1)) ** -6, rel=1e-6)
     assert by_profile == pytest.approx(1.357, abs=1e-3)
@@ -285,12 +295,14 @@ def test_width_of_a_wave_in_a_chain(run: xr.Dataset, level: float, share: float)
     velocity = run.velocity.sel(bead=20).values
     above = run.time.values[velocity > level * velocity.max()]
     width = hl.wave_speed(run, 18, 22) * float(above[-1] - above[0])
-    by_profile = solitary.width(D) * 2.0 / pi * np.arccos(level**0.25)
+    by_profile = solitary.UniformChain(D, M, K).width * 2.0 / pi * np.arccos(level**0.25)
     assert width / by_profile == pytest.approx(share, abs=0.01)
 
 
 def test_five_contacts_share_a_wave(run: xr.Dataset) -> None:
-    assert (run.contact_force.sel(time=1e-4, method="nearest") > 0.01).sum() == round(solitary.width(D) / D)
+    assert (run.contact_force.sel(time=1e-4, method="nearest") > 0.01).sum() == round(
+        solitary.UniformChain(D, M, K).width / D
+    )
 
 
 def passing(n: float, preload: float, until: float) -> tuple[float, float]:
@@ -331,4 +343,6 @@ def passing(n: float, preload: float, until: float) -> tuple[float, float]:
 def test_speed_of_preloaded_and_other_chains(n: float, preload: float, until: float, share: float) -> None:
     """5.10 and 5.12 (corrected), F_d/F_0 from 0.4 up: the steeper the law, the shorter the wave, and the faster."""
     force, speed = passing(n, preload, until)
-    assert speed / solitary.wave_speed_from_force(1.0, 1.0, 1.0, force, preload, n) == pytest.approx(share, abs=1.5e-3)
+    assert speed / solitary.UniformChain(1.0, 1.0, 1.0, n).wave_speed_from_force(force, preload) == pytest.approx(
+        share, abs=1.5e-3
+    )

@@ -132,7 +132,7 @@ def test_contact_time_of_two_free_beads() -> None:
 @given(st.floats(0.01, 1.0), *[POSITIVE] * 5)
 def test_time_of_flight_is_contact_and_transit(e: float, n: float, m: float, k: float, kw: float, v: float) -> None:
     """6.5, with 6.8 and with the transit of `particles.solitary`, which has 6.12 and 6.16 for itself."""
-    parts = theory.contact_time(m, kw, v) + solitary.transit_time_from_striker(n, m, k, v, e)
+    parts = theory.contact_time(m, kw, v) + solitary.UniformChain(BEAD.size, m, k).transit_time(n, v, e)
     assert theory.time_of_flight(n, m, k, kw, v, e) == pytest.approx(parts, rel=1e-12)
 
 
@@ -178,10 +178,10 @@ def test_equal_masses_swap_speeds() -> None:
 @given(st.floats(0.01, 1.0))
 def test_ratios_of_speeds_and_forces(e: float) -> None:
     """6.23: the speeds of the waves whose particles move at v and e v, and the forces that belong to such speeds."""
-    speeds = [solitary.wave_speed_from_particle_speed(BEAD.size, M, K, v) for v in (0.3, 0.3 * e)]
+    speeds = [solitary.UniformChain(BEAD.size, M, K).wave_speed_from_particle_speed(v) for v in (0.3, 0.3 * e)]
     ratio = theory.amplitude_ratio(e)
     assert (speeds[1] / speeds[0]) ** 6 == pytest.approx(ratio)
-    forces = [solitary.wave_speed_from_force(BEAD.size, M, K, force) for force in (20.0, 20.0 * ratio)]
+    forces = [solitary.UniformChain(BEAD.size, M, K).wave_speed_from_force(force) for force in (20.0, 20.0 * ratio)]
     assert forces[1] / forces[0] == pytest.approx(speeds[1] / speeds[0])
 
 
