@@ -398,25 +398,22 @@ def other(function: Callable[[], Mapping[str, Any]]) -> Callable[[], Mapping[str
     return function
 
 
-SIZES = {"size": BEAD.size, "mass": BEAD.mass, "stiffness": 1e10}
-
-
 @other
 def closed_forms() -> Mapping[str, Any]:
     theory = hl.theory
     mass, stiffness, thin = BEAD.mass, 1e10, plate()
+    row = theory.UniformChain(BEAD.size, mass, stiffness)
     return {
-        "dispersion": theory.chain_angular_frequency(100.0, preload=5.0, **SIZES),
-        "cutoff": theory.chain_cutoff_frequency(mass, stiffness, 5.0),
-        "peak force": theory.solitary_force_from_particle_speed(mass, stiffness, 0.3),
-        "sound": theory.chain_sound_speed(preload=5.0, **SIZES),
-        "strain": theory.solitary_strain(1e-3, 1e-6, 600.0, **SIZES),
-        "tangent": theory.tangent_stiffness(stiffness, 5.0),
-        "transit": theory.solitary_transit_time(0.1, 600.0, 0.9),
-        "from striker": theory.solitary_transit_time_from_striker(20, mass, stiffness, 0.3, 0.9),
-        "from force": theory.solitary_speed_from_force(force=50.0, preload=3.0, **SIZES),
-        "from speed": theory.solitary_speed_from_particle_speed(particle_speed=0.3, **SIZES),
-        "width": theory.solitary_width(BEAD.size),
+        "dispersion": row.angular_frequency(100.0, preload=5.0),
+        "cutoff": row.cutoff_frequency(5.0),
+        "peak force": row.peak_force_from_particle_speed(0.3),
+        "sound": row.sound_speed(5.0),
+        "strain": row.strain(1e-3, 1e-6, 600.0),
+        "tangent": row.tangent_stiffness(5.0),
+        "from striker": row.transit_time(20, 0.3, 0.9),
+        "from force": row.wave_speed_from_force(50.0, preload=3.0),
+        "from speed": row.wave_speed_from_particle_speed(0.3),
+        "width": row.width,
         "Hertz": [
             theory.hertz_pressure(BEAD.surface, hl.Surface(hl.PTFE), 10.0),
             theory.hertz_stiffness(hl.Cylinder(2e-3, 4e-3, hl.PTFE).surface, BEAD.surface, "approximate"),
