@@ -149,7 +149,7 @@ def tables_of(laws: Laws) -> dict[ContactLaw, Vector]:
 
 
 def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vector, Vector]:
-    """The row at which each contact's table begins, −1 for Hertz's law; and all tables, one after the other."""
+    """The row at which each contact's table begins, −1 where it has none; and all tables, one after the other."""
     tables = list({id(table): table for table in table_of.values()}.values())
     starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
     first = {law: starts[id(table)] for law, table in table_of.items()}
@@ -157,15 +157,20 @@ def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vecto
 
 
 def kernel_laws(laws: Laws) -> Any:
-    """The contact laws as a piece of the compiled loops: Hertz's and tables, or the pieces that laws bring."""
+    """The contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
     brought = dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None)
     others = [None if law is None or law.piece is not None else law for law in laws]
     stiffness, table_of = np.array([law.kernel[0] if law else 0.0 for law in others]), tables_of(others)
-    joined: Any = Tabulated(stiffness, *joined_tables(others, table_of)) if table_of else Hertz(stiffness)
+    parts: list[tuple[Any, Any]] = []
+    if table_of:
+        first, rows = joined_tables(others, table_of)
+        parts.append((Tabulated(stiffness, first, rows), first >= 0))
     for piece in brought:
         chosen = [law if law is not None and law.piece is piece else None for law in laws]
-        own = filled(piece, chosen)
-        joined = own if all(chosen) else Mixed(own, joined, np.array([law is not None for law in chosen]))
+        parts.append((filled(piece, chosen), np.array([law is not None for law in chosen])))
+    joined: Any = Hertz(stiffness)
+    for part, where in parts:
+        joined = part if where.all() else Mixed(part, joined, where)
     return joined
 
 

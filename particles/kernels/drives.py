@@ -14,70 +14,48 @@ FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
 moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with none."""
 
 
-def _no(drive: Any) -> bool:
+@by_type
+def drives(drive: Any) -> bool:
+    """Return whether anything but contacts and gravity acts on body 0 or bead 1."""
     return False
 
 
-def _not_moved(drive: Any, t: float) -> tuple[float, float]:
+@by_type
+def moves(drive: Any) -> bool:
+    """Return whether body 0 moves by a history."""
+    return False
+
+
+@by_type
+def place_and_speed(drive: Any, t: float) -> tuple[float, float]:
+    """Return position (m) and velocity of a body 0 that moves by a history."""
     return 0.0, 0.0
 
 
-def _no_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
+@by_type
+def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
+    """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
     return 0.0, 0.0, 0.0
 
 
-def _moves_with_others(
-    drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
-) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-def _no_energy(drive: Any, y: Vector) -> float:
-    return 0.0
-
-
-@by_type(_no)
-def drives(drive: Any) -> bool:
-    """Return whether anything but contacts and gravity acts on body 0 or bead 1."""
-    raise NotImplementedError
-
-
-@by_type(_no)
-def moves(drive: Any) -> bool:
-    """Return whether body 0 moves by a history."""
-    raise NotImplementedError
-
-
-@by_type(_not_moved)
-def place_and_speed(drive: Any, t: float) -> tuple[float, float]:
-    """Return position (m) and velocity of a body 0 that moves by a history."""
-    raise NotImplementedError
-
-
-@by_type(_no_forces)
-def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
-    """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
-    raise NotImplementedError
-
-
-@by_type(_moves_with_others)
+@by_type
 def move_first(
     drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
 ) -> tuple[float, float]:
     """Move body 0 and push bead 1; return the force of the contact between them and that which does work, N."""
-    raise NotImplementedError
+    return 0.0, 0.0
 
 
-@by_type(_no)
+@by_type
 def replaces_contact(drive: Any) -> bool:
     """Return whether a history of forces has the place of contact 1."""
-    raise NotImplementedError
+    return False
 
 
-@by_type(_no_energy)
+@by_type
 def energy_of_loads(drive: Any, y: Vector) -> float:
     """Return the potential energy of the dead load and of the spring, J."""
-    raise NotImplementedError
+    return 0.0
 
 
 class Free(NamedTuple):
@@ -101,22 +79,18 @@ class Driven(NamedTuple):
 
     @staticmethod
     def drives(drive: Any) -> bool:
-        """Return True."""
         return True
 
     @staticmethod
     def moves(drive: Any) -> bool:
-        """Return whether a history moves body 0."""
         return bool(drive.kind == MOVED)
 
     @staticmethod
     def place_and_speed(drive: Any, t: float) -> tuple[float, float]:
-        """Return the history's value and rate."""
         return value_and_rate(drive.history, t)
 
     @staticmethod
     def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
-        """Return the forces of spring, load and history, N."""
         push = value_and_rate(drive.history, t)[0] if drive.kind == PUSHED else 0.0
         return drive.spring * max(drive.spring_end - place, 0.0), push + drive.preload, push
 
@@ -124,7 +98,6 @@ class Driven(NamedTuple):
     def move_first(
         drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
     ) -> tuple[float, float]:
-        """Move body 0 and push bead 1."""
         overlap = y[0] - y[1]
         if chain.springs[0] != 0.0:
             overlap = overlap_on_spring(law, 0, overlap, chain.springs[0])
@@ -139,12 +112,10 @@ class Driven(NamedTuple):
 
     @staticmethod
     def replaces_contact(drive: Any) -> bool:
-        """Return whether it does."""
         return bool(drive.kind == PUSHED and drive.alone)
 
     @staticmethod
     def energy_of_loads(drive: Any, y: Vector) -> float:
-        """Return the energy, J."""
         return float(0.5 * drive.spring * max(drive.spring_end - y[0], 0.0) ** 2 - drive.preload * y[1])
 
 

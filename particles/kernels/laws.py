@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import inner, njit
+from structures.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -25,75 +25,57 @@ MOST_ITERATIONS = 50
 """Of Newton's method for a contact on a spring, which takes three to five."""
 
 
-@by_type()
+@by_type
 def force(law: Any, i: int, overlap: float) -> float:
     """Return the elastic force of contact i, N; zero where it is open."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type
 def slope(law: Any, i: int, overlap: float) -> float:
     """Return dF/dδ of contact i, N/m."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type
 def energy(law: Any, i: int, overlap: float) -> float:
     """Return the energy that contact i gives back as it opens, J."""
     raise NotImplementedError
 
 
-def _whole_overlap(law: Any, i: int, overlap: float) -> float:
+@by_type
+def elastic_overlap(law: Any, i: int, overlap: float) -> float:
+    """Return the part of the overlap that contact i gives back, m; negative where its faces are apart."""
     return overlap
 
 
-def _forgets(law: Any, y: Vector) -> Any:
+@by_type
+def with_memory(law: Any, y: Vector) -> Any:
+    """Return the law with what its contacts remember, which lies behind the positions."""
     return law
 
 
-def _pure_force(law: Any, i: int, overlap: float) -> float:
+@by_type
+def force_of_step(law: Any, i: int, overlap: float) -> float:
+    """Return the force at an overlap that contact i really has, and remember this overlap."""
     return force(law, i, overlap)
 
 
-def _no_limits(law: Any, limits: Vector) -> None:
+@by_type
+def copy_limits(law: Any, limits: Vector) -> None:
+    """Copy the overlaps beyond which contacts yield further."""
     return None
 
 
-def _no_loss(law: Any, limits: Vector) -> float:
+@by_type
+def lost_to_yielding(law: Any, limits: Vector) -> float:
+    """Return the energy that contacts lost by yielding since these were their limits, J."""
     return 0.0
 
 
-@by_type(_whole_overlap)
-def elastic_overlap(law: Any, i: int, overlap: float) -> float:
-    """Return the part of the overlap that contact i gives back, m; negative where its faces are apart."""
-    raise NotImplementedError
-
-
-@by_type(_forgets)
-def with_memory(law: Any, y: Vector) -> Any:
-    """Return the law with what its contacts remember, which lies behind the positions."""
-    raise NotImplementedError
-
-
-@by_type(_pure_force)
-def force_of_step(law: Any, i: int, overlap: float) -> float:
-    """Return the force at an overlap that contact i really has, and remember this overlap."""
-    raise NotImplementedError
-
-
-@by_type(_no_limits)
-def copy_limits(law: Any, limits: Vector) -> None:
-    """Copy the overlaps beyond which contacts yield further."""
-    raise NotImplementedError
-
-
-@by_type(_no_loss)
-def lost_to_yielding(law: Any, limits: Vector) -> float:
-    """Return the energy that contacts lost by yielding since these were their limits, J."""
-    raise NotImplementedError
-
-
-def _newton_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+@by_type
+def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+    """Return the contact's own part δ_h of an approach shared with a linear spring: δ = δ_h + f F(δ_h)."""
     overlap = approach
     if approach <= NEGLIGIBLE:
         return overlap
@@ -104,12 +86,6 @@ def _newton_on_spring(law: Any, i: int, approach: float, flexibility: float) -> 
         if not abs(change) > 1e-15 * overlap:
             break
     return overlap
-
-
-@by_type(_newton_on_spring)
-def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-    """Return the contact's own part δ_h of an approach shared with a linear spring: δ = δ_h + f F(δ_h)."""
-    raise NotImplementedError
 
 
 @inner()
@@ -137,24 +113,20 @@ class Hertz(NamedTuple):
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
-        """Return the force, N."""
         closed = overlap if overlap > NEGLIGIBLE else 0.0
         return law.stiffness[i] * closed * sqrt(closed)
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
-        """Return the slope, N/m."""
         return float(1.5 * law.stiffness[i] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0))
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        """Return ∫F dδ, J."""
         closed = overlap if overlap > NEGLIGIBLE else 0.0
         return law.stiffness[i] * (0.4 * closed * closed * sqrt(closed))
 
     @staticmethod
     def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-        """Return the contact's own part of the approach, m."""
         return hertz_on_spring(law.stiffness[i] * flexibility, approach)
 
 
@@ -195,95 +167,63 @@ def table_edges() -> Vector:
     return edges
 
 
-@njit(cache=True, _nrt=False)
-def integrate_table(rows: Vector, overlap: Vector, out: Vector) -> None:
-    """Put the integrals of a table into `out`."""
-    for i in range(overlap.size):
-        out[i] = cubic_integral(rows, bucket(overlap[i]), overlap[i]) if overlap[i] > NEGLIGIBLE else 0.0
-
-
 def table_energies(rows: Vector, overlap: Vector) -> Vector:
     """Return ∫F dδ of a tabulated contact, J, at overlaps of any shape."""
-    flat = np.ascontiguousarray(overlap, dtype=float).reshape(-1)
-    out = np.empty_like(flat)
-    integrate_table(rows, flat, out)
-    return out.reshape(np.shape(overlap))
+    row = np.clip(np.searchsorted(table_edges(), overlap, side="right") - 1, 0, BUCKETS * OCTAVES - 1)
+    return np.where(overlap > NEGLIGIBLE, cubic_integral(rows, row, overlap), 0.0)
 
 
 class Tabulated(NamedTuple):
-    """F = k f(δ), f a table of cubics, or δ^1.5."""
+    """F = k f(δ), f a table of cubics."""
 
     stiffness: Vector
     """k of each contact."""
     first: Vector
-    """The first row of each contact's table; −1 for δ^1.5."""
+    """The first row of each contact's table."""
     rows: Vector
     """Rows of δ₀, f, f′, c₂, c₃ and ∫f dδ; see particles.laws.formulas.kernel_table."""
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
-        """Return the force, N."""
         if overlap <= NEGLIGIBLE:
             return 0.0
-        if law.first[i] < 0:
-            return law.stiffness[i] * overlap * sqrt(overlap)
         return law.stiffness[i] * cubic(law.rows, law.first[i] + bucket(overlap), overlap)
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
-        """Return the slope, N/m."""
         if overlap <= NEGLIGIBLE:
             return 0.0
-        if law.first[i] < 0:
-            return float(1.5 * law.stiffness[i] * sqrt(overlap))
         return law.stiffness[i] * cubic_slope(law.rows, law.first[i] + bucket(overlap), overlap)
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        """Return ∫F dδ, J."""
         if overlap <= NEGLIGIBLE:
             return 0.0
-        if law.first[i] < 0:
-            return float(0.4 * law.stiffness[i] * overlap * overlap * sqrt(overlap))
         return law.stiffness[i] * cubic_integral(law.rows, law.first[i] + bucket(overlap), overlap)
-
-    @staticmethod
-    def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-        """Return the contact's own part of the approach, m."""
-        if law.first[i] < 0:
-            return hertz_on_spring(law.stiffness[i] * flexibility, approach)
-        return _newton(law, i, approach, flexibility)
-
-
-_newton = inner()(_newton_on_spring)
 
 
 class Mixed(NamedTuple):
-    """Laws of a user's own at some contacts, others at the rest."""
+    """A piece for some contacts, and one for the others."""
 
     own: Any
     others: Any
     is_own: Vector
-    """Whether a contact has a law of the user's own."""
+    """Whether a contact is of the first piece."""
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
-        """Return the force, N."""
         return force(law.own, i, overlap) if law.is_own[i] else force(law.others, i, overlap)
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
-        """Return the slope, N/m."""
         return slope(law.own, i, overlap) if law.is_own[i] else slope(law.others, i, overlap)
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        """Return ∫F dδ, J."""
         return energy(law.own, i, overlap) if law.is_own[i] else energy(law.others, i, overlap)
 
     @staticmethod
     def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-        """Return the contact's own part of the approach, m."""
         if law.is_own[i]:
             return overlap_on_spring(law.own, i, approach, flexibility)
         return overlap_on_spring(law.others, i, approach, flexibility)
@@ -316,7 +256,6 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def with_memory(law: Any, y: Vector) -> Any:
-        """Return the law with views of the memory."""
         n = law.begin.size
         return Yielding(
             law.stiffness, law.begin, law.yield_force, law.loading, law.indentation, law.rows,
@@ -325,7 +264,6 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
-        """Return the force, N."""
         if overlap > law.limit[i]:
             return loading_force(law, i, overlap)
         elastic = overlap - law.dent[i]
@@ -339,19 +277,16 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        """Return the energy that the contact would give back, J."""
         hard, dent = unloading(law, i, overlap)
         elastic = overlap - dent if overlap - dent > NEGLIGIBLE else 0.0
         return float(hard * (0.4 * elastic * elastic * sqrt(elastic)))
 
     @staticmethod
     def elastic_overlap(law: Any, i: int, overlap: float) -> float:
-        """Return the overlap above the dent, m."""
         return float(overlap - unloading(law, i, overlap)[1])
 
     @staticmethod
     def force_of_step(law: Any, i: int, overlap: float) -> float:
-        """Return the force, N, and remember an overlap that is the largest so far."""
         if overlap > law.limit[i]:
             law.limit[i] = overlap
             law.hard[i], law.dent[i] = unloading_after(law, i, overlap)
@@ -361,13 +296,11 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def copy_limits(law: Any, limits: Vector) -> None:
-        """Copy the limits."""
         for i in range(law.limit.size):
             limits[i] = law.limit[i]
 
     @staticmethod
     def lost_to_yielding(law: Any, limits: Vector) -> float:
-        """Return the energy lost since then, J."""
         lost = 0.0
         for i in range(law.limit.size):
             if law.limit[i] > limits[i]:
@@ -376,7 +309,6 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-        """Return the contact's own part of the approach, m; by Newton's method as it yields."""
         overlap = law.dent[i] + hertz_on_spring(law.hard[i] * flexibility, approach - law.dent[i])
         if not overlap > law.limit[i]:
             return float(overlap)

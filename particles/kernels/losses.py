@@ -9,40 +9,26 @@ from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
 
-def _elastic_alone(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-    return elastic
-
-
-def _none_on_bodies(
-    loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector
-) -> float:
-    return 0.0
-
-
-@by_type(_elastic_alone)
+@by_type
 def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
     """Return the force of closed contact i with its loss, N.
 
     elastic, slope, overlap: its force, the slope of this force, and the part of its overlap that it gives back. rate:
     of approach, m/s.
     """
-    raise NotImplementedError
+    return elastic
 
 
-@by_type(_none_on_bodies)
+@by_type
 def lose_on_bodies(loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector) -> float:
     """Add to the accelerations the losses that act on single bodies. Return the power that they take, W."""
-    raise NotImplementedError
-
-
-def _no_drag(loss: Any, i: int) -> float:
     return 0.0
 
 
-@by_type(_no_drag)
+@by_type
 def drag_rate(loss: Any, i: int) -> float:
     """Return the rate c of a drag −c m v on body i and its modes, 1/s."""
-    raise NotImplementedError
+    return 0.0
 
 
 @inner(forceinline=True)
@@ -73,7 +59,6 @@ class ContactLoss(NamedTuple):
 
     @staticmethod
     def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-        """Return the force, N; it never pulls."""
         grown = 1.0
         if loss.form == TANGENT:
             grown = slope
@@ -90,14 +75,12 @@ class Drag(NamedTuple):
 
     @staticmethod
     def drag_rate(loss: Any, i: int) -> float:
-        """Return c, 1/s."""
         return float(loss.coefficient[i])
 
     @staticmethod
     def lose_on_bodies(
         loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector
     ) -> float:
-        """Add the drag; return the power that it takes, W."""
         power, bodies = 0.0, inverse_mass.size
         for i in range(bodies):
             if inverse_mass[i] > 0.0:

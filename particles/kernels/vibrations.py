@@ -1,5 +1,6 @@
 """Bodies that are rigid, or that vibrate in modes: their forces on each other, and their accelerations."""
 
+from functools import partial
 from typing import Any, NamedTuple
 
 from particles.kernels.laws import elastic_overlap, energy, force, overlap_on_spring, slope, with_memory
@@ -14,7 +15,7 @@ SETTLED = 1e-13
 MOST_SWEEPS = 200
 
 
-@by_type(small=False)
+@partial(by_type, small=False)
 def forces_between(
     vibrations: Any, law: Any, loss: Any, springs: Any, y: Vector, v: Vector, wall: float, rate: float, forces: Vector,
     work: Vector,
@@ -27,10 +28,12 @@ def forces_between(
     raise NotImplementedError
 
 
-def _all_forces(
+@by_type
+def forces_of_some(
     vibrations: Any, chain: Any, y: Vector, v: Vector, wall: float, rate: float, contacts: Vector, forces: Vector,
     work: Vector,
 ) -> None:  # fmt: skip
+    """Put the forces of the contacts with these numbers into `forces`, N."""
     every = work[0, : chain.inverse_mass.size]
     for i in range(every.size):
         every[i] = 0.0
@@ -40,22 +43,13 @@ def _all_forces(
         forces[j] = every[contacts[j]]
 
 
-@by_type(_all_forces)
-def forces_of_some(
-    vibrations: Any, chain: Any, y: Vector, v: Vector, wall: float, rate: float, contacts: Vector, forces: Vector,
-    work: Vector,
-) -> None:  # fmt: skip
-    """Put the forces of the contacts with these numbers into `forces`, N."""
-    raise NotImplementedError
-
-
-@by_type(small=False)
+@partial(by_type, small=False)
 def accelerate_modes(vibrations: Any, y: Vector, v: Vector, loss: Any, forces: Vector, a: Vector) -> float:
     """Put the accelerations of modes behind those of the bodies; return the power that their losses take, W."""
     raise NotImplementedError
 
 
-@by_type(small=False)
+@partial(by_type, small=False)
 def energies_between(
     vibrations: Any, law: Any, springs: Any, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
 ) -> tuple[float, float]:
@@ -83,7 +77,8 @@ def force_and_loss(
     else:
         share = 1.0 / (1.0 + flexibility * tangent)
         lossy = force_with_loss(loss, i, elastic, tangent, released, share * rate)
-        total = max(elastic + share * (lossy - elastic), 0.0)
+        total = elastic + share * (lossy - elastic)
+        total = 0.0 if total < 0.0 else total
     return total, (total - elastic) * rate
 
 
@@ -95,7 +90,6 @@ class Rigid(NamedTuple):
         vibrations: Any, law: Any, loss: Any, springs: Any, y: Vector, v: Vector, wall: float, rate: float,
         forces: Vector, work: Vector,
     ) -> float:  # fmt: skip
-        """Fill the forces, N; return the power of losses, W."""
         last, power = forces.size - 1, 0.0
         for i in range(1, last):
             forces[i], taken = force_and_loss(law, loss, i, y[i] - y[i + 1], v[i] - v[i + 1], 0.0)
@@ -111,7 +105,6 @@ class Rigid(NamedTuple):
         vibrations: Any, chain: Any, y: Vector, v: Vector, wall: float, rate: float, contacts: Vector, forces: Vector,
         work: Vector,
     ) -> None:  # fmt: skip
-        """Fill the forces, N, of these contacts alone."""
         law, last = with_memory(chain.law, y), chain.inverse_mass.size - 1
         for j in range(contacts.size):
             i = contacts[j]
@@ -130,7 +123,6 @@ class Rigid(NamedTuple):
     def energies_between(
         vibrations: Any, law: Any, springs: Any, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
     ) -> tuple[float, float]:
-        """Return zero and the energy of the contacts, J."""
         last, potential = forces.size - 1, 0.0
         for i in range(last + 1):
             overlap = y[i] - (y[i + 1] if i < last else wall)
@@ -224,7 +216,6 @@ class Vibrating(NamedTuple):
     def energies_between(
         vibrations: Any, law: Any, springs: Any, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
     ) -> tuple[float, float]:
-        """Return the kinetic energy of modes, and the energy of all contacts and modes, J."""
         bodies, modes = vibrations.struck.shape
         kinetic, potential, arms = 0.0, 0.0, bodies + bodies * modes
         settle(vibrations, law, springs, y, wall, forces, work)

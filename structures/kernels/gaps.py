@@ -39,22 +39,18 @@ class Gaps(NamedTuple):
 
     @staticmethod
     def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
-        """Put the state at the end of a window in which no force acts, and gaps are open, into `free`."""
         let_go(structure.window.structure, state, free)
 
     @staticmethod
     def read(structure: Any, k: int, state: Vector) -> float:
-        """Return the displacement of contact k, m."""
         return read(structure.window.structure, k, state)
 
     @staticmethod
     def push(structure: Any, k: int, force: float, state: Vector) -> None:
-        """Add the response to a mean force on contact k, N."""
         push(structure.window.structure, k, force, state)
 
     @staticmethod
     def surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
-        """Move the structure; put the surfaces of the contacts into the trial; return what gaps and damping took, J."""
         taken = close(structure, run.body, run.pressed, trial.free, trial.contact, trial.after, trial.pressed)
         for k in range(trial.contact.size):
             trial.contact[k].surface = read(structure.window.structure, k, trial.after)
@@ -62,7 +58,6 @@ class Gaps(NamedTuple):
 
     @staticmethod
     def finish(structure: Any, run: Any, trial: Any) -> None:
-        """Take over the state of the last trial."""
         copy(trial.after, run.body)
         copy(trial.pressed, run.pressed)
 

@@ -4,6 +4,7 @@ A run compiles the functions of its own pieces only.
 """
 
 from collections.abc import Callable, Sequence
+from functools import wraps
 from inspect import signature
 from typing import Any
 
@@ -16,21 +17,21 @@ Function = Callable[..., Any]
 OPTIONS: Any = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def by_type(default: Function | None = None, small: bool = True) -> Callable[[Function], Function]:
-    """Return a decorator of a function that is chosen by the class of its first argument.
+def by_type(function: Function, small: bool = True) -> Function:
+    """Return a function that is chosen by the class of its first argument; as a decorator.
 
     Parameters
     ----------
-    default : callable, optional
-        The function for classes that do not define it.
+    function : callable
+        What it does for classes that do not define a static method of this name. If it raises NotImplementedError,
+        every class must.
     small : bool
-        Whether the function becomes a part of its callers, which costs nothing at each call and longer to compile.
+        Whether it becomes a part of its callers, which costs nothing at each call and longer to compile.
 
     Returns
     -------
     callable
-        A decorator. In compiled code the decorated function stands for the static method of the same name of the first
-        argument's class. Called from Python it does the same.
+        The function. In compiled code and in Python it stands for the static method of the first argument's class.
 
     Examples
     --------
@@ -42,36 +43,34 @@ def by_type(default: Function | None = None, small: bool = True) -> Callable[[Fu
     ...     @staticmethod
     ...     def force(law, i, overlap):
     ...         return law.stiffness[i] * overlap
-    >>> @by_type()
+    >>> @by_type
     ... def force(law, i, overlap):
     ...     "Force of contact i, N."
+    ...     raise NotImplementedError
     >>> float(force(Spring(np.array([2.0])), 0, 3.0))
     6.0
     """
+    name, parameters = function.__name__, signature(function)
+    default = None if "NotImplementedError" in function.__code__.co_names else function
 
-    def decorate(function: Function) -> Function:
-        name, parameters = function.__name__, signature(function)
+    def of(piece: type) -> Function:
+        method: Function | None = getattr(piece, name, default)
+        if method is None:
+            raise TypeError(f"{piece.__name__}: needs a static method {name}{parameters}")
+        return method
 
-        def of(piece: type) -> Function:
-            method: Function | None = getattr(piece, name, default)
-            if method is None:
-                raise TypeError(f"{piece.__name__}: needs a static method {name}{parameters}")
-            return method
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        return of(type(arguments[0]))(*arguments)
 
-        def call(*arguments: Any) -> Any:
-            return of(type(arguments[0]))(*arguments)
+    def choose(*arguments: Any) -> Function:
+        method = of(arguments[0].instance_class)
+        return getattr(method, "py_func", method)
 
-        def choose(*arguments: Any) -> Function:
-            method = of(arguments[0].instance_class)
-            return getattr(method, "py_func", method)
-
-        call.__name__, call.__doc__, call.__module__ = name, function.__doc__, function.__module__
-        call.__signature__ = choose.__signature__ = parameters  # type: ignore[attr-defined]
-        # Not strict: annotations of a user's functions need not be ours.
-        overload(call, OPTIONS | {"forceinline": small}, strict=False, target="generic")(choose)
-        return call
-
-    return decorate
+    choose.__signature__ = parameters  # type: ignore[attr-defined]
+    # Not strict: annotations of a user's functions need not be ours.
+    overload(call, OPTIONS | {"forceinline": small}, strict=False, target="generic")(choose)
+    return call
 
 
 def for_each(function: Function) -> Function:

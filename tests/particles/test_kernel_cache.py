@@ -167,9 +167,9 @@ KERNELS = """
 from structures.kernel_cache import entry, inner, njit
 from structures.kernels.pieces import by_type
 
-@by_type()
+@by_type
 def force(law, i, overlap):
-    pass
+    raise NotImplementedError
 
 @inner()
 def pressed(law, overlap):

@@ -21,7 +21,9 @@ WALL = hl.half_space(hl.STEEL_316)
 STIFFNESS = np.array([1e10, 3e9])
 CURVE = hl.laws.PowerLaw(2e8, 1.3)
 TABLE = kernel_table(CURVE)
-TABULATED = laws.Tabulated(np.array([0.5, 3e9]), np.array([0, -1]), TABLE)
+TABULATED = laws.Mixed(
+    laws.Tabulated(np.array([0.5, 3e9]), np.array([0, -1]), TABLE), laws.Hertz(STIFFNESS), np.array([True, False])
+)
 MIXED = laws.Mixed(laws.Hertz(STIFFNESS), TABULATED, np.array([False, True]))
 OVERLAPS = (1e-9, 3e-7, 2e-5)
 
