@@ -1,6 +1,7 @@
 """The compiled window loop of a run: its pieces, its state, and windows that fail or are too long."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from coupling.state import NotConverged
 from particles.kernels.chain import WORK_ROWS
 from structures.closing import PARTS, Closing
 from structures.kernels.gaps import Gaps, Span
-from structures.kernels.linear import Both, joined
+from structures.kernels.linear import Coupled, joined
 from structures.structure import Vector
 
 MOST_WINDOWS = 64
@@ -59,12 +60,9 @@ def structure_piece(interface: Interface, structures: Sequence[Any], length: flo
 
 def compliance_of(structure: Any, contacts: int) -> Vector:
     """Return the displacement of each contact for 1 N of mean force on each over a window, K × K, m/N."""
-    parts: list[Any] = [structure.oscillators, structure.coupled] if isinstance(structure, Both) else [structure]
-    found = np.zeros((contacts, contacts))
-    for part in parts:
-        reads = part.contact[:contacts]
-        with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
-            found += reads @ part.response[:contacts, : reads.shape[1]].T
+    reads = structure.contact[:contacts]
+    with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
+        found: Vector = reads @ structure.response[:contacts, : reads.shape[1]].T
     return found
 
 
@@ -75,7 +73,7 @@ def gaps_piece(closing: Closing, seats: list[int], size: int, window: Any, lengt
     spans = []
     for part in (length, length / PARTS):
         linear = joined([window(part)], rows, size + count)
-        rate = linear.contact if not hasattr(linear, "rate") else linear.rate
+        rate = linear.rate if isinstance(linear, Coupled) else linear.contact
         velocities = linear.response[size:, linear.response.shape[1] - rate.shape[1] :]
         softness = rate[size:] @ velocities.T
         spans.append(Span(part, linear, 0.5 * (softness + softness.T)))
@@ -115,25 +113,18 @@ class Engine:
         self.finest = interface.contact_time / FINEST
         self.kernel: Any = loop.run_windows if clock is None else clock.timed("compiled loop", loop.run_windows)
         self.windows = known or StructureWindows()
-        sizes = [(chain.rest.size, len(seats), chain.mass.size) for chain, seats in self._chains_and_seats()]
-        self.begin = np.cumsum([(0, 0, 0), *sizes], axis=0)
         self._lengths: dict[float, tuple[Any, Any]] = {}
         self.trial = self.work_space()
-
-    def _chains_and_seats(self) -> Any:
-        return zip(self.interface.chains, self.interface.of_chain, strict=True)
 
     @property
     def _state_size(self) -> int:
         structure, _ = self.of_length(self.length)
-        parts = structure if isinstance(structure, Gaps) else None
-        linear = parts.window.structure if parts is not None else structure
-        both = [linear.oscillators, linear.coupled] if hasattr(linear, "coupled") else [linear]
-        return int(sum(part.response.shape[1] for part in both))
+        linear = structure.window.structure if isinstance(structure, Gaps) else structure
+        return int(linear.response.shape[1])
 
     def work_space(self) -> Trial:
         """Return the work space."""
-        interface, state, coordinates = self.interface, self._state_size, int(self.begin[-1, 0])
+        interface, state, coordinates = self.interface, self._state_size, int(self.interface.begin[-1, 0])
         contacts, chains, gaps = interface.size, len(self.chains), self._gaps
         return Trial(
             np.zeros(coordinates),
@@ -233,22 +224,21 @@ class Engine:
         stride: windows of a saved time, 0 where nothing is saved; else the start of the run is saved, too.
         """
         length = self.length / 2**halvings
-        structure, contacts = self.of_length(length)
-        problem, done, detail, place = self.kernel(
-            run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, length,
-            (first + 1, last, stride, 0 if first == 0 and stride > 0 else -1),
-        )  # fmt: skip
+        windows = first + 1, last, stride, 0 if first == 0 and stride > 0 else -1
+        problem, done, residual = self._move(run, length, windows)
         if problem == loop.NON_FINITE:
-            raise non_finite(self.interface, place, done * length, int(detail))
-        return None if problem == loop.OK else (done, detail)
+            trial, ends = self.trial, pairwise(self.interface.begin[:, 0])
+            chains = [(trial.y[first:last], trial.v[first:last]) for first, last in ends]
+            check_finite(self.interface, chains, trial.contact["surface"], done * length)
+        return None if problem == loop.OK else (done, residual)
 
     def save(self, run: Run, done: int) -> None:
         """Save the end of a whole window in its row."""
-        structure, contacts = self.of_length(self.length)
-        self.kernel(
-            run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, self.length,
-            (done + 1, done, 0, done // self.stride),
-        )  # fmt: skip
+        self._move(run, self.length, (done + 1, done, 0, done // self.stride))
+
+    def _move(self, run: Run, length: float, windows: tuple[int, int, int, int]) -> Any:
+        pieces = run, self.chains, *self.of_length(length), self.search, self.recorder, self.trial
+        return self.kernel(*pieces, self.interface.begin, length, windows)
 
     def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
@@ -266,13 +256,17 @@ class Engine:
         if interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
             return OneContact(interface.static, compliance, steps)
         behind = np.array([contact.end == FIRST for contact in interface.contacts])
-        return Contacts(interface.static, compliance, steps, behind, self.begin, self.quadratic)
+        return Contacts(interface.static, compliance, steps, behind, self.interface.begin, self.quadratic)
 
 
-def non_finite(interface: Interface, bead: int, time: float, number: int = 0) -> FloatingPointError:
-    """Return the error that names the body whose state is no longer finite."""
-    chain = interface.chains[number].chain
-    first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
-    what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
-    of = f" of chain {number}" if len(interface.chains) > 1 else ""
-    return FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")
+def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:
+    """Raise a FloatingPointError that names the first body whose position or velocity is not finite, or the surface."""
+    for number, (y, v) in enumerate(chains):
+        faced = np.isfinite(surface[interface.of_chain[number][0]])
+        bad = np.flatnonzero(~np.append(np.isfinite(y) & np.isfinite(v), faced))
+        if bad.size:
+            chain, bead = interface.chains[number].chain, int(bad[0])
+            first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
+            what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
+            of = f" of chain {number}" if len(interface.chains) > 1 else ""
+            raise FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")

@@ -13,13 +13,19 @@ SMALLEST = 1e-180
 """The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero."""
 
 
-@by_type()
+@by_type
 def let_go(structure: Any, state: Vector, free: Vector) -> None:
     """Put the state at the end of a window in which no force acts into `free`."""
     raise NotImplementedError
 
 
-def _follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+@by_type
+def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+    """Put the state at the end of a window in which no force acts into `free`.
+
+    contact: records of the contacts. Their pending forces are those of the window before; the state without the
+    response to them may stay so.
+    """
     for k in range(contact.size):
         if contact[k].pending != 0.0:
             push(structure, k, contact[k].pending, state)
@@ -27,41 +33,31 @@ def _follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
     let_go(structure, state, free)
 
 
-@by_type(_follow)
-def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
-    """Put the state at the end of a window in which no force acts into `free`.
-
-    contact: records of the contacts. Their pending forces are those of the window before; the state without the
-    response to them may stay so.
-    """
-    raise NotImplementedError
-
-
-@by_type()
+@by_type
 def read(structure: Any, k: int, state: Vector) -> float:
     """Return the displacement of contact k, m."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type
 def read_rate(structure: Any, k: int, state: Vector) -> float:
     """Return the velocity of contact k, m/s."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type
 def push(structure: Any, k: int, force: float, state: Vector) -> None:
     """Add what a mean force on contact k, N, adds to the state within a window."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type
 def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
     """Return the kinetic and the elastic energy of structure s, J."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type
 def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
     """Return the energy that damping takes in a window between two states, J, by the midpoint's mean velocity."""
     raise NotImplementedError
@@ -129,22 +125,18 @@ class Oscillators(NamedTuple):
 
     @staticmethod
     def read(structure: Any, k: int, state: Vector) -> float:
-        """Return the displacement, m."""
         return dot(structure.contact[k], state)
 
     @staticmethod
     def read_rate(structure: Any, k: int, state: Vector) -> float:
-        """Return the velocity, m/s."""
         return dot(structure.contact[k], state[structure.squares.size :])
 
     @staticmethod
     def push(structure: Any, k: int, force: float, state: Vector) -> None:
-        """Add the response."""
         add(structure.response[k], force, state)
 
     @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-        """Return the energies, J."""
         kinetic, elastic, n = 0.0, 0.0, structure.squares.size
         for i in range(structure.begin[s], structure.begin[s + 1]):
             kinetic += 0.5 * state[n + i] * state[n + i]
@@ -153,7 +145,6 @@ class Oscillators(NamedTuple):
 
     @staticmethod
     def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
-        """Return the energy, J."""
         total = 0.0
         for i in range(structure.rates.size):
             total += structure.rates[i] * (after[i] - before[i]) ** 2
@@ -186,7 +177,6 @@ class Coupled(NamedTuple):
 
     @staticmethod
     def let_go(structure: Any, state: Vector, free: Vector) -> None:
-        """Put the state at the end into `free`."""
         for s in range(structure.sizes.size):
             first, last, matrix = structure.layout[s, 0], structure.layout[s + 1, 0], structure.layout[s, 1]
             size = last - first
@@ -196,22 +186,18 @@ class Coupled(NamedTuple):
 
     @staticmethod
     def read(structure: Any, k: int, state: Vector) -> float:
-        """Return the displacement, m."""
         return dot(structure.contact[k], state)
 
     @staticmethod
     def read_rate(structure: Any, k: int, state: Vector) -> float:
-        """Return the velocity, m/s."""
         return dot(structure.rate[k], state)
 
     @staticmethod
     def push(structure: Any, k: int, force: float, state: Vector) -> None:
-        """Add the response."""
         add(structure.response[k], force, state)
 
     @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-        """Return the energies, J."""
         now, then = structure.layout[s], structure.layout[s + 1]
         middle = now[0] + structure.sizes[s]
         kinetic = quadratic_form(structure.mass[now[3] : then[3]], state[middle : then[0]])
@@ -219,7 +205,6 @@ class Coupled(NamedTuple):
 
     @staticmethod
     def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
-        """Return the energy, J."""
         total, n = 0.0, structure.sizes[0]
         for i in range(n if structure.damping.size > 0 else 0):
             for j in range(n):
@@ -227,41 +212,14 @@ class Coupled(NamedTuple):
         return total / window
 
 
-class Both(NamedTuple):
-    """Oscillators and coupled structures; their states lie one after the other."""
-
-    oscillators: Oscillators
-    coupled: Coupled
-    place: Vector
-    """S: the number of each structure among those of its kind; of coupled ones −1 − that number."""
-
-    @staticmethod
-    def let_go(structure: Any, state: Vector, free: Vector) -> None:
-        """Put the state at the end into `free`."""
-        n = 2 * structure.oscillators.squares.size
-        let_go(structure.oscillators, state[:n], free[:n])
-        let_go(structure.coupled, state[n:], free[n:])
-
-    @staticmethod
-    def read(structure: Any, k: int, state: Vector) -> float:
-        """Return the displacement, m."""
-        n = 2 * structure.oscillators.squares.size
-        return read(structure.oscillators, k, state[:n]) + read(structure.coupled, k, state[n:])
-
-    @staticmethod
-    def push(structure: Any, k: int, force: float, state: Vector) -> None:
-        """Add the response."""
-        n = 2 * structure.oscillators.squares.size
-        push(structure.oscillators, k, force, state[:n])
-        push(structure.coupled, k, force, state[n:])
-
-    @staticmethod
-    def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-        """Return the energies, J."""
-        n, place = 2 * structure.oscillators.squares.size, structure.place[s]
-        if place < 0:
-            return energies_of_structure(structure.coupled, -1 - place, state[n:])
-        return energies_of_structure(structure.oscillators, place, state[:n])
+def as_coupled(part: Oscillators) -> Coupled:
+    """Return oscillators as a coupled structure, so that it can be joined with one."""
+    n, still = part.squares.size, np.zeros_like(part.contact)
+    return Coupled(
+        np.block([[np.diag(row) for row in part.rows[i : i + 2]] for i in (0, 2)]).ravel(), part.response,
+        np.hstack([part.contact, still]), np.hstack([still, part.contact]), np.diag(part.squares).ravel(),
+        np.eye(n).ravel(), np.zeros(0), np.array([(0, 0, 0, 0), (2 * n, 4 * n * n, n * n, n * n)]), np.array([n]),
+    )  # fmt: skip
 
 
 def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int) -> Oscillators:
@@ -301,7 +259,7 @@ def joined_coupled(parts: list[Coupled], rows: list[Any], contacts: int) -> Coup
     return Coupled(transition, response, contact, rate, stiffness, mass, damping, layout, sizes)
 
 
-def joined(parts: list[Any], rows: list[Any], contacts: int) -> Any:
+def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Coupled:
     """Return the structures of a run as one piece.
 
     Parameters
@@ -315,14 +273,10 @@ def joined(parts: list[Any], rows: list[Any], contacts: int) -> Any:
 
     Returns
     -------
-    Oscillators, Coupled or Both
+    Oscillators or Coupled
         The piece.
     """
-    modal = [i for i, part in enumerate(parts) if isinstance(part, Oscillators)]
-    dense = [i for i, part in enumerate(parts) if not isinstance(part, Oscillators)]
-    one = joined_oscillators([parts[i] for i in modal], [rows[i] for i in modal], contacts) if modal else None
-    other = joined_coupled([parts[i] for i in dense], [rows[i] for i in dense], contacts) if dense else None
-    if one is None or other is None:
-        return one or other
-    place = [modal.index(i) if i in modal else -1 - dense.index(i) for i in range(len(parts))]
-    return Both(one, other, np.array(place))
+    if all(isinstance(part, Oscillators) for part in parts):
+        return joined_oscillators(parts, rows, contacts)
+    coupled = [as_coupled(part) if isinstance(part, Oscillators) else part for part in parts]
+    return joined_coupled(coupled, rows, contacts)
