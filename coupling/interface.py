@@ -8,8 +8,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.kernels.agreement import PIECES
+from coupling.kernels.state import REMEMBERED
 from coupling.participant import BlackBox, Participant
-from coupling.state import REMEMBERED, CoupledState, Ledger, Node
+from coupling.state import CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
@@ -24,9 +26,6 @@ LAST, FIRST = 0, 1
 
 NAMES = ("structure", "behind")
 """The arguments of CoSimulation that give what each end faces."""
-
-PIECES = 4
-"""Straight pieces that replace a parabola of the surface over a substep."""
 
 Seats: TypeAlias = NDArray[np.intp]
 
@@ -127,6 +126,12 @@ class Interface:
             )
             for number, chain in enumerate(chains)
         )
+        sizes = [
+            (chain.rest.size, len(seats), chain.mass.size)
+            for chain, seats in zip(self.chains, self.of_chain, strict=True)
+        ]
+        self.begin = np.cumsum([(0, 0, 0), *sizes], axis=0)
+        """Where the coordinates, the contacts with structures, and the bodies of each chain begin."""
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
         self.force_scale = max(chain.force_scale for chain in self.chains)
         self.indentation_scale = max(chain.indentation_scale for chain in self.chains)
@@ -227,12 +232,10 @@ class Interface:
         answer: tuple[Vector, Vector],
         memory: Any,
         evaluations: int,
-        residual: float | None = None,
     ) -> CoupledState:
         """The state after a substep of `length` s, with its ledger.
 
-        force: the mean forces on the structures. answer: the chains' mean forces and works. residual: their difference
-        from `force` unless given, N.
+        force: the mean forces on the structures. answer: the chains' mean forces and works.
         """
         ledger, way = state.ledger, surface - state.surface
         damped = ledger.damped
@@ -249,7 +252,7 @@ class Interface:
             force,
             Ledger(ledger.work + force * way, ledger.given + work, ledger.impulse + length * force, damped),
             evaluations,
-            float(abs(given - force).max()) if residual is None else residual,
+            float(abs(given - force).max()),
             (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, given)),
             memory,
         )

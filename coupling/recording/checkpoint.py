@@ -19,15 +19,15 @@ from coupling.files import plain
 from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
-from coupling.kernels.state import Run
+from coupling.kernels.state import REMEMBERED, Run
 from coupling.participant import BlackBox
-from coupling.recording.frames import Counts, Frames, SensorFrames
+from coupling.recording.frames import Frames
 from coupling.results.provenance import as_text, differences, unfolded, versions
-from coupling.state import REMEMBERED, CoupledState, Differences, Ledger, Node
+from coupling.state import Counts, CoupledState, Differences, Ledger, Node
 from particles.moving import ChainState
 from structures.stepping import StructureState
 
-HEAD = b"hertzlink checkpoint 2\n"
+HEAD = b"hertzlink checkpoint 3\n"
 
 SUM = 65
 """Length of the line with the sum, bytes."""
@@ -89,7 +89,7 @@ class Keeper:
         self.stride, self.last, self.pause = stride, monotonic(), INTERVAL
         self.kept: dict[str, Any] | None = self._read()
 
-    def begin(self, frames: Frames | SensorFrames, progress: Any) -> Any:
+    def begin(self, frames: Frames, progress: Any) -> Any:
         """The progress from which the run continues: that of the file, with its frames; else `progress`, then written.
 
         A file that cannot be written is thus found before the run.
@@ -111,7 +111,7 @@ class Keeper:
         log.info("%s: continues after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
         return kept["progress"]
 
-    def keep(self, frames: Frames | SensorFrames, row: int, progress: Any, end: bool) -> None:
+    def keep(self, frames: Frames, row: int, progress: Any, end: bool) -> None:
         """Write the frames up to a row and the progress, if it is time or the run ends."""
         if end or monotonic() - self.last >= self.pause:
             self._write(frames, row, progress)
@@ -137,7 +137,7 @@ class Keeper:
                     f"say trust=True, and it is pickled: {TRUST}"
                 ) from None
 
-    def _write(self, frames: Frames | SensorFrames, row: int, progress: Any) -> None:
+    def _write(self, frames: Frames, row: int, progress: Any) -> None:
         begin = monotonic()
         try:
             self._replace({"row": row, "frames": frames.upto(row), "progress": progress})

@@ -45,12 +45,8 @@ class Explicit:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
-    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
-    >>> run = hl.CoSimulation(chain, rod, hl.Explicit()).run(until=1e-4)
-    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
-    0.62 µm
+    >>> hl.Explicit(tolerance=None)
+    Explicit(predictor=1, parallel=False, tolerance=None)
     """
 
     predictor: int = 1

@@ -21,6 +21,7 @@ MOST_REPETITIONS = 100_000
 """Of a window, whose differences are all kept."""
 
 
+@dataclass(frozen=True)
 class Iteration(ABC):
     """The loop of the iterated schemes, and its end.
 
@@ -30,9 +31,9 @@ class Iteration(ABC):
     approach. No step divides by a residual, which is zero as long as a gap is open.
     """
 
-    tolerance: float
-    relaxation: float
-    largest_count: int
+    tolerance: float = 1e-9
+    relaxation: float = 0.5
+    largest_count: int = 50
     substeps_per_contact = SUBSTEPS_PER_CONTACT
     repeats = True
     whole_window = True
@@ -75,12 +76,15 @@ class Iteration(ABC):
         """What chooses the forces of the next repetition, in a window with substeps of `length` s."""
 
 
-class Search(ABC):
-    """Within one window: from residuals to changes of the forces."""
+class Search:
+    """Within one window: from residuals to changes of the forces, by a part of the residual."""
 
-    @abstractmethod
+    def __init__(self, relaxation: float) -> None:
+        self.factor = relaxation
+
     def step(self, residual: Vector, answer: Vector) -> Vector:
         """The change of the forces (N), given what the chains answered and how far that is from the forces tried."""
+        return self.factor * residual
 
     def memory(self) -> Any:
         """What the next window starts from."""
@@ -119,29 +123,15 @@ class FixedPoint(Iteration):
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
-    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
-    >>> run = hl.CoSimulation(chain, rod, hl.FixedPoint()).run(until=1e-4)
-    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
-    0.62 µm
+    >>> hl.FixedPoint(relaxation=0.3)
+    FixedPoint(tolerance=1e-09, relaxation=0.3, largest_count=100)
     """
 
-    tolerance: float = 1e-9
-    relaxation: float = 0.5
     largest_count: int = 100
 
     def search(self, memory: Any, length: float) -> Search:
         """Of one window."""
-        return _Constant(self.relaxation)
-
-
-class _Constant(Search):
-    def __init__(self, relaxation: float) -> None:
-        self.relaxation = relaxation
-
-    def step(self, residual: Vector, answer: Vector) -> Vector:
-        return self.relaxation * residual
+        return Search(self.relaxation)
 
 
 @dataclass(frozen=True)
@@ -173,19 +163,13 @@ class Aitken(Iteration):
     0.62 µm
     """
 
-    tolerance: float = 1e-9
-    relaxation: float = 0.5
-    largest_count: int = 50
-
     def search(self, memory: Any, length: float) -> Search:
         """Of one window."""
         return _Aitken(self.relaxation)
 
 
 class _Aitken(Search):
-    def __init__(self, relaxation: float) -> None:
-        self.factor = relaxation
-        self.last: Vector | None = None
+    last: Vector | None = None
 
     def step(self, residual: Vector, answer: Vector) -> Vector:
         if self.last is not None:
@@ -194,7 +178,7 @@ class _Aitken(Search):
             if square > 0.0:
                 self.factor *= -float(self.last @ change) / square
         self.last = residual
-        return self.factor * residual
+        return super().step(residual, answer)
 
 
 @dataclass(frozen=True)
@@ -223,17 +207,10 @@ class IQN_ILS(Iteration):
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
-    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
-    >>> run = hl.CoSimulation(chain, rod, hl.IQN_ILS()).run(until=1e-4)
-    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
-    0.62 µm
+    >>> hl.IQN_ILS(reuse=0)
+    IQN_ILS(tolerance=1e-09, relaxation=0.5, largest_count=50, reuse=0, filtering=0.001)
     """
 
-    tolerance: float = 1e-9
-    relaxation: float = 0.5
-    largest_count: int = 50
     reuse: int = 2
     filtering: float = 1e-3
 

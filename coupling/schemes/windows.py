@@ -1,14 +1,13 @@
 """From window to window: a window that fails, or whose error is too large, is halved and repeated."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.kernels.adaptive import UNTOUCHED
+from coupling.kernels.adaptive import bend_of_last
 from coupling.schemes.scheme import Scheme
-from coupling.state import CoupledState, Node, NotConverged
+from coupling.state import Counts, CoupledState, NotConverged, as_run
 from structures.checks import positive, short
 
 MOST_HALVINGS = 12
@@ -133,34 +132,19 @@ class Windows:
         return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), failed)
 
     def _allowed(self, state: CoupledState, tolerance: float) -> float:
-        return allowed(self.interface, state.past, tolerance)
+        """The longest window worth trying, s, from the last ones and their error."""
+        return next_length(state.past[-1].length, self.error(state), tolerance) if state.past else np.inf
 
     def error(self, state: CoupledState) -> float:
-        """The error of the last substep, see `error`."""
-        return error(self.interface, state.past)
-
-
-def allowed(interface: Interface, past: Sequence[Node], tolerance: float) -> float:
-    """The longest window worth trying, s, from the last ones and their error."""
-    return next_length(past[-1].length, error(interface, past), tolerance) if past else np.inf
+        """The distance of a parabola from the straight motion of the last substep, in greatest approaches."""
+        run = as_run(state, Counts())
+        moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
+        return moved / self.interface.indentation_scale
 
 
 def next_length(last: float, error: float, tolerance: float) -> float:
     """The longest window worth trying, s, after one of this length and error."""
     return 2.0 * last if error < GROWS_BELOW * tolerance else last
-
-
-def error(interface: Interface, past: Sequence[Node]) -> float:
-    """The distance of a parabola from the straight motion of the last substep, in greatest approaches."""
-    now = past[-1]
-    before = past[-2] if len(past) > 1 else None
-    start = np.zeros_like(now.surface) if before is None else before.surface
-    earlier = past[-3].surface if len(past) > 2 else np.zeros_like(start)
-    length = now.length if before is None else before.length
-    change = abs((now.surface - start) / now.length - (start - earlier) / length)
-    counted = np.where(now.force > -interface.static, change, UNTOUCHED * change)
-    bend = 2.0 * float(counted.max()) / (now.length + length)
-    return bend * now.length**2 / 8.0 / interface.indentation_scale
 
 
 def _together(first: CoupledState, second: CoupledState) -> CoupledState:
