@@ -14,7 +14,7 @@ from coupling.loops import Work
 from coupling.plan import Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
-from coupling.recording.frames import frames_of, kept_at
+from coupling.recording.frames import Frames, kept_at
 from coupling.recording.trace import Trace
 from coupling.results.findings import warn
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
@@ -207,7 +207,7 @@ class CoSimulation:
             if checkpoint is not None:
                 asked = given if kept is None else {**given, "sensors": kept.bodies}
                 keeper = Keeper(checkpoint, asked, self.interface, plan.length, plan.stride, self.scheme.repeats, trust)
-            frames = frames_of(self.interface, plan.rows, kept)
+            frames = Frames(self.interface, plan.rows, kept)
             filled, file = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
             Work(self.interface, self.scheme, self.window, plan, filled, file, clock).do()
         findings += checked(self.interface, frames, plan.interval)

@@ -4,18 +4,17 @@ from typing import Any, NamedTuple
 
 from numba.core.errors import NumbaError
 
-from coupling.engine import Engine, StructureWindows, non_finite
+from coupling.engine import Engine, StructureWindows, check_finite
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.plan import Plan
 from coupling.recording.checkpoint import Keeper
-from coupling.recording.frames import Counts, Frames, SensorFrames
+from coupling.recording.frames import Frames
 from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive, Windows
-from coupling.state import CoupledState, NotConverged
-from particles.kernels.chain import first_bad_body
+from coupling.state import Counts, CoupledState, NotConverged
 from structures.kernels.pieces import check_compiled
 
 LARGEST_GAIN = 0.01
@@ -39,7 +38,7 @@ class Work(NamedTuple):
     scheme: Scheme
     window: float | Adaptive | None
     plan: Plan
-    frames: Frames | SensorFrames
+    frames: Frames
     keeper: Keeper | None
     clock: Trace | None
     known: StructureWindows | None = None
@@ -152,10 +151,7 @@ def _check_rest(interface: Interface, first: CoupledState) -> None:
 
 def _check(interface: Interface, state: CoupledState) -> None:
     """FloatingPointError for a state that is no longer finite, ValueError for participants that create energy."""
-    for number, chain in enumerate(state.chains):
-        bad = first_bad_body(chain.position, chain.velocity, state.surface[interface.of_chain[number][0]])
-        if bad >= 0:
-            raise non_finite(interface, bad, state.time, number)
+    check_finite(interface, [(chain.position, chain.velocity) for chain in state.chains], state.surface, state.time)
     for place, box in enumerate(interface.structures if interface.boxes else ()):
         if isinstance(box, BlackBox) and box.passive:
             work = float(state.ledger.work[interface.touched_by(place)].sum())

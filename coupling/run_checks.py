@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames, Motion, SensorFrames, greatest, middle_of
+from coupling.recording.frames import Frames, Motion, greatest, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
@@ -105,7 +105,7 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     ]
 
 
-def checked(interface: Interface, frames: Frames | SensorFrames, interval: float) -> list[str]:
+def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
     """The findings of all checks after a run saved every `interval` s; the user is warned of each.
 
     A contact law warned of its own limits when it was made; here they are findings only.
@@ -115,13 +115,13 @@ def checked(interface: Interface, frames: Frames | SensorFrames, interval: float
         known, deep = chain.cautions(motion.deepest)
         laws += known
         findings += deep
-    findings += _of_energy(interface, frames.ledger)
+    findings += _of_energy(interface, frames)
     times = interval * np.arange(frames.rows, dtype=float)
     for number, (chain, motion) in enumerate(zip(interface.chains, motions, strict=True)):
         where = "mid chain" if len(motions) == 1 else f"the middle of chain {number}"
         findings += _of_record(chain, motion, times, where)
     findings += yields(interface.chains, motions, times)
-    findings += check_structures(interface, motions, frames.highest, interval)
+    findings += check_structures(interface, motions, frames.sensors.highest, interval)
     findings += [finding for box in interface.boxes for finding in box.findings()]
     warn(findings)
     return laws + findings
@@ -152,27 +152,27 @@ def _is_driven(chain: MovingChain) -> bool:
 
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     """A finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
-    structure = frames.saved.structure
+    structure, contact = frames.ledger.structure, frames.ledger.contact
     known, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
-    work = np.stack([frames.contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
+    work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
     kept = np.where(np.isnan(known), work, known + damped).sum(axis=0)
     for number, own in enumerate(frames.chains):
         energy = own.energy
         kept = kept + energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
         for k in interface.of_chain[number]:
-            kept = kept + interface.static[k] * frames.contact["surface"][k]
+            kept = kept + interface.static[k] * contact["surface"][k]
     total = _worst(kept - kept[0], interface)
     if not total > LARGE:
         return []
     # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
-    stored = max(own.contact_force.shape[1] * float(abs(own.energy["potential"]).max()) for own in frames.chains)
+    stored = max(own.deepest.size * float(abs(own.energy["potential"]).max()) for own in frames.chains)
     rounding = ROUNDING * stored / interface.impact_energy
     if total < LARGE + rounding:
         return [
             "energy: cannot be checked; rounding of the energy that the preload stores is up to "
             f"{100.0 * rounding:.2g} % of the impact energy"
         ]
-    exchange, stepper = frames.contact["given"] - frames.contact["work"], work - known - damped
+    exchange, stepper = contact["given"] - contact["work"], work - known - damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
         "the structure's stepper, see structure_numerical_loss; take shorter windows, or the midpoint": stepper,

@@ -5,11 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run
 from particles.moving import ChainState
 from structures.structure import Vector
-
-REMEMBERED = 3
-"""The number of past substeps that predictors and quadratic waveforms use."""
 
 
 class NotConverged(RuntimeError):
@@ -96,3 +94,33 @@ def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at:
                 weight *= (at - place) / (places[i] - place)
         total = weight * value + (total if i else 0.0)
     return total
+
+
+class Counts(NamedTuple):
+    """Since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
+
+    evaluations: int = 0
+    substeps: int = 0
+    residual: float = 0.0
+
+    def after(self, state: CoupledState) -> "Counts":
+        """With one more substep, or its parts, which ended in this state."""
+        return Counts(
+            self.evaluations + state.evaluations,
+            self.substeps + state.substeps,
+            max(self.residual, state.residual),
+        )
+
+
+def as_run(state: CoupledState, counts: Counts) -> Run:
+    """A state as the compiled loop has it, but for its structures."""
+    size, past, none = state.surface.size, state.past[::-1], np.zeros(0)
+    contact, node, window = np.zeros(size, CONTACT), np.zeros((REMEMBERED, size), NODE), np.zeros(REMEMBERED, WINDOW)
+    contact["surface"] = state.surface
+    contact["work"], contact["given"], contact["impulse"], _ = state.ledger
+    for i, (time, length, surface, force) in enumerate(past):
+        node["surface"][i], node["force"][i], window[i] = surface, force, (time - length / 2.0, length)
+    chain = np.array([(one.lost, one.driven) for one in state.chains], CHAIN)
+    totals = np.array([(len(past), *counts, 0.0)], TOTALS)
+    position, velocity = (np.concatenate(parts) for parts in list(zip(*state.chains, strict=True))[:2])
+    return Run(position, velocity, none, none, contact, chain, node, window, totals)

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from coupling.kernels.state import REMEMBERED
 from particles.kernels.chain import advance, reach
 from structures.kernel_cache import inner
 from structures.kernels.arrays import copy, solve
@@ -15,7 +14,9 @@ PIECES = 4
 """Straight pieces that replace a parabola of the surface over a window."""
 
 
-def _linear_surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
+@by_type
+def surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
+    """Put the surfaces at the end of a window under the forces of a trial into it; return what gaps took, J."""
     for k in range(trial.contact.size):
         place = trial.contact[k].at_rest
         for j in range(trial.contact.size):
@@ -24,13 +25,7 @@ def _linear_surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -
     return 0.0
 
 
-@by_type(_linear_surfaces)
-def surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
-    """Put the surfaces at the end of a window under the forces of a trial into it; return what gaps took, J."""
-    raise NotImplementedError
-
-
-@by_type()
+@by_type
 def agree(
     contacts: Any, run: Any, chains: Any, structure: Any, search: Any, t: float, window: float, trial: Any
 ) -> tuple[int, float, float]:
@@ -44,14 +39,14 @@ def agree(
 @inner()
 def predict(run: Any, at: float, trial: Any) -> None:
     """Put the parabola through the last three mean forces, or what fewer give, at another time into a trial."""
-    count = min(max(run.totals[0].remembered, 0), REMEMBERED)
+    count = run.totals[0].remembered
     for k in range(trial.contact.size):
         trial.contact[k].force = 0.0
     for i in range(count):
-        weight, place = 1.0, run.window[i].end - run.window[i].length / 2.0
+        weight, place = 1.0, run.window[i].middle
         for j in range(count):
             if j != i:
-                other = run.window[j].end - run.window[j].length / 2.0
+                other = run.window[j].middle
                 weight *= (at - other) / (place - other)
         for k in range(trial.contact.size):
             trial.contact[k].force += weight * run.node[i, k].force
@@ -78,10 +73,10 @@ class OneContact(NamedTuple):
         the force jump as the contact opens there may be no root: the window is halved then, in which less happens.
         """
         chain, static, compliance, steps = chains[0], contacts.static[0], contacts.compliance, contacts.steps[0, 0]
-        y, v, first, slope = trial.y, trial.v, 0, min(run.contact[0].slope, -1.0)
+        y, v, first, slope = trial.y, trial.v, 0, run.contact[0].slope
         predict(run, t + window / 2.0, trial)
         contact, before = trial.contact[0], run.contact[0].surface
-        tried = max(contact.force + static, 0.0)
+        tried = contact.force + static if contact.force + static > 0.0 else 0.0
         last_tried, last_residual, residual, taken, count = 0.0, 0.0, np.inf, 0.0, 0
         while count < search.most:
             count += 1
@@ -98,7 +93,8 @@ class OneContact(NamedTuple):
                 break
             # Equal trials where the tolerance is below rounding.
             if count > 1 and tried != last_tried:
-                slope = min((residual - last_residual) / (tried - last_tried), -1.0)
+                slope = (residual - last_residual) / (tried - last_tried)
+            slope = slope if slope < -1.0 else -1.0
             last_tried, last_residual = tried, residual
             tried -= residual / slope
         if not abs(residual) > search.tolerance:

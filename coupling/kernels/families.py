@@ -42,7 +42,7 @@ def start(run: Run, rest: Vector, speed: float, moving: int) -> None:
     for c in range(run.chain.size):
         run.chain[c].lost, run.chain[c].driven = 0.0, 0.0
     for i in range(run.window.size):
-        run.window[i].end, run.window[i].length = 0.0, 0.0
+        run.window[i].middle, run.window[i].length = 0.0, 0.0
     totals = run.totals[0]
     totals.remembered, totals.tried, totals.windows, totals.residual, totals.taken = 0, 0, 0, 0.0, 0.0
 

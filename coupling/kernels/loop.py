@@ -5,7 +5,6 @@ from typing import Any
 from coupling.kernels.agreement import agree
 from coupling.kernels.recorders import reads_structure, record
 from coupling.kernels.state import REMEMBERED
-from particles.kernels.chain import first_bad
 from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import follow, push, read
@@ -16,72 +15,66 @@ OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
 """How a loop ended."""
 
 
-def _pending(structure: Any, run: Any, trial: Any) -> None:
-    for k in range(trial.contact.size):
-        run.contact[k].pending = trial.contact[k].force
-
-
-@by_type(_pending)
+@by_type
 def finish(structure: Any, run: Any, trial: Any) -> None:
     """Let the structures take over the forces of a window that are agreed."""
-    raise NotImplementedError
+    for k in range(trial.contact.size):
+        run.contact[k].pending = trial.contact[k].force
 
 
 @inner()
 def move_on(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
     window: float, windows: tuple[int, int, int, int],
-) -> tuple[int, int, float, int]:  # fmt: skip
+) -> tuple[int, int, float]:  # fmt: skip
     """Move a run on over windows, in place.
 
     windows: the first one and the last one, counted from 1; how many make a saved time, 0 saves nothing; and the row
     where the state is saved first, or −1.
 
-    A window that fails leaves the run as it began. Returns how the loop ended; the window; the chain, or the residual
-    (N); and the body that is no longer finite.
+    A window that fails leaves the run as it began. Returns how the loop ended; the window; and the residual, N.
     """
-    if windows[3] >= 0:
-        record(recorder, windows[3], (windows[0] - 1) * window, run, chains, structure, begin, trial.work)
     # The state of linear structures moves to and fro between two arrays.
     gaps, state, free = run.pressed.size > 0, run.body, trial.free
-    touched = False
+    touched, problem, residual = False, OK, 0.0
     for i in range(run.body.size):
         touched = touched or run.body[i] != 0.0
         trial.free[i] = 0.0
     for k in range(trial.contact.size):
         trial.contact[k].at_rest = 0.0
-    for done in range(windows[0], windows[1] + 1):
-        moved = touched or gaps
-        if moved:
-            follow(structure, run.contact, state, free)
+    for done in range(windows[0] - 1, windows[1] + 1):
+        row = windows[3]
+        if done >= windows[0]:
+            row = done // windows[2] if windows[2] > 0 and done % windows[2] == 0 else -1
+            moved = touched or gaps
+            if moved:
+                follow(structure, run.contact, state, free)
+                for k in range(trial.contact.size):
+                    trial.contact[k].at_rest = read(structure, k, free)
+            tried, residual, taken = agree(contacts, run, chains, structure, search, (done - 1) * window, window, trial)
+            run.totals[0].tried += tried
+            if not finite(trial):
+                return NON_FINITE, done, 0.0
+            if abs(residual) > search.tolerance:
+                problem = NOT_CONVERGED
+                break
+            copy(trial.y, run.y)
+            copy(trial.v, run.v)
             for k in range(trial.contact.size):
-                trial.contact[k].at_rest = read(structure, k, free)
-        tried, residual, taken = agree(contacts, run, chains, structure, search, (done - 1) * window, window, trial)
-        run.totals[0].tried += tried
-        if not finite(trial):
-            chain, body = broken_chain(trial, begin)
-            return NON_FINITE, done, float(chain), body
-        if abs(residual) > search.tolerance:
-            settle(structure, run, state)
-            return NOT_CONVERGED, done, residual, 0
-        copy(trial.y, run.y)
-        copy(trial.v, run.v)
-        for k in range(trial.contact.size):
-            touched = touched or trial.contact[k].force != 0.0
-        if touched or gaps:
-            finish(structure, run, trial)
-        if moved and not gaps:
-            state, free = free, state
-        run.totals[0].taken += taken
-        keep_ledger(run, trial, done * window, window, residual)
-        if windows[2] > 0 and done % windows[2] == 0:
-            row = done // windows[2]
+                touched = touched or trial.contact[k].force != 0.0
+            if touched or gaps:
+                finish(structure, run, trial)
+            if moved and not gaps:
+                state, free = free, state
+            run.totals[0].taken += taken
+            keep_ledger(run, trial, done * window, window, residual)
+        if row >= 0:
             if reads_structure(recorder, row):
                 settle(structure, run, state)
                 state, free = run.body, trial.free
             record(recorder, row, done * window, run, chains, structure, begin, trial.work)
     settle(structure, run, state)
-    return OK, 0, 0.0, 0
+    return problem, done, residual
 
 
 run_windows = entry(move_on.py_func)
@@ -110,17 +103,6 @@ def finite(trial: Any) -> bool:
     return total == 0.0
 
 
-@inner()
-def broken_chain(trial: Any, begin: Vector) -> tuple[int, int]:
-    """Return the first chain that is no longer finite and the body; after all of its bodies comes the surface."""
-    for c in range(begin.shape[0] - 1):
-        first, last = begin[c, 0], begin[c + 1, 0]
-        body = first_bad(trial.y[first:last], trial.v[first:last], trial.contact[begin[c, 1]].surface)
-        if body >= 0:
-            return c, body
-    return -1, 0
-
-
 @inner(forceinline=True)
 def keep_ledger(run: Any, trial: Any, time: float, window: float, residual: float) -> None:
     """Count works, impulses and losses of a window that ended, and remember its surfaces and forces."""
@@ -129,10 +111,10 @@ def keep_ledger(run: Any, trial: Any, time: float, window: float, residual: floa
         run.chain[c].lost += trial.chain[c].lost
         run.chain[c].driven += trial.chain[c].driven
     for i in range(REMEMBERED - 1, 0, -1):
-        run.window[i].end, run.window[i].length = run.window[i - 1].end, run.window[i - 1].length
+        run.window[i].middle, run.window[i].length = run.window[i - 1].middle, run.window[i - 1].length
         for k in range(trial.contact.size):
             run.node[i, k].surface, run.node[i, k].force = run.node[i - 1, k].surface, run.node[i - 1, k].force
-    run.window[0].end, run.window[0].length = time, window
+    run.window[0].middle, run.window[0].length = time - window / 2.0, window
     for k in range(trial.contact.size):
         contact, tried = run.contact[k], trial.contact[k]
         run.node[0, k].surface, run.node[0, k].force = tried.surface, tried.answer
@@ -140,6 +122,8 @@ def keep_ledger(run: Any, trial: Any, time: float, window: float, residual: floa
         contact.given += tried.work
         contact.impulse += tried.force * window
         contact.surface = tried.surface
-    totals.remembered = min(totals.remembered + 1, REMEMBERED)
     totals.windows += 1
-    totals.residual = max(totals.residual, abs(residual))
+    if totals.remembered < REMEMBERED:
+        totals.remembered += 1
+    if abs(residual) > totals.residual:
+        totals.residual = abs(residual)

@@ -3,33 +3,29 @@
 from typing import Any, NamedTuple
 
 from coupling.kernels.state import Records, record_type
-from particles.kernels.chain import contact_forces, deepen, energies, some_forces
-from structures.kernel_cache import inner
+from particles.kernels.chain import contact_forces, deepen, energies
+from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import energies_of_structure
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 
 
-@by_type()
+@by_type
 def record(
     recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
 ) -> None:
-    """Put the state at time t, s, into a row.
+    """Put the state at time t, s, into the row of a saved time.
 
     begin: C + 1 rows, the first coordinate, the first contact and the first body of each chain. work: of chains.
     """
     raise NotImplementedError
 
 
-def _reads(recorder: Any, row: int) -> bool:
-    return True
-
-
-@by_type(_reads)
+@by_type
 def reads_structure(recorder: Any, row: int) -> bool:
     """Return whether a recorder reads the state of the structures for a row."""
-    raise NotImplementedError
+    return True
 
 
 CHAIN_FRAME = record_type("kinetic", "potential", "lost", "driven")
@@ -45,82 +41,13 @@ TIME_FRAME = record_type("evaluations", "substeps", "residual")
 """Since the last saved time: windows of the chains that were tried, windows, and the greatest residual, N."""
 
 
-class Everything(NamedTuple):
-    """All motion, forces and energies."""
-
-    position: Vector
-    """Saved times × coordinates of all chains, one after the other; so is the next one."""
-    velocity: Vector
-    contact_force: Vector
-    """Saved times × contacts of all chains."""
-    chain: Records
-    """C × saved times records CHAIN_FRAME."""
-    contact: Records
-    """K × saved times records CONTACT_FRAME."""
-    structure: Records
-    """S × saved times records STRUCTURE_FRAME."""
-    time: Records
-    """Saved times records TIME_FRAME."""
-
-    @staticmethod
-    def record(
-        recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
-    ) -> None:
-        """Fill a row of everything."""
-        record_everything(recorder, row, t, run, chains, structure, begin, work)
-
-
-@inner()
-def record_chain(chain: Any, c: int, recorder: Any, row: int, t: float, run: Any, begin: Vector, work: Vector) -> None:
-    """Fill forces and energies of chain c."""
-    first, last, k = begin[c, 0], begin[c + 1, 0], begin[c, 1]
-    y, v, wall, frame = run.y[first:last], run.v[first:last], run.contact[k].surface, recorder.chain[c, row]
-    forces = recorder.contact_force[row, begin[c, 2] : begin[c + 1, 2]]
-    contact_forces(chain, y, v, t, wall, rate_of(run, k), forces, work[:, first:last])
-    frame.kinetic, frame.potential = energies(chain, y, v, wall, work[:, first:last])
-    frame.lost, frame.driven = run.chain[c].lost, run.chain[c].driven
-
-
-record_chains = for_each(record_chain)
-
-
-@inner()
-def record_everything(
-    recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
-) -> None:
-    """Fill a row of everything."""
-    copy(run.y, recorder.position[row])
-    copy(run.v, recorder.velocity[row])
-    record_chains(chains, 0, recorder, row, t, run, begin, work)
-    for s in range(recorder.structure.shape[0]):
-        frame = recorder.structure[s, row]
-        frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
-        if run.pressed.size > 0:
-            frame.taken = run.totals[0].taken
-    for k in range(run.contact.size):
-        seen, contact = recorder.contact[k, row], run.contact[k]
-        seen.surface, seen.work = contact.surface, contact.work
-        seen.given, seen.impulse = contact.given, contact.impulse
-    totals, now = run.totals[0], recorder.time[row]
-    now.evaluations, now.substeps, now.residual = totals.tried, totals.windows, totals.residual
-    totals.tried, totals.windows, totals.residual = 0, 0, 0.0
-
-
-@inner()
-def rate_of(run: Any, k: int) -> float:
-    """Return the velocity of a surface over the last window, m/s."""
-    if run.totals[0].remembered == 0:
-        return 0.0
-    return (run.contact[k].surface - run.node[1, k].surface) / run.window[0].length
-
-
 class Sensors(NamedTuple):
     """The forces of some contacts and the velocities of some bodies, chain after chain."""
 
     contact: Vector
     """The numbers of the contacts in their chains, counted from zero."""
     body: Vector
-    """The numbers of the bodies."""
+    """The numbers of the bodies; behind those of all bodies come those of modes and arms."""
     begin: Vector
     """C + 1 rows: where the contacts and the bodies of each chain begin among them."""
     force: Vector
@@ -134,17 +61,16 @@ class Sensors(NamedTuple):
 
     @staticmethod
     def reads_structure(recorder: Any, row: int) -> bool:
-        """Return False."""
         return False
 
     @staticmethod
     def record(
         recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
     ) -> None:
-        """Fill a row."""
         record_sensors(chains, 0, recorder, row, t, run, begin, work)
         for k in range(run.contact.size):
-            recorder.highest[k] = max(recorder.highest[k], abs(run.contact[k].surface))
+            if abs(run.contact[k].surface) > recorder.highest[k]:
+                recorder.highest[k] = abs(run.contact[k].surface)
 
 
 @inner()
@@ -153,33 +79,91 @@ def record_sensors_of(
 ) -> None:
     """Fill forces and velocities of chain c."""
     first, last, k, own, end = begin[c, 0], begin[c + 1, 0], begin[c, 1], recorder.begin[c], recorder.begin[c + 1]
-    y, v, wall = run.y[first:last], run.v[first:last], run.contact[k].surface
+    y, v, surface, rate = run.y[first:last], run.v[first:last], run.contact[k].surface, 0.0
+    if run.totals[0].remembered > 0:
+        rate = (surface - run.node[1, k].surface) / run.window[0].length
     contacts, forces = recorder.contact[own[0] : end[0]], recorder.force[row, own[0] : end[0]]
-    some_forces(chain, y, v, t, wall, rate_of(run, k), contacts, forces, work[:, first:last])
+    contact_forces(chain, y, v, t, surface, rate, contacts, forces, work[:, first:last])
     for j in range(own[1], end[1]):
         recorder.velocity[row, j] = v[recorder.body[j]]
-    deepen(y, wall, recorder.deepest[begin[c, 2] : begin[c + 1, 2]])
+    deepen(y, surface, recorder.deepest[begin[c, 2] : begin[c + 1, 2]])
 
 
 record_sensors = for_each(record_sensors_of)
 
 
-class SensorsWithEnds(NamedTuple):
-    """Sensors at all saved times, and everything at the first and the last one."""
+class Ledger(NamedTuple):
+    """Positions and energies."""
+
+    every: int
+    """Saved times from one row to the next."""
+    position: Vector
+    """Rows × coordinates of all chains, one after the other."""
+    chain: Records
+    """C × rows records CHAIN_FRAME."""
+    contact: Records
+    """K × rows records CONTACT_FRAME."""
+    structure: Records
+    """S × rows records STRUCTURE_FRAME."""
+    time: Records
+    """Rows of records TIME_FRAME."""
+
+
+class SensorsAndLedger(NamedTuple):
+    """What a run keeps at all its saved times, and at some of them."""
 
     sensors: Sensors
-    ends: Everything
+    ledger: Ledger
 
     @staticmethod
     def reads_structure(recorder: Any, row: int) -> bool:
-        """Return whether the row is the first or the last one."""
-        return row == 0 or row == recorder.sensors.force.shape[0] - 1
+        return row % recorder.ledger.every == 0
 
     @staticmethod
     def record(
         recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
     ) -> None:
-        """Fill a row."""
         record(recorder.sensors, row, t, run, chains, structure, begin, work)
         if reads_structure(recorder, row):
-            record_everything(recorder.ends, min(row, 1), t, run, chains, structure, begin, work)
+            enter(recorder.ledger, row // recorder.ledger.every, run, chains, structure, begin, work)
+
+
+@inner()
+def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector) -> None:
+    """Fill a row of the ledger."""
+    copy(run.y, ledger.position[row])
+    enter_chains(chains, 0, ledger, row, run, begin, work)
+    for s in range(ledger.structure.shape[0]):
+        frame = ledger.structure[s, row]
+        frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
+        if run.pressed.size > 0:
+            frame.taken = run.totals[0].taken
+    for k in range(run.contact.size):
+        seen, contact = ledger.contact[k, row], run.contact[k]
+        seen.surface, seen.work = contact.surface, contact.work
+        seen.given, seen.impulse = contact.given, contact.impulse
+    totals, now = run.totals[0], ledger.time[row]
+    now.evaluations, now.substeps, now.residual = totals.tried, totals.windows, totals.residual
+    totals.tried, totals.windows, totals.residual = 0, 0, 0.0
+
+
+@inner()
+def enter_chain(chain: Any, c: int, ledger: Any, row: int, run: Any, begin: Vector, work: Vector) -> None:
+    """Fill the energies of chain c."""
+    first, last, frame = begin[c, 0], begin[c + 1, 0], ledger.chain[c, row]
+    y, v, surface = run.y[first:last], run.v[first:last], run.contact[begin[c, 1]].surface
+    frame.kinetic, frame.potential = energies(chain, y, v, surface, work[:, first:last])
+    frame.lost, frame.driven = run.chain[c].lost, run.chain[c].driven
+
+
+enter_chains = for_each(enter_chain)
+record_row = entry(SensorsAndLedger.record)
+"""`record` for Python."""
+
+
+class Elsewhere(NamedTuple):
+    """Structures that Python moves, and whose energies it enters."""
+
+    @staticmethod
+    def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
+        return 0.0, 0.0

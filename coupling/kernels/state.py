@@ -34,7 +34,7 @@ CHAIN = record_type("lost", "driven")
 NODE = record_type("surface", "force")
 """Displacement (m) of a surface at the end of a window, and mean force (N) that the chain answered."""
 
-WINDOW = record_type("end", "length")
+WINDOW = record_type("middle", "length")
 """Of a window, s."""
 
 TOTALS = np.dtype(

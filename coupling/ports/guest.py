@@ -59,8 +59,9 @@ def advance(moving: MovingChain, state: GuestState, surface: float, window: floa
 
 
 def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate: float) -> Vector:
-    force = np.zeros(moving.mass.size)
-    forces_of_chain(moving.model, state.position, state.velocity, state.time, surface, rate, force, moving.work_space())
+    force, (position, velocity, _, time, _) = np.zeros(moving.mass.size), state
+    contacts, work = np.arange(force.size), moving.work_space()
+    forces_of_chain(moving.model, position, velocity, time, surface, rate, contacts, force, work)
     dynamic: Vector = force - moving.static_force
     dynamic[abs(dynamic) <= ROUNDING * moving.force_scale] = 0.0
     return dynamic

@@ -8,20 +8,17 @@ import xarray as xr
 
 from coupling.interface import Interface
 from coupling.participant import BlackBox
-from coupling.recording.frames import Frames, SensorFrames
+from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import as_text, provenance
 from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, variable
 from particles.deformable.chain import MovingDeformableChain
 from structures.structure import Vector
 
-AT_SENSORS = ("contact_force", "velocity")
-"""What a run that keeps sensors only holds."""
-
 
 def dataset(
     interface: Interface,
-    frames: Frames | SensorFrames,
+    frames: Frames,
     interval: float,
     given: Mapping[str, Any],
     findings: Sequence[str] = (),
@@ -30,14 +27,24 @@ def dataset(
 
     given: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
-    if isinstance(frames, SensorFrames):
-        return _at_sensors(interface, frames, interval, given, findings)
-    chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
+    kept = frames.kept
+    chains = [
+        (_of_chain if kept is None else _at_sensors)(interface, frames, number)
+        for number in range(len(interface.chains))
+    ]
     names = dict.fromkeys(name for chain in chains for name in chain)
     values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in names}
-    values |= _of_both_sides(interface, frames)
-    values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
     bodies = max(chain.mass.size for chain in interface.chains)
+    coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
+    if kept is None:
+        values |= _of_both_sides(interface, frames)
+        values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
+        more: dict[str, Any] = _of_participants(interface, frames, interval)
+    else:
+        places = {"contact": kept.contacts, "bead": kept.bodies}
+        coordinates = {name: _at(places, value) for name, value in coordinates.items()}
+        beads = [len(chain.chain.beads) for chain in interface.chains]
+        more = {"beads": beads if len(beads) > 1 else beads[0]}
     variables = {}
     for name, known in VARIABLES.items():
         if name not in values:
@@ -46,26 +53,16 @@ def dataset(
         if len(many) == 1:
             variables[name] = variable(name, many[0])
         else:
-            variables[name] = variable(name, np.stack(_filled(many, bodies * bool(known.bodies)), axis=1), known.owner)
-    coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
-    attributes = provenance(given) | as_attribute(findings) | _of_participants(interface, frames, interval)
-    return xr.Dataset(variables, coordinates, attributes)
+            filled = _filled(many, bodies * (kept is None and bool(known.bodies)))
+            variables[name] = variable(name, np.stack(filled, axis=1), known.owner)
+    return xr.Dataset(variables, coordinates, provenance(given) | as_attribute(findings) | more)
 
 
-def _at_sensors(
-    interface: Interface, frames: SensorFrames, interval: float, given: Mapping[str, Any], findings: Sequence[str]
-) -> xr.Dataset:
-    """The Dataset of a run that keeps sensors only; arguments as of `dataset`."""
-    several = ["chain"] if len(interface.chains) > 1 else []
-    parts = [frames.of_chain(number) for number in range(len(interface.chains))]
-    values = {name: np.stack(column, axis=1) for name, column in zip(AT_SENSORS, zip(*parts, strict=True), strict=True)}
-    variables = {name: variable(name, own if several else own[:, 0], *several) for name, own in values.items()}
-    bodies, beads = (max(chain.mass.size for chain in interface.chains), [len(c.chain.beads) for c in interface.chains])
-    every = _coordinates(interface, interval * np.arange(frames.rows), bodies)
-    places = {"contact": frames.kept.contacts, "bead": frames.kept.bodies}
-    coordinates = {name: _at(places, value) for name, value in every.items()}
-    attributes = provenance(given) | as_attribute(findings) | {"beads": beads if several else beads[0]}
-    return xr.Dataset(variables, coordinates, attributes)
+def _at_sensors(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
+    """What a run that keeps sensors only holds of a chain."""
+    assert frames.kept is not None
+    (contacts, bodies), own = map(len, frames.kept), frames.chains[number]
+    return {"contact_force": own.force[:, :contacts], "velocity": own.velocity[:, :bodies]}
 
 
 def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
@@ -84,8 +81,8 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
         if not isinstance(box, BlackBox) or box.closing is not None or not box.inertias:
             continue
         points = interface.touched_by(place)
-        impulse = frames.contact["impulse"][points][:, -1]
-        moved = frames.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
+        impulse = frames.ledger.contact["impulse"][points][:, -1]
+        moved = frames.ledger.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
         compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
         found.append({"name": box.name, "inertia (kg)": box.inertias, "compliance (m/N)": compliance.tolist()})
     return {"participants": as_text({"participants": found})} if found else {}
@@ -98,11 +95,11 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
     energy = {name: own.energy[name].copy() for name in own.energy.dtype.names or ()}
     potential = energy["potential"]
     for k in interface.of_chain[number]:
-        potential += interface.static[k] * frames.contact["surface"][k]
+        potential += interface.static[k] * frames.ledger.contact["surface"][k]
     deformed = {}
     if isinstance(chain, MovingDeformableChain):
         deformed = {
-            "section_force": chain.section_force(own.contact_force, own.position, own.velocity),
+            "section_force": chain.section_force(own.force, own.position, own.velocity),
             "vibration_energy": chain.vibration_energy(own.position, own.velocity),
             "vibration_amplitude": chain.amplitudes(own.position),
         }
@@ -112,7 +109,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
         **deformed,
         "displacement": (own.position - chain.rest)[:, :bodies],
         "velocity": own.velocity[:, :bodies],
-        "contact_force": own.contact_force,
+        "contact_force": own.force,
         "kinetic_energy": energy["kinetic"],
         "contact_energy": potential - potential[0],
         "dissipated_energy": energy["lost"],
@@ -128,7 +125,7 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
     if contact.end != LAST:
         return np.asarray(struck[:, 1] - far[:, 0])
     return (
-        np.asarray(frames.contact["surface"][k] - far[:, -1])
+        np.asarray(frames.ledger.contact["surface"][k] - far[:, -1])
         if chain.surface is not None
         else np.full(frames.rows, np.nan)
     )
@@ -136,7 +133,10 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """What belongs to contacts, structures and the run: contacts or structures × saved times."""
-    contact, structure = ({name: one[name].copy() for name in one.dtype.names or ()} for one in frames.saved[4:6])
+    contact, structure = (
+        {name: one[name].copy() for name in one.dtype.names or ()}
+        for one in (frames.ledger.contact, frames.ledger.structure)
+    )
     energy, given = structure["kinetic"] + structure["elastic"], contact["given"]
     work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
     return {
@@ -151,7 +151,7 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
         "structure_energy": energy,
         "structure_dissipated_energy": structure["taken"],
         "structure_numerical_loss": work - energy - structure["taken"],
-        **{name: frames.saved.time[name].copy() for name in frames.saved.time.dtype.names or ()},
+        **{name: frames.ledger.time[name].copy() for name in frames.ledger.time.dtype.names or ()},
     }
 
 

@@ -1,4 +1,4 @@
-"""The arrays that a run fills, one row for each saved time."""
+"""The arrays that a run fills at its saved times."""
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
@@ -12,45 +12,52 @@ from coupling.kernels.recorders import (
     CONTACT_FRAME,
     STRUCTURE_FRAME,
     TIME_FRAME,
-    Everything,
+    Elsewhere,
+    Ledger,
     Sensors,
-    SensorsWithEnds,
+    SensorsAndLedger,
+    record_row,
 )
 from coupling.kernels.state import Records
-from coupling.state import CoupledState
-from particles.kernels import chain as kernels
+from coupling.state import Counts, CoupledState, as_run
+from particles.kernels.chain import WORK_ROWS
 from particles.moving import MovingChain
 from structures.checks import listed, whole
 from structures.moving import MovingStructure
 from structures.structure import Vector
 
 
-class Counts(NamedTuple):
-    """Since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
+class Kept(NamedTuple):
+    """What is kept of each chain: the numbers of contacts and of bodies, both counted from zero."""
 
-    evaluations: int = 0
-    substeps: int = 0
-    residual: float = 0.0
+    contacts: list[int]
+    bodies: list[int]
 
-    def after(self, state: CoupledState) -> "Counts":
-        """With one more substep, or its parts, which ended in this state."""
-        return Counts(
-            self.evaluations + state.evaluations,
-            self.substeps + state.substeps,
-            max(self.residual, state.residual),
-        )
+
+def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
+    """What is kept at sensors, None for all beads, of chains whose shortest has so many; a ValueError for others."""
+    if sensors is None:
+        return Kept([*range(beads + 1)], [*range(beads + 1)])
+    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
+    if numbers[-1] > beads:
+        raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
+    return Kept(sorted({n - 1 for n in numbers} | set(numbers)), numbers)
 
 
 class ChainFrames(NamedTuple):
-    """The saved times of one chain.
+    """What is kept of one chain.
 
-    position (m) and velocity (m/s): saved times × coordinates, first those of the bodies; contact_force (N): saved
-    times × bodies; energy: records CHAIN_FRAME.
+    contacts, bodies: numbers from zero of the contacts and bodies that are kept at all saved times; force (N) and
+    velocity (m/s): saved times × these. deepest: the greatest approach of each contact, m. position (m): rows of the
+    ledger × coordinates, first those of the bodies; energy: records CHAIN_FRAME of these rows.
     """
 
-    position: Vector
+    contacts: list[int]
+    bodies: list[int]
+    force: Vector
     velocity: Vector
-    contact_force: Vector
+    deepest: Vector
+    position: Vector
     energy: Records
 
 
@@ -93,73 +100,80 @@ def greatest(values: Vector) -> Vector:
 
 
 class Frames:
-    """Saved times from row 0, the start, on.
+    """What a run keeps: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
 
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. contact:
-    its records of contacts. chains: the parts of each chain.
+    kept: of each chain; None for everything. Behind that come the contacts and bodies that the checks after the run
+    need: the last contact, those of the bead in the middle, and its velocity; all contacts where losses, yield or
+    vibrations prevent their peaks from being known by their deepest approach.
+
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. chains:
+    the parts of each chain.
     """
 
-    def __init__(self, interface: Interface, rows: int) -> None:
-        self.rows = rows
-        ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
-        coordinates, bodies = ends[-1]
-        velocity, force = np.zeros((rows, coordinates)), np.zeros((rows, bodies))
-        contacts, chains, structures = interface.size, len(interface.chains), len(interface.structures)
-        self.saved = Everything(
-            np.zeros((rows, coordinates)),
-            velocity,
-            force,
-            np.zeros((chains, rows), CHAIN_FRAME),
-            np.zeros((contacts, rows), CONTACT_FRAME),
-            np.zeros((structures, rows), STRUCTURE_FRAME),
-            np.zeros(rows, TIME_FRAME),
+    def __init__(self, interface: Interface, rows: int, kept: Kept | None = None) -> None:
+        self.rows, self.kept = rows, kept
+        columns = [_columns(chain, kept) for chain in interface.chains]
+        begin = np.cumsum([(0, 0), *((len(one.contacts), len(one.bodies)) for one in columns)], axis=0)
+        (contacts, bodies), (coordinates, places, all_contacts) = begin[-1], interface.begin[-1]
+        every = 1 if kept is None else max(rows - 1, 1)
+        entries, chains, structures = (rows - 1) // every + 1, len(interface.chains), len(interface.structures)
+        self.sensors = Sensors(
+            np.array([i for one in columns for i in one.contacts]),
+            np.array([i for one in columns for i in one.bodies]),
+            begin,
+            np.zeros((rows, contacts)),
+            np.zeros((rows, bodies)),
+            np.full(all_contacts, -np.inf),
+            np.zeros(interface.size),
         )
-        self.contact = self.saved.contact
+        self.ledger = Ledger(
+            every,
+            np.zeros((entries, coordinates)),
+            np.zeros((chains, entries), CHAIN_FRAME),
+            np.zeros((places, entries), CONTACT_FRAME),
+            np.zeros((structures, entries), STRUCTURE_FRAME),
+            np.zeros(entries, TIME_FRAME),
+        )
+        self.saved = SensorsAndLedger(self.sensors, self.ledger)
         self.chains = [
             ChainFrames(
-                self.saved.position[:, place:end],
-                velocity[:, place:end],
-                force[:, body:last],
-                self.saved.chain[number],
+                *one,
+                self.sensors.force[:, contact:next_contact],
+                self.sensors.velocity[:, body:next_body],
+                self.sensors.deepest[first:last],
+                self.ledger.position[:, place:end],
+                energy,
             )
-            for number, ((place, body), (end, last)) in enumerate(pairwise(ends))
+            for one, ((contact, body), (next_contact, next_body)), ((place, _, first), (end, _, last)), energy in zip(
+                columns, pairwise(begin), pairwise(interface.begin), self.ledger.chain, strict=True
+            )
         ]
 
-    @property
-    def ledger(self) -> "Frames":
-        """The frames with the energies."""
+    def clear(self) -> "Frames":
+        """Forget an earlier run but for its rows, which the next one overwrites."""
+        self.sensors.deepest[:], self.sensors.highest[:] = -np.inf, 0.0
+        self.ledger.structure["taken"] = 0.0
         return self
 
-    @property
-    def highest(self) -> Vector:
-        """The greatest displacement of each surface, m, without sign."""
-        return np.asarray(abs(self.contact["surface"]).max(axis=1), float)
-
-    def motions(self, interface: Interface) -> list["Motion"]:
+    def motions(self, interface: Interface) -> list[Motion]:
         """What the checks see of each chain."""
-        return [self._motion(interface, number) for number in range(len(self.chains))]
-
-    def _motion(self, interface: Interface, number: int) -> "Motion":
-        chain, own, seat = interface.chains[number], self.chains[number], interface.of_chain[number][0]
-        place, peaks = own.position[:, : chain.mass.size], greatest(own.contact_force)
-        last = float((place[:, -1] - self.contact["surface"][seat]).max())
-        deepest = np.append(greatest(place[:, :-1] - place[:, 1:]), last - chain.flexibility * peaks[-1])
-        return Motion(range(peaks.size), own.contact_force, own.velocity[:, middle_of(chain)], peaks, deepest)
+        found = []
+        for chain, own in zip(interface.chains, self.chains, strict=True):
+            deepest = own.deepest.copy()
+            peaks = chain.force(deepest) if len(own.contacts) < deepest.size else np.zeros(deepest.size)
+            peaks[own.contacts] = greatest(own.force)
+            deepest[-1] -= chain.flexibility * peaks[-1]
+            middle = own.velocity[:, own.bodies.index(middle_of(chain))]
+            found.append(Motion(own.contacts, own.force, middle, peaks, deepest))
+        return found
 
     def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
         """Put a state into a row. length, s: of a substep."""
-        past = state.past
-        for number, (chain, into) in enumerate(zip(interface.chains, self.chains, strict=True)):
-            y, v, lost, time, driven = state.chains[number]
-            seat = interface.of_chain[number][0]
-            wall, rate = float(state.surface[seat]), 0.0
-            if past:
-                rate = (wall - float(past[-2].surface[seat] if len(past) > 1 else 0.0)) / past[-1].length
-            work, forces = chain.work_space(), into.contact_force[row]
-            kernels.forces_of_chain(chain.model, y, v, time, wall, rate, forces, work)
-            into.energy[row] = *kernels.energies_of_chain(chain.model, y, v, wall, work), lost, driven
-            into.position[row], into.velocity[row] = y, v
-        saved = self.saved
+        models, work = tuple(chain.model for chain in interface.chains), np.zeros((WORK_ROWS, interface.begin[-1, 0]))
+        run = as_run(state, counts)
+        record_row(self.saved, row, state.time, run, models, Elsewhere(), interface.begin, work)
+        if row % self.ledger.every:
+            return
         for number, structure in enumerate(interface.structures):
             now = state.structures[number]
             if isinstance(structure, MovingStructure):
@@ -167,9 +181,7 @@ class Frames:
                 lost = state.ledger.damped[number]
             else:
                 *energies, lost = structure.energies(now)
-            saved.structure[number, row] = *energies, lost
-        saved.contact[:, row] = list(zip(state.surface, *state.ledger[:3], strict=True))
-        saved.time[row] = counts
+            self.ledger.structure[number, row // self.ledger.every] = *energies, lost
 
     def count_damping(self, interface: Interface) -> None:
         """What the damping of linear structures took: the part of the work that is not in their energy.
@@ -177,131 +189,30 @@ class Frames:
         The midpoint rule keeps that identity.
         """
         for place in interface.damped:
-            work, frames = self.contact["work"][interface.touched_by(place)].sum(axis=0), self.saved.structure[place]
+            frames = self.ledger.structure[place]
+            work = self.ledger.contact["work"][interface.touched_by(place)].sum(axis=0)
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
     def upto(self, row: int) -> list[Vector]:
         """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
-        *tall, chain, contact, structure, time = self.saved
-        return [*(one[: row + 1] for one in (*tall, time)), *(one[:, : row + 1] for one in (chain, contact, structure))]
+        (*_, force, velocity, deepest, highest), (every, position, *wide, time) = self.saved
+        end = row // every + 1
+        tall = force[: row + 1], velocity[: row + 1], position[:end], time[:end]
+        return [*tall, deepest, highest, *(one[:, :end] for one in wide)]
 
     def restore(self, row: int, kept: list[Vector]) -> None:
         """Restore what `upto` returned for a row; a ValueError where it does not fit."""
-        _restore(self.upto(row), kept)
+        for place, values in zip(self.upto(row), kept, strict=True):
+            if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
+                raise ValueError("frames: have another shape")
+            place[...] = values
 
 
-def _restore(places: list[Vector], kept: list[Vector]) -> None:
-    for place, values in zip(places, kept, strict=True):
-        if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
-            raise ValueError("frames: have another shape")
-        place[...] = values
-
-
-class Kept(NamedTuple):
-    """What is kept of each chain: the numbers of contacts and of bodies, both counted from zero."""
-
-    contacts: list[int]
-    bodies: list[int]
-
-
-def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
-    """What is kept at sensors, None for all beads, of chains whose shortest has so many; a ValueError for others."""
-    if sensors is None:
-        return Kept([*range(beads + 1)], [*range(beads + 1)])
-    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
-    if numbers[-1] > beads:
-        raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
-    return Kept(sorted({n - 1 for n in numbers} | set(numbers)), numbers)
-
-
-class SensorFrames:
-    """Saved times of sensors alone; all of a run is saved at its begin and its end, in `ledger`.
-
-    Of each chain first come the contacts and bodies that are kept, then those that the checks after the run need: the
-    last contact, those of the bead in the middle, and its velocity; all contacts where losses, yield or vibrations
-    prevent their peaks from being known by their deepest approach.
-    """
-
-    def __init__(self, interface: Interface, rows: int, kept: Kept) -> None:
-        self.rows, self.kept, self.ledger = rows, kept, Frames(interface, 2)
-        columns = [_columns(chain, kept) for chain in interface.chains]
-        self.begin = np.cumsum([(0, 0), *((len(one.contacts), len(one.bodies)) for one in columns)], axis=0)
-        contacts, bodies = self.begin[-1]
-        self.sensors = Sensors(
-            np.array([i for one in columns for i in one.contacts]),
-            np.array([i for one in columns for i in one.bodies]),
-            self.begin,
-            np.zeros((rows, contacts)),
-            np.zeros((rows, bodies)),
-            np.full(sum(chain.mass.size for chain in interface.chains), -np.inf),
-            np.zeros(interface.size),
-        )
-        self.saved = SensorsWithEnds(self.sensors, self.ledger.saved)
-
-    def clear(self) -> "SensorFrames":
-        """Forget an earlier run but for its rows, which the next one overwrites."""
-        self.sensors.deepest[:], self.sensors.highest[:] = -np.inf, 0.0
-        self.ledger.saved.structure["taken"] = 0.0
-        return self
-
-    @property
-    def highest(self) -> Vector:
-        """The greatest displacement of each surface, m, without sign."""
-        return self.sensors.highest
-
-    def of_chain(self, number: int) -> tuple[Vector, Vector]:
-        """The forces (N) and velocities (m/s) that are kept of a chain, saved times × contacts or bodies."""
-        (contact, body), (contacts, bodies) = self.begin[number], map(len, self.kept)
-        return self.sensors.force[:, contact : contact + contacts], self.sensors.velocity[:, body : body + bodies]
-
-    def motions(self, interface: Interface) -> list[Motion]:
-        """What the checks see of each chain."""
-        found, place = [], 0
-        for number, chain in enumerate(interface.chains):
-            (begin, body), (end, last) = self.begin[number], self.begin[number + 1]
-            contacts, force = self.sensors.contact[begin:end].tolist(), self.sensors.force[:, begin:end]
-            deepest = self.sensors.deepest[place : place + chain.mass.size].copy()
-            peaks = chain.force(deepest)
-            peaks[contacts] = greatest(force)
-            deepest[-1] -= chain.flexibility * peaks[-1]
-            bodies = self.sensors.body[body:last].tolist()
-            velocity = self.sensors.velocity[:, body + bodies.index(middle_of(chain))]
-            found.append(Motion(contacts, force, velocity, peaks, deepest))
-            place += chain.mass.size
-        return found
-
-    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
-        """Put a state into a row. length, s: of a substep."""
-        last = row == self.rows - 1
-        frames, at = (self.ledger, int(last)) if row == 0 or last else (Frames(interface, 1), 0)
-        frames.record(interface, at, state, counts, length)
-        saved, places = self.sensors, np.cumsum([0, *(chain.mass.size for chain in interface.chains)])
-        for number, one in enumerate(frames.chains):
-            (contact, body), (end, until) = self.begin[number], self.begin[number + 1]
-            saved.force[row, contact:end] = one.contact_force[at, saved.contact[contact:end]]
-            saved.velocity[row, body:until] = one.velocity[at, saved.body[body:until]]
-            place, wall = one.position[at, : one.contact_force.shape[1]], state.surface[interface.of_chain[number][0]]
-            deepest = saved.deepest[places[number] : places[number + 1]]
-            np.maximum(deepest, place - np.append(place[1:], wall), out=deepest)
-        np.maximum(saved.highest, abs(state.surface), out=saved.highest)
-
-    def count_damping(self, interface: Interface) -> None:
-        """What the damping of linear structures took, see `Frames`."""
-        self.ledger.count_damping(interface)
-
-    def upto(self, row: int) -> list[Vector]:
-        """Everything up to a row, for a checkpoint, see `Frames`."""
-        _, _, _, force, velocity, *greatest_so_far = self.sensors
-        return [force[: row + 1], velocity[: row + 1], *greatest_so_far, *self.ledger.upto(1)]
-
-    def restore(self, row: int, kept: list[Vector]) -> None:
-        """Restore what `upto` returned for a row; a ValueError where it does not fit."""
-        _restore(self.upto(row), kept)
-
-
-def _columns(chain: MovingChain, kept: Kept) -> Kept:
+def _columns(chain: MovingChain, kept: Kept | None) -> Kept:
     """The contacts and bodies of a chain that are recorded."""
     middle, last = middle_of(chain), chain.mass.size - 1
+    if kept is None:
+        return Kept([*range(last + 1)], [*range(chain.rest.size)])
     contacts = [middle - 1, middle, last, *([0] if chain.behind is not None else [])]
     if not chain.force_by_approach:
         contacts = [*range(last + 1)]
@@ -309,8 +220,3 @@ def _columns(chain: MovingChain, kept: Kept) -> Kept:
         [*kept.contacts, *sorted(set(contacts) - set(kept.contacts))],
         [*kept.bodies, *({middle} - set(kept.bodies))],
     )
-
-
-def frames_of(interface: Interface, rows: int, kept: Kept | None) -> Frames | SensorFrames:
-    """The frames of a run that keeps this of each chain, everything where None."""
-    return Frames(interface, rows) if kept is None else SensorFrames(interface, rows, kept)

@@ -9,7 +9,7 @@ from typing import Any
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.recording.checkpoint import Keeper
-from coupling.recording.frames import Frames, SensorFrames
+from coupling.recording.frames import Frames
 from particles.moving import MovingChain
 from structures.moving import MovingStructure
 
@@ -18,7 +18,6 @@ PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "window")),
     BlackBox: ("structures", ("move", "window")),
     Frames: ("saving", ("record",)),
-    SensorFrames: ("saving", ("record",)),
     Keeper: ("checkpoint", ("begin", "keep")),
 }
 """The part that each kind of object belongs to, and its methods that take time. None of them calls another one's."""

@@ -17,7 +17,7 @@ from coupling.engine import StructureWindows
 from coupling.interface import Interface
 from coupling.loops import Work, is_compiled
 from coupling.plan import Plan, warn_if_coarse
-from coupling.recording.frames import Kept, SensorFrames, kept_at
+from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
@@ -401,20 +401,21 @@ class _Rows:
         frames = self._frames(interface, plan.rows)
         Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
         findings += checked(interface, frames, plan.interval)
-        self.force[i], self.velocity[i] = frames.of_chain(0)
+        own = frames.chains[0]
+        self.force[i], self.velocity[i] = own.force[:, : len(kept.contacts)], own.velocity[:, : len(kept.bodies)]
         centres = chain.once("centres", lambda: chain.chain.centres)
         self.static[i], self.centre[i] = chain.static_force[kept.contacts], centres[kept.bodies]
         self.energy[i] = chain.chain.impact_energy
         return [finding for finding in findings if finding not in known]
 
-    def _frames(self, interface: Interface, rows: int) -> SensorFrames:
+    def _frames(self, interface: Interface, rows: int) -> Frames:
         """Frames of a run: those of this thread's last one if that had the same chain but for its speed."""
         key = id(interface.chains[0].model), rows, len(interface.structures)
         last: Any = getattr(self.last, "run", (None, None, None))
         if last[0] == key:
-            kept: SensorFrames = last[2].clear()
+            kept: Frames = last[2].clear()
             return kept
-        frames = SensorFrames(interface, rows, self.part.kept)
+        frames = Frames(interface, rows, self.part.kept)
         # With the chain: another one could get its number when it is gone.
         self.last.run = key, interface.chains[0], frames
         return frames

@@ -304,7 +304,7 @@ class FamilyRuns:
         """What `do_run` takes after the number of a run."""
         engine, chain = self.engine, self.chain.chain
         windows = 1, (self.plan.rows - 1) * engine.stride, engine.stride, 0
-        return 0 if chain.body else 1, engine.begin, engine.length, windows
+        return 0 if chain.body else 1, engine.interface.begin, engine.length, windows
 
     def _family(self, varied: Varied, layout: Callable[[Vector], Any]) -> Family:
         """Return the family of some of the runs, without state; layout: makes numbers of the runs a part of it."""

@@ -1,6 +1,6 @@
 """A chain as the compiled loops take it, and its steps in time."""
 
-from math import isfinite
+from functools import partial
 from typing import Any, NamedTuple
 
 from particles.kernels.drives import (
@@ -65,7 +65,7 @@ class Span(NamedTuple):
     positions that the last window with 0 put into the first row of the work space, see `reach`."""
 
 
-@by_type(small=False)
+@partial(by_type, small=False)
 def integrate(
     scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
 ) -> tuple[float, float, float, float]:
@@ -73,14 +73,10 @@ def integrate(
     raise NotImplementedError
 
 
-def _all_at_once(scheme: Any) -> int:
-    return 0
-
-
-@by_type(_all_at_once)
+@by_type
 def bodies_per_step(scheme: Any) -> int:
     """Return by how many bodies a step passes on the motion of the surface; 0 where it reaches all at once."""
-    raise NotImplementedError
+    return 0
 
 
 @inner()
@@ -97,7 +93,7 @@ def reach(chain: Any, coordinates: int, steps: int) -> int:
 @inner()
 def advance(
     chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int,
-    first: int,
+    first: int = 0,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Move y, v on by one window from time t in place, see `integrate`.
 
@@ -130,7 +126,7 @@ class Verlet(NamedTuple):
             copy_limits(law, limits)
         front, source = front_of(chain, y, v), 0 if moves(drive) else 1
         # A surface that comes back presses the last body before the wave is there.
-        front = last if min(wall, wall + steps * dt * rate) < 0.0 else front
+        front = last if wall < 0.0 or wall + steps * dt * rate < 0.0 else front
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
         for step in range(steps + 1):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
@@ -140,7 +136,7 @@ class Verlet(NamedTuple):
                 overlap = overlap_on_spring(law, last, overlap, spring)
             wall_force = force_of_step(law, last, overlap)
             impulse += kick * wall_force
-            behind, begin, end = 0.0, first, min(front + 1, last)
+            behind, begin, end = 0.0, first, front + 1 if front < last else last
             if first > 0:
                 behind = force_of_step(law, first - 1, past[step] - y[first])
             elif reached > 0:
@@ -213,7 +209,6 @@ class DampedVerlet(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        """Move the bodies on."""
         t, wall, rate, dt, steps, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, half, limits = work[0], work[3], work[4], work[5]
@@ -257,7 +252,6 @@ class RungeKutta(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        """Move the bodies on."""
         t, wall, rate, dt, steps, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, limits = work[0], work[3], work[5]
@@ -305,22 +299,12 @@ class RungeKutta(NamedTuple):
 
 @inner()
 def contact_forces(
-    chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, forces: Vector, work: Vector
-) -> None:
-    """Put the forces of all contacts into `forces`, N; a force history stands for contact 1 where there is none."""
-    for i in range(forces.size):
-        forces[i] = 0.0
-    law = with_memory(chain.law, y)
-    forces_between(chain.vibrations, law, chain.loss, chain.springs, y, v, wall, rate, forces, work)
-    if replaces_contact(chain.drive):
-        forces[0] = outer_forces(chain.drive, y[0], t)[2]
-
-
-@inner()
-def some_forces(
     chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, contacts: Vector, forces: Vector, work: Vector
 ) -> None:
-    """Put the forces of the contacts with these numbers into `forces`, N, as `contact_forces` those of all."""
+    """Put the forces of the contacts with these numbers into `forces`, N.
+
+    A force history stands for contact 1 where there is none.
+    """
     forces_of_some(chain.vibrations, chain, y, v, wall, rate, contacts, forces, work)
     if replaces_contact(chain.drive):
         for j in range(contacts.size):
@@ -331,10 +315,10 @@ def some_forces(
 @inner()
 def deepen(y: Vector, wall: float, deepest: Vector) -> None:
     """Let the greatest approach of each contact so far, m, grow to the present one."""
-    last = deepest.size - 1
-    for i in range(last):
-        deepest[i] = max(deepest[i], y[i] - y[i + 1])
-    deepest[last] = max(deepest[last], y[last] - wall)
+    for i in range(deepest.size):
+        approach = y[i] - (y[i + 1] if i + 1 < deepest.size else wall)
+        if approach > deepest[i]:
+            deepest[i] = approach
 
 
 @inner()
@@ -352,38 +336,7 @@ def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tup
     return kinetic, potential + energy_of_loads(chain.drive, y)
 
 
-@inner()
-def first_bad(y: Vector, v: Vector, wall: float) -> int:
-    """Return the first coordinate that is not finite; their number where only the surface is not; −1 for none."""
-    for i in range(y.size):
-        if not (isfinite(y[i]) and isfinite(v[i])):
-            return i
-    return -1 if isfinite(wall) else y.size
-
-
-@entry
-def advance_chain(
-    chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int
-) -> tuple[float, float, float, float]:
-    """Move a chain on, see `advance`: for Python."""
-    return advance(chain, y, v, work, t, window, wall, wall_end, steps, 0)
-
-
-@entry
-def forces_of_chain(
-    chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, forces: Vector, work: Vector
-) -> None:
-    """Put the forces of all contacts into `forces`, see `contact_forces`: for Python."""
-    contact_forces(chain, y, v, t, wall, rate, forces, work)
-
-
-@entry
-def energies_of_chain(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
-    """Return the energies of a chain, see `energies`: for Python."""
-    return energies(chain, y, v, wall, work)
-
-
-@entry
-def first_bad_body(y: Vector, v: Vector, wall: float) -> int:
-    """Return the first coordinate that is not finite, see `first_bad`: for Python."""
-    return first_bad(y, v, wall)
+advance_chain, forces_of_chain, energies_of_chain = map(
+    entry, (advance.py_func, contact_forces.py_func, energies.py_func)
+)
+"""The same for Python."""

@@ -14,12 +14,11 @@ import xarray as xr
 from scipy import sparse
 
 import hertzlink as hl
-from coupling.engine import non_finite
+from coupling.engine import check_finite
 from coupling.kernels import loop
 from coupling.kernels.agreement import predict
 from coupling.kernels.state import NODE, TOTALS, TRIED, WINDOW, Run
 from coupling.loops import Work
-from particles.kernels.chain import first_bad_body
 from structures.damping import StandardLinearSolid
 from structures.rod import rod_parts
 
@@ -148,13 +147,13 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
 ) -> None:
     """The halves are of the same order, so the results stay, and one saved time counts one substep more."""
 
-    def failing(*given: Any) -> tuple[int, int, float, int]:
+    def failing(*given: Any) -> tuple[int, int, float]:
         *before, (first, last, stride, row) = given
         if not (stride and first <= 100 <= last):
             return real(*given)
         if first < 100:
             real(*before, (first, 99, stride, row))
-        return loop.NOT_CONVERGED, 100, 1.0, 0
+        return loop.NOT_CONVERGED, 100, 1.0
 
     real = loop.run_windows
     simulation = hl.CoSimulation(SHORT, [LAYERED, WALL])
@@ -165,7 +164,7 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     assert halved.substeps.sum() == whole.substeps.sum() + 1
     check_same(whole, halved, 1e-5)
     assert hl.energy_error(halved) == pytest.approx(hl.energy_error(whole), rel=0.1)
-    monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-1][0], 1.0, 0))
+    monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-1][0], 1.0))
     with pytest.raises(hl.NotConverged, match=r"t = 0 s, .* s long: residual 1 N"):
         simulation.run(2e-4, save_every)
 
@@ -180,7 +179,7 @@ def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(remembe
         np.zeros(size, kind).view(np.recarray) for size, kind in ((1, TOTALS), (3, WINDOW), ((3, 1), NODE), (1, TRIED))
     ]
     totals, window, node, tried = records
-    totals.remembered, window.end, window.length = remembered, ends, lengths
+    totals.remembered, window.middle, window.length = remembered, middles, lengths
     node.force[:, 0] = np.polynomial.Polynomial(powers)(middles)
     run: Any = SimpleNamespace(totals=totals, window=window, node=node)
     predict(run, 1.1e-5, SimpleNamespace(contact=tried))
@@ -190,9 +189,9 @@ def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(remembe
 def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
     """But for the trials, which are counted: its halves go on from there."""
 
-    def watched(run: Any, *given: Any) -> tuple[int, int, float, int]:
+    def watched(run: Any, *given: Any) -> tuple[int, int, float]:
         *more, (first, last, stride, row) = given
-        end = loop.OK, last, 0.0, 0
+        end = loop.OK, last, 0.0
         for window in range(first, max(first, last) + 1):
             before = [part.copy() for part in run]
             end = real(run, *more, (window, min(window, last), stride, row if window == first else -1))
@@ -385,10 +384,10 @@ def test_non_finite_states_stop_the_run_with_time_and_particle() -> None:
 def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
     y, v = np.zeros(21), np.zeros(21)
     y[bead : bead + 1] = np.nan
-    wall = np.nan if bead == 21 else 0.0
-    error = non_finite(hl.CoSimulation(CHAIN, None).interface, first_bad_body(y, v, wall), 1e-4)
-    assert str(error).startswith(f"{name}")
-    assert first_bad_body(np.zeros(21), v, 0.0) == -1
+    surface, interface = np.array([np.nan if bead == 21 else 0.0]), hl.CoSimulation(CHAIN, None).interface
+    with pytest.raises(FloatingPointError, match=f"^{name}"):
+        check_finite(interface, [(y, v)], surface, 1e-4)
+    check_finite(interface, [(v, v)], np.zeros(1), 1e-4)
 
 
 def test_no_agreement_names_window_time_and_residual() -> None:

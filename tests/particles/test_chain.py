@@ -61,7 +61,8 @@ def test_equal_laws_of_many_objects_are_one_law() -> None:
     by_turns = hl.Chain([BEAD, shell] * 3, BEAD, SPEED, preload=2.0)
     moving, forces = hl.stepping.MovingChain(by_turns, hl.Surface(hl.STEEL_440C)), np.zeros(7)
     position, velocity = moving.start()[:2]
-    forces_of_chain.py_func(moving.model, position, velocity, 0.0, 0.0, 0.0, forces, moving.work_space())
+    work = moving.work_space()
+    forces_of_chain.py_func(moving.model, position, velocity, 0.0, 0.0, 0.0, np.arange(7), forces, work)
     assert forces[1:] == pytest.approx(np.full(6, 2.0), rel=1e-9)
 
 

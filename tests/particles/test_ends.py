@@ -258,7 +258,7 @@ def test_a_held_chain_rests(integrator: str, loss: Dissipation | None) -> None:
     assert abs(states[-1].position - moving.rest).max() < 1e-16
     assert abs(forces).max() < 1e-9
     out = np.empty(5)
-    kernels.forces_of_chain(moving.model, *states[-1][:2], 1e-4, 0.0, 0.0, out, moving.work_space())
+    kernels.forces_of_chain(moving.model, *states[-1][:2], 1e-4, 0.0, 0.0, np.arange(5), out, moving.work_space())
     assert out == pytest.approx(3.0 + weights, rel=1e-9)
 
 
@@ -277,7 +277,7 @@ def test_a_pushed_bead_with_a_structure_behind(integrator: str, loss: Dissipatio
     assert abs(states[-1].driven) > 0.01 * moving.energy
     out = np.empty(4)
     now, work = states[20], moving.work_space()
-    kernels.forces_of_chain(moving.model, *now[:2], now.time, waving(2e-5)[0], 0.0, out, work)
+    kernels.forces_of_chain(moving.model, *now[:2], now.time, waving(2e-5)[0], 0.0, np.arange(4), out, work)
     approach = now.position[0] - now.position[1]
     if loss is None:
         assert out[0] == pytest.approx(hertz_stiffness(BEAD.surface, FLAT) * approach**1.5, rel=1e-9)
