@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*", re.DOTALL)
 
-UNIT_TEXT = re.compile(r"[A-Za-zµμΩ°][\w µμΩ°·*/^²³⁴⁻¹-]{0,40}")
+UNIT_TEXT = re.compile(r"(?:1 ?/ ?)?[A-Za-zµμΩ°][\w µμΩ°·*/^²³⁴⁻¹-]{0,40}")
 """Units are letters with powers, products and quotients; nothing else is given to the parser."""
 
 LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")

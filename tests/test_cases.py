@@ -1,6 +1,7 @@
 """Case files give the numbers of the same Python; results turn into cases again."""
 
 import csv
+import gc
 import json
 import re
 import signal
@@ -30,6 +31,7 @@ from hertzlink.cases.report import table
 from hertzlink.cases.schema import schema
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cases.toml import as_toml
+from hertzlink.cases.units import Unit
 from hertzlink.cli import main
 
 BOUNDARY = """\
@@ -841,3 +843,9 @@ def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[...
         assert best == pytest.approx(value, rel=0.02)
     assert "the model explains the signal" in said
     assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
+
+
+def test_what_messages_recommend_for_a_quantity_can_be_read() -> None:
+    units = [one for one in gc.get_objects() if isinstance(one, Unit) and one.unit]
+    assert len(units) > 10
+    assert [one.example for one in units if not np.isfinite(one.read(one.example))] == []

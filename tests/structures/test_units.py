@@ -2,7 +2,7 @@
 
 import pytest
 
-from structures.units import readable
+from structures.units import factor, readable
 
 
 @pytest.mark.parametrize(
@@ -15,3 +15,8 @@ from structures.units import readable
 )  # fmt: skip
 def test_a_quantity_is_written_as_one_would_say_it(value: float, unit: str, digits: int, text: str) -> None:
     assert readable(value, unit, digits) == text
+
+
+@pytest.mark.parametrize(("text", "unit", "size"), [("1/s", "1/s", 1), ("1/mm", "1/m", 1000), ("1 / ms", "Hz", 1000)])
+def test_a_reciprocal_is_a_unit(text: str, unit: str, size: int) -> None:
+    assert factor(text, unit) == size
