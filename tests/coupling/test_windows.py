@@ -11,7 +11,7 @@ from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 import hertzlink as hl
 from coupling.plan import ADAPTIVE_PER_CONTACT
 from coupling.schemes.windows import FINEST, Windows
-from coupling.state import CoupledState, Ledger
+from coupling.state import CoupledState, Ledger, Node
 
 FULL_PLATE = hl.kirchhoff_plate(
     0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped", "free", "free"), cells=(12, 12)
@@ -234,3 +234,14 @@ def test_a_window_is_halved_twelve_times() -> None:
     with pytest.raises(hl.NotConverged, match=r"window 1, t = 0 s, .* s long: residual 1 N"):
         hl.CoSimulation(chain(), None, scheme).run(2e-5)
     assert scheme.tried == pytest.approx([scheme.tried[0] / 2.0**i for i in range(13)])
+
+
+def test_the_error_of_a_window_is_the_distance_of_a_parabola_from_its_chord() -> None:
+    """a h²/4 of the parabola a t², with windows of unequal lengths before; a tenth of it where nothing touches."""
+    simulation, a, window = hl.CoSimulation(chain(), None), 2e5, 1.5e-6
+    windows, scale = Windows(simulation.interface, simulation.scheme), simulation.interface.indentation_scale
+    for force, part in ((1.0, 1.0), (0.0, 0.1)):
+        ends = ((1e-6, 1e-6), (3e-6, 2e-6), (3e-6 + window, window))
+        past = tuple(Node(t, length, np.array([a * t * t]), np.array([force])) for t, length in ends)
+        found = windows.error(simulation.start()._replace(past=past))
+        assert found == pytest.approx(part * a * window**2 / 4.0 / scale, rel=1e-9)
