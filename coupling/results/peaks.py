@@ -51,8 +51,9 @@ def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage 
     top = (0.5 * (above + below)).max(initial=0.0)
     if top <= 0.0:
         return None
-    found = np.empty((above.size // 2 + 1, 4), dtype=np.int64)
-    count = wave_kernels.passages(plain(above), plain(below), plain(velocity), FIRST_WAVE * top, found)
+    most = above.size // 2 + 1
+    found, peaks = np.empty((most, 4), np.int64), np.empty((2, most), np.int64)
+    count = wave_kernels.passages(plain(above), plain(below), plain(velocity), FIRST_WAVE * top, found, peaks)
     forward = found[:count][found[:count, 3] > 0]
     return Passage(*map(int, forward[0, :3])) if len(forward) else None
 
@@ -136,8 +137,9 @@ def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
     """Amplitude and time of the peak of a cubic spline through the samples around a sampled peak."""
     begin = max(0, peak - wave_kernels.NEAR)
     near = slice(begin, peak + wave_kernels.NEAR + 1)
+    work = np.empty((wave_kernels.SPLINE_ROWS, wave_kernels.WIDTH))
     amplitude, arrival = wave_kernels.spline_peak(
-        plain(time[near]), plain(force[near]), peak - begin, time[1] - time[0]
+        plain(time[near]), plain(force[near]), peak - begin, time[1] - time[0], work
     )
     return float(amplitude), float(arrival)
 

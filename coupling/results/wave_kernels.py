@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import entry, inner, njit
+from structures.kernel_cache import inner, njit
 from structures.structure import Vector
 
 FIRST_WAVE = 0.05
@@ -47,6 +47,11 @@ def plain(values: Vector) -> Vector:
     """An array of the type that all kernels take: for one that cannot be written, as the times of a run are, or of
     another layout, they would be compiled again."""
     return np.require(values, float, ["C", "W"])
+
+
+def _for_python(kernel: Any) -> Any:
+    """The same kernel for arguments from Python."""
+    return njit(cache=True, error_model="numpy")(kernel.py_func)
 
 
 @inner(error_model="numpy")
@@ -92,10 +97,7 @@ def _peaks(force, least, out):
         count += 1
 
 
-@njit(cache=True, error_model="numpy")
-def peaks_of(force, least, out):
-    """Put the samples of all peaks into `out`; how many they are: for Python."""
-    return _peaks(force, least, out)
+peaks_of = _for_python(_peaks)
 
 
 @inner(error_model="numpy")
@@ -155,7 +157,10 @@ def _median(values, ordered):
 
 @inner(error_model="numpy")
 def passages_of(above, below, velocity, least, found, peaks):
-    """`passages` with work space: 2 rows of as many integers as there can be peaks."""
+    """Put the passages of waves over a bead (start, end, peak, goes_on) into `found`; how many they are.
+
+    peaks: work space, 2 rows of as many integers as there can be peaks.
+    """
     first, second = peaks[0], peaks[1]
     firsts, seconds, count = _peaks(above, least, first), _peaks(below, least, second), 0
     if firsts == 0 or seconds == 0:
@@ -177,10 +182,7 @@ def passages_of(above, below, velocity, least, found, peaks):
     return count
 
 
-@njit(cache=True, error_model="numpy")
-def passages(above, below, velocity, least, found):
-    """Put the passages of waves over a bead (start, end, peak, goes_on) into `found`; how many they are."""
-    return passages_of(above, below, velocity, least, found, np.empty((2, above.size // 2 + 1), np.int64))
+passages = _for_python(passages_of)
 
 
 SPLINE_ROWS = 7
@@ -219,7 +221,10 @@ def _slopes(work, n):
 
 @inner(error_model="numpy")
 def spline_peak_of(time, force, at, step, work):
-    """`spline_peak` with SPLINE_ROWS rows of work space."""
+    """The greatest value of a spline through a few samples, and its time, within a step of the sample `at`.
+
+    work: SPLINE_ROWS rows of work space.
+    """
     n = time.size
     dx, chord, slope = work[0], work[1], work[2]
     for i in range(n - 1):
@@ -246,10 +251,7 @@ def spline_peak_of(time, force, at, step, work):
     return best, where
 
 
-@njit(cache=True, error_model="numpy")
-def spline_peak(time, force, at, step):
-    """The greatest value of a spline through a few samples, and its time, within a step of the sample `at`."""
-    return spline_peak_of(time, force, at, step, np.empty((SPLINE_ROWS, time.size)))
+spline_peak = _for_python(spline_peak_of)
 
 
 @inner(error_model="numpy")
@@ -317,7 +319,7 @@ def hops_of(time, force, taken, ordered):
         taken[i] = SLACK * usual if one < SLACK * usual else one
 
 
-hops = entry(hops_of.py_func)
+hops = _for_python(hops_of)
 
 
 @inner(error_model="numpy")
@@ -344,7 +346,7 @@ def trace_back_of(times, begins, taken, row, now, left, pace, first, path, order
     return count
 
 
-trace_back = entry(trace_back_of.py_func)
+trace_back = _for_python(trace_back_of)
 
 
 class Space(NamedTuple):
