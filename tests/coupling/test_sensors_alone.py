@@ -11,6 +11,8 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.loops import Work
+from coupling.recording.frames import Frames, kept_at
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
@@ -173,3 +175,18 @@ def test_the_trace_of_a_run_with_sensors_changes_nothing() -> None:
     timed = hl.CoSimulation(chain(), ROD).run(UNTIL, sensors=[7], trace=True)
     assert "compiled loop" in timed.attrs.pop("trace")
     xr.testing.assert_identical(timed, run(7))
+
+
+@pytest.mark.parametrize("sensors", [None, [2]])
+def test_the_deepest_approach_of_a_contact_on_a_spring_is_its_part(sensors: Any) -> None:
+    """A law is trusted up to an approach of its own contact; the structure's flexibility is another spring."""
+    soft = hl.Structure(np.eye(1), 1e9 * np.eye(1), None, np.ones(1), 2e-7, hl.Surface(hl.STEEL_316))
+    simulation = hl.CoSimulation(chain(3), soft)
+    interface, plan = simulation.interface, simulation.plan(1e-4)
+    frames = Frames(interface, plan.rows, None if sensors is None else kept_at(sensors, 3))
+    Work(interface, simulation.scheme, None, plan, frames, None, None).do()
+    (motion,) = frames.motions(interface)
+    own = interface.chains[0].laws[-1]
+    assert own is not None
+    assert motion.peaks[-1] > 10.0
+    assert motion.deepest[-1] == pytest.approx(float(own.approach(motion.peaks[-1:])[0]), rel=1e-9)
