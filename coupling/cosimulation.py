@@ -30,6 +30,7 @@ from structures.html_table import html_table
 from structures.moving import LARGEST_DENSE_SIZE, MovingStructure
 from structures.reduction import reduce
 from structures.structure import Structure
+from structures.unmeshed import as_struck, is_left_out
 
 WAVEFORMS = ("linear", "quadratic")
 
@@ -135,6 +136,12 @@ class CoSimulation:
     def chain(self) -> MovingChain:
         """The chain, or the first of several."""
         return self.interface.chains[0]
+
+    @property
+    def faces(self) -> Any:
+        """What the only chain faces, as it was given; None with several chains, or with a structure behind."""
+        alone = len(self.interface.chains) == 1 and self._given["behind"] is None
+        return self._given["structure"] if alone else None
 
     @property
     def structure(self) -> Any:
@@ -334,8 +341,9 @@ def _with_reduced(facing: Any, until: float, known: dict[int, MovingStructure]) 
         if facing.structure.size <= LARGEST_DENSE_SIZE:
             return facing
         return Closing(reduce(facing.structure, until), facing.opening.tolist(), facing.preload.tolist())
-    if not isinstance(facing, Structure):
+    if not isinstance(facing, Structure) or is_left_out(facing):
         return facing
+    facing = as_struck(facing)
     moving = known[id(facing)]
     if facing.size and not moving.compact:
         moving = known[id(facing)] = MovingStructure(reduce(facing, until))

@@ -31,6 +31,7 @@ from structures.plausible import units_of_one
 from structures.structure import Structure
 from structures.surface import Surface
 from structures.units import readable
+from structures.unmeshed import Unmeshed, is_unmeshed
 
 MEMBERS = (
     "name", "thin", "patch_radius", "unknowns", "described", "wavelength", "cells", "objection", "assemble",
@@ -236,6 +237,10 @@ class Plate:
             coincide; where some contacts lie on a "symmetry" edge and others inside.
         """
         contacts = contacts_at(x, y, face)
+        if is_unmeshed():
+            surface = one_or_all([Surface(self.wall(one.face).struck) for one in contacts])
+            make = partial(self.at, x, y, face)
+            return Unmeshed(body=self, place=contacts, make=make, surface=surface, origin=self.data(contacts))
         _, assembled, matrices, touches = self.meshed(contacts)
         columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
         contact = np.column_stack([*columns, *assembled.gaps])

@@ -26,6 +26,7 @@ from structures.stepping import (
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.symmetric import SMALL_MATRIX, check_definite
+from structures.unmeshed import as_struck
 
 LARGEST_DENSE_SIZE = 300
 """Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
@@ -82,7 +83,7 @@ class MovingStructure:
     """
 
     def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
-        instance("structure", structure, Structure, "a Structure")
+        structure = as_struck(instance("structure", structure, Structure, "a Structure"))
         if callable(stepper):
             takes(
                 f"stepper = {short(stepper)}",

@@ -24,7 +24,7 @@ from hertzlink.cases.case import read
 from hertzlink.cases.running import task_of
 from hertzlink.cli import main
 from hertzlink.explore.answers import MOST_POINTS, Explorer, thinned
-from hertzlink.explore.plates import PlateBasis, has_basis
+from hertzlink.explore.plates import basis_of, plates_of
 from hertzlink.explore.server import Server
 from hertzlink.explore.sliders import sliders_of, start_of
 
@@ -312,10 +312,11 @@ def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:
     assert [one.label for one in explorer.sliders] == [
         "distance from the left edge", "thickness", "impact speed", "sensor"
     ]  # fmt: skip
-    assert has_basis(explorer.case, explorer.sliders)
+    plates = plates_of(explorer.case, explorer.sliders)
+    assert plates is not None
     values = {"structure.at[0]": "14.5", "structure.thickness": "2.6"}
     own = explorer.answer(values)["waves"]["primary"]
-    explorer.basis = PlateBasis(explorer.case, explorer.sliders)
+    explorer.basis = basis_of(explorer.case, plates)
     for ends in ("low", "high"):
         for i, name in enumerate(values):
             explorer.answer({name: f"{getattr(explorer.sliders[i], ends):f}"})

@@ -2,6 +2,7 @@
 
 import tomllib
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,16 +11,14 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.inference.identification import Identification, Unknown
+from coupling.inference.plates import BAND, WIDEST, PlateBasis, PlateFit, PlateSearch, struck_by
 from coupling.yield_check import CURE
-from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.identifying import answer, tables
-from hertzlink.cases.plate_accuracy import Fit
-from hertzlink.cases.plate_models import BAND, WIDEST, AroundGuess
-from hertzlink.cases.plate_search import warn_of_blind
-from hertzlink.cases.questions import Builder, Question, question_of
+from hertzlink.cases.questions import Question, question_of
 from hertzlink.cases.templates import template
+from structures.unmeshed import unmeshed
 
 ASKED = """
 [identify]
@@ -50,28 +49,30 @@ def measured(case: Case, noise: float, seed: int) -> xr.Dataset:
     return hl.as_signal(time, dict(zip((7, 13), rows, strict=True)))
 
 
-def fit_of(question: Question, around: AroundGuess) -> Fit:
-    """A fit at the guess, with noise of 0.1 N."""
-    values = {PLACE: question.case.model.structure.at[0], "chain.impact_speed": 0.31}
+def search_of(question: Question, until: float) -> PlateSearch:
+    """The search for the plate of a case; nothing is fitted."""
+    return PlateSearch(question.build, question.ranges, question.nuisances, [7, 13], until, hl.identify)
+
+
+def fit_of(search: PlateSearch, basis: PlateBasis, values: dict[str, float]) -> PlateFit:
+    """A fit at these values, with noise of 0.1 N."""
     found = Identification(
         {name: Unknown(name, value, (value, value), "identified") for name, value in values.items()},
         xr.DataArray(),
         xr.Dataset({"noise": ("sensor", [0.1, 0.1])}, {"sensor": [7, 13], "time": [0.0, 1e-6]}),
         1.0, True, [], True, 1,
     )  # fmt: skip
-    return Fit(question, found, Builder(question, around.structure), around.frequency, True)
+    return PlateFit(search, found, lambda **changed: basis.simulation(search.struck(**changed)), 60e3, True)
 
 
 def test_a_difference_is_told_in_standard_deviations() -> None:
     """A plate struck elsewhere moves the place, by as much as it is away; the gain and the time do not hide it."""
-    question = asked("1 ms", 0.037)
-    around = AroundGuess(question.case, {}, question.of_structure)
-    fit = fit_of(question, around)
-    world = world_of(question.case.model, question.case.folder)
+    search, values = search_of(asked("1 ms", 0.037), 1e-3), {PLACE: 0.037, "chain.impact_speed": 0.31}
+    basis = search.basis(values, np.zeros(2), 60e3)
+    fit = fit_of(search, basis, values)
     shifts = []
     for away in (0.0, 1e-5, 3e-5):
-        structure = around.structure(question.case.changed({"structure.at": [0.037 + away, 0.1]}).model, world)
-        assert structure is not None
+        structure = basis.structure(search.struck(**(values | {PLACE: 0.037 + away})))
         shifts.append(fit.difference(structure).shifts[PLACE])
     assert shifts[0] == pytest.approx(0.0, abs=1e-6)
     assert shifts[1] > 0.0
@@ -82,12 +83,74 @@ def test_a_difference_is_told_in_standard_deviations() -> None:
 
 def test_a_plate_beyond_the_basis_has_a_mesh_as_fine() -> None:
     question = asked("0.2 ms")
-    around = AroundGuess(question.case, {}, {("at", 0)}, 80e3)
-    world = world_of(question.case.model, question.case.folder)
-    for change in ({}, {"structure.at": [0.09, 0.1]}, {"structure.thickness": 1e-3 * BAND**3}):
-        structure = around.structure(question.case.changed(change).model, world)
-        assert structure is not None
-        assert structure.origin["highest_frequency"] == 80e3
+    search = search_of(question, 2e-4)
+    basis = search.basis(search.middle, np.zeros(2), 80e3)
+    for change in ({}, {PLACE: 0.09}, {"structure.thickness": 1e-3 * BAND**3}):
+        struck = struck_by(question.case.changed(change).simulation)
+        assert struck is not None
+        assert basis.structure(struck).origin["highest_frequency"] == 80e3
+
+
+STEEL = hl.Sphere(2.38e-3, hl.STEEL_440C)
+HELD = hl.Supports("clamped", "clamped", "simple", "free")
+
+
+def on_plate(thickness: float, away: float, speed: float = 0.3) -> hl.CoSimulation:
+    plate = hl.kirchhoff_plate(0.3, 0.2, thickness, hl.ALUMINIUM_6061, HELD)
+    return hl.CoSimulation(hl.Chain([STEEL] * 10, STEEL, speed), plate.at(0.3 - away, 0.1))
+
+
+def damped(thickness: float, away: float) -> hl.CoSimulation:
+    plain = on_plate(thickness, away)
+    body = hl.reduce(hl.kirchhoff_plate(0.3, 0.2, thickness, hl.ALUMINIUM_6061, HELD).at(0.3 - away, 0.1), 1e-4)
+    return plain.replace(structure=hl.damped(body, hl.damping.Modal(0.01)))
+
+
+@pytest.mark.parametrize(
+    ("build", "serves"),
+    [
+        (on_plate, True),
+        (lambda thickness, away: on_plate(thickness, away).reduced(1e-4), True),
+        (damped, False),
+        (lambda thickness, away: hl.CoSimulation(on_plate(thickness, away).chain.chain, hl.half_space(hl.PTFE)), False),
+        (lambda thickness, away: on_plate(2e-3, 0.04, thickness + away), False),
+    ],
+)
+def test_what_python_builds_is_searched_as_a_plate_where_the_plate_is_bare(
+    build: Callable[..., hl.CoSimulation], serves: bool
+) -> None:
+    ranges = {"thickness": (1e-3, 3e-3), "away": (0.01, 0.06)}
+    search = PlateSearch(build, ranges, [], [5], 1e-4, hl.identify)
+    assert search.serves is serves
+    if serves:
+        assert {name: slope.tolist() for name, slope in search.moved.items()} == {"away": [pytest.approx(-1.0), 0.0]}
+        assert search.scaled == {"thickness": True}
+        assert search.struck(thickness=2e-3, away=0.02).nearest_edge == ("clamped", pytest.approx(0.02))
+
+
+def test_a_structure_that_was_struck_without_a_mesh_makes_it_when_a_chain_faces_it() -> None:
+    """A builder may keep what it made."""
+    plate = hl.kirchhoff_plate(0.1, 0.1, 3e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), cells=(6, 6))
+    with unmeshed():
+        kept = hl.reduce(plate.at(0.05, 0.05), until=1e-4)
+        with pytest.raises(ValueError, match="matrices are not made yet"):
+            hl.damped(kept, hl.damping.Rayleigh(10.0))
+    chain = hl.Chain([STEEL] * 4, STEEL, 0.3)
+    run, same = (hl.CoSimulation(chain, one).run(1e-4) for one in (kept, plate.at(0.05, 0.05)))
+    assert run.surface_displacement.identical(same.surface_displacement)
+    assert hl.damped(kept, hl.damping.Rayleigh(10.0)).damping is not None
+    assert hl.reduce(kept, until=1e-4).size < kept.size
+
+
+@pytest.mark.thorough
+def test_identify_finds_a_plate_that_python_builds() -> None:
+    """The wave's way from the edge and the plate's impedance determine distance and thickness."""
+    signal, ranges = on_plate(2e-3, 0.03).run(5e-4), {"thickness": (1e-3, 4e-3), "away": (0.01, 0.1)}
+    found = hl.identify(signal, on_plate, sensors=[5], until=4e-4, nuisances=[], **ranges)
+    assert found["thickness"].value == pytest.approx(2e-3, rel=5e-3)
+    assert found["away"].value == pytest.approx(0.03, rel=5e-3)
+    assert "found in" in found.remarks[0]
+    assert "whole plate: one basis" in str(found)
 
 
 @pytest.mark.thorough
@@ -95,15 +158,15 @@ def test_identify_finds_an_edge_of_a_small_thin_plate() -> None:
     """The signal comes from a mesh that is four times as fine as the default and not reduced by a shared basis."""
     question = asked("1.5 ms")
     true = question.case.changed({PLACE: "37 mm", "structure.highest_frequency": "240 kHz"})
-    found, remarks = answer(question, measured(true, 0.01, 11))
+    found = answer(question, measured(true, 0.01, 11))
     assert found.explained
     place = found[PLACE]
     assert abs(place.value - 0.037) < 3.3 / 1.96 * place.error
     assert place.error < 0.01 * 0.037
-    model = next(one for one in remarks if "whole plate" in one and "kHz" in one)
+    model = next(one for one in found.remarks if "whole plate" in one and "kHz" in one)
     assert model.startswith("whole plate: one basis (ReducedPlate)")
-    assert any("simulate traces with structure.highest_frequency" in one for one in remarks)
-    assert "standard deviations" in " ".join(tables(question, found, remarks)[0].split())
+    assert any("simulate traces with a highest_frequency of" in one for one in found.remarks)
+    assert "standard deviations" in " ".join(tables(question, found)[0].split())
 
 
 @pytest.mark.parametrize(("low", "verdict", "count"), [
@@ -118,16 +181,17 @@ def test_a_place_that_one_edge_does_not_determine_is_named(low: float, verdict: 
     )  # fmt: skip
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warn_of_blind(asked("0.2 ms"), first)
+        search_of(asked("0.2 ms"), 2e-4).warn_of_blind(first)
     assert [str(one.message)[:45] for one in caught] == ["search: the nearest edge alone does not deter"] * count
 
 
 def test_a_basis_spans_a_part_of_the_distance_at_most() -> None:
     """However little the guess knows of the place."""
     question = asked("0.1 ms")
-    around = AroundGuess(question.case, {0: 1.0}, question.of_structure)
-    assert isinstance(around._basis.x, tuple)
-    low, high = around._basis.x
+    search = search_of(question, 1e-4)
+    basis = search.basis(search.middle | {PLACE: 0.06}, np.array([1.0, 0.0]), 60e3).reduced
+    assert isinstance(basis.x, tuple)
+    low, high = basis.x
     assert low == pytest.approx((1.0 - WIDEST) * 0.06)
     assert high == pytest.approx((1.0 + WIDEST) * 0.06)
 
@@ -141,6 +205,6 @@ def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> No
     unknown = Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
     unknowns = {PLACE: unknown, "chain.impact_speed": replace(unknown, name="chain.impact_speed")}
     found = Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
-    text = tables(question, found, [])[0]
+    text = tables(question, found)[0]
     assert YIELDING in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80

@@ -782,7 +782,7 @@ def differences(before: dict[str, list[float]], after: dict[str, list[float]]) -
         if first.shape != second.shape or not np.array_equal(np.isnan(first), np.isnan(second)):
             found[name] = float("inf")
         elif first.size:
-            sized = before[UNITS.get(name, name)]
+            sized = before.get(UNITS.get(name, name), old)
             unit = 1.0 if name == "energy error" else np.nanmax(np.abs(sized), initial=1e-300)
             found[name] = float(np.nanmax(np.abs(first - second), initial=0.0) / unit)
     return found

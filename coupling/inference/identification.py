@@ -124,6 +124,8 @@ class Identification:
         What the user must know.
     input : dict
         What was asked for.
+    remarks : list of str
+        How a plate was searched, and how accurate its model is.
 
     Examples
     --------
@@ -148,6 +150,7 @@ class Identification:
     warnings: list[str] = field(default_factory=list)
     input: dict[str, Any] = field(default_factory=dict)
     _draws: Callable[[int, int], xr.Dataset] | None = field(default=None, repr=False, compare=False)
+    remarks: list[str] = field(default_factory=list)
 
     @property
     def identified(self) -> bool:
@@ -214,7 +217,8 @@ class Identification:
         for other in self.modes[1:]:
             also = ", ".join(self._in_words(name, value) for name, value in other.items())
             lines.append(fill(f"fits as well: {also}", LINE, subsequent_indent="  "))
-        lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
+        notes = [*(f"note: {warning}" for warning in self.warnings), *self.remarks]
+        lines += [fill(note, LINE, subsequent_indent="  ") for note in notes]
         return "\n".join(line.rstrip() for line in lines)
 
     def __repr__(self) -> str:

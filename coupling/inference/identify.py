@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -14,9 +15,11 @@ from coupling.inference.identification import Identification
 from coupling.inference.intervals import Judgement
 from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
+from coupling.inference.plates import Build, PlateSearch
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
 from coupling.inference.search import GlobalSearch
 from coupling.sweeps.progress import Progress
+from coupling.sweeps.sweep import check_build
 from structures.caution import caution
 from structures.checks import finite, not_negative, one_of, positive, short, whole
 from structures.one_thread import one_thread
@@ -33,6 +36,9 @@ COARSEST = 4.0
 
 COMPARE = ("waveform", "features")
 """What of a signal can be compared."""
+
+SEARCHES = ("quick", "full")
+"""How the unknowns of a plate are searched."""
 
 RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE, RUNS_NEARBY = 200, 400, 120, 16
 """Runs of typical fits with three starts: of the first unknown of interest, of each further one, of each nuisance of
@@ -56,6 +62,7 @@ def identify(
     guess: Mapping[str, float] | None = None,
     discrepancy: float = 0.0,
     compare: str = "waveform",
+    search: str = "quick",
     **ranges: Any,
 ) -> Identification:
     """Find unknowns of a structure, or of the chain, from a measured or simulated signal, with 95 % intervals.
@@ -66,7 +73,7 @@ def identify(
         A signal of `read_signal` or `as_signal`, or a run.
     build : callable
         Takes the unknowns by name and returns the CoSimulation of one chain. Large structures are reduced; a builder
-        that uses `ReducedPlate` or `scaled` is faster.
+        that uses `half_plane`, `ReducedPlate` or `scaled` is faster. See `search` for plates.
     nuisances : sequence of str
         What is not known either, but of no interest. Of the sensors: "gain" (of each), "time_zero" (the impact is at
         this time of the signal), "offset" (of each, N), "time_constant" (of the sensors' high-pass, s). A name of
@@ -97,6 +104,11 @@ def identify(
     compare : {"waveform", "features"}
         Whether all samples are compared, or only AR and TOF of the primary and secondary wave at each sensor. These do
         not depend on gain and time zero.
+    search : {"quick", "full"}
+        How the unknowns of a rectangular plate are searched, where the builder strikes `plate.at(x, y)`. "quick": on a
+        plate with the nearest edge alone, then on the whole plate around those fits, of which one basis serves
+        Kirchhoff's plates. "full": on the whole plate from the start, with a mesh for each run, in many minutes.
+        `Identification.remarks` say how accurate the plate's mesh is.
     **ranges : tuple of float
         Each unknown that `build` takes, as (lowest, highest) value. A range over more than a factor of ten is searched
         by its logarithm.
@@ -150,31 +162,44 @@ def identify(
     measured = measured_signal(signal, sensors, noise)
     record = float(measured.time[-1] - measured.time[0])
     length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
-    prediction = Prediction(build, wanted, measured.sensors, length)
-    _check_record(prediction, measured.step, record)
-    if one_of("compare", compare, COMPARE) == "features":
-        misfit: Misfit = Features(prediction, measured, prediction.until)
-    else:
-        misfit = Misfit(prediction, measured, names, prediction.until)
-    count = whole("scan", scan) if scan is not None else SCANNED.get(len(wanted), MOST_SCANNED)
-    lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
-    start = _guess(guess, wanted)
-    search = GlobalSearch(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
-    judgement = Judgement(search, not_negative("discrepancy", discrepancy), names)
-    more = max(0, count - MOST_SCANNED)
-    runs = more + likely_runs(len(lines), len(wanted) - len(lines), starts, start is not None)
-    if start is None:
-        _warn_of_time(prediction, runs)
-    given = {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
-    if "sensor_force" in signal:
-        given["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
-            "conditioning": str(signal.attrs.get("conditioning", "")).splitlines()
-        }
-    with one_thread, Progress(runs, label="identify", likely=True) as prediction.progress:
-        try:
-            return judgement.result(given)
-        finally:
-            prediction.progress = None
+    one_of("compare", compare, COMPARE)
+    quick = one_of("search", search, SEARCHES) == "quick" and guess is None
+    check_build(build, dict(ranges), "build", "unknowns")
+
+    def fitted(build: Build, ranges: Mapping[str, Any], guess: Any) -> Identification:
+        wanted = [range_of(name, given) for name, given in ranges.items()]
+        prediction = Prediction(build, wanted, measured.sensors, length)
+        _check_record(prediction, measured.step, record)
+        if compare == "features":
+            misfit: Misfit = Features(prediction, measured, length)
+        else:
+            misfit = Misfit(prediction, measured, names, length)
+        count = whole("scan", scan) if scan is not None else SCANNED.get(len(wanted), MOST_SCANNED)
+        lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
+        start = _guess(guess, wanted)
+        points = GlobalSearch(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
+        judgement = Judgement(points, not_negative("discrepancy", discrepancy), names)
+        more = max(0, count - MOST_SCANNED)
+        runs = more + likely_runs(len(lines), len(wanted) - len(lines), starts, start is not None)
+        if start is None:
+            _warn_of_time(prediction, runs)
+        given = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed, "compare": compare}
+        if "sensor_force" in signal:
+            given["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
+                "conditioning": str(signal.attrs.get("conditioning", "")).splitlines()
+            }
+        with one_thread, Progress(runs, label="identify", likely=True) as prediction.progress:
+            try:
+                return judgement.result(given)
+            finally:
+                prediction.progress = None
+
+    ends = {one.name: (one.low, one.high) for one in wanted}
+    plate = PlateSearch(build, ends, names, measured.sensors, length, fitted)
+    if quick and plate.serves:
+        return plate.run()
+    found = fitted(build, ranges, guess)
+    return replace(found, remarks=plate.fit(found).remarks()) if search == "full" and plate.serves else found
 
 
 def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
@@ -207,8 +232,7 @@ def _warn_of_time(prediction: Prediction, runs: int) -> None:
     if spent * runs > LONG_TIME:
         caution(
             f"identify: building and running take {spent:.2g} s; likely about {runs} runs, {spent * runs / 60.0:.0f} "
-            "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs; for a "
-            "rectangular plate a case file with [identify] does all this by itself (hertzlink new identify)"
+            "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs"
         )
 
 

@@ -123,11 +123,6 @@ class Header:
         """Whether a column is named as the number of the sample."""
         return any(len(row) > column and _key(row[column]) in COUNTERS for row in self._rows[-NAMES_OF_LINES:])
 
-    def is_time(self, column: int) -> bool:
-        """Whether a column is named as a time."""
-        unit = self.unit(column, TIME)
-        return unit is not None and unit.quantity == TIME
-
     def intervals(self) -> list[Stated]:
         """The intervals between samples, s, that entries state, also as rates."""
         rates = [one._replace(value=1.0 / one.value if one.value else None) for one in self._entries(RATES, _hertz)]

@@ -19,6 +19,7 @@ from structures.material import Material
 from structures.moving import MovingStructure
 from structures.reduction import reduce
 from structures.structure import Structure
+from structures.unmeshed import is_unmeshed
 
 KEPT = 8
 """Structures that are kept for the next run: those of a sweep often differ in the chain alone."""
@@ -139,7 +140,7 @@ def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
     own = sorted(world.materials.items()), sorted(world.sheets.items())
     # Two equal structures of one case are two bodies.
     key = "\n".join(map(repr, (path, body, run.until, run.reduce, own)))
-    if getattr(body, "mesh", None) is not None:
+    if getattr(body, "mesh", None) is not None or is_unmeshed():
         return _structure(body, run, world, path)
     if key not in _KEPT:
         _KEPT[key] = _structure(body, run, world, path)
@@ -187,7 +188,7 @@ def _damped(damping: Any, structure: Structure, path: Path) -> Structure:
 
 def reduced(structure: Structure, run: RunPart, path: Path) -> Structure:
     """The structure as `[run] reduce` wants it; small ones stay as they are."""
-    if run.reduce is False or not structure.size:
+    if run.reduce is False or is_unmeshed() or not structure.size:
         return structure
     settings = run.reduce.given("until") if isinstance(run.reduce, Reduction) else {}
     until = run.reduce.until if isinstance(run.reduce, Reduction) and run.reduce.until else run.until

@@ -1,6 +1,5 @@
 """What the section [identify] asks, checked, and the fit that answers it."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,15 +11,12 @@ from coupling.inference.identification import Identification
 from coupling.inference.identify import identify
 from coupling.inference.misfit import OF_SENSORS
 from hertzlink.cases.axes import path_of, si_value, unit_at
-from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import value_at
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.model import CaseModel, IdentifyPart
-from hertzlink.cases.parts import World
-from hertzlink.cases.paths import Path, put, written
+from hertzlink.cases.model import IdentifyPart
+from hertzlink.cases.paths import Path, written
 from hertzlink.cases.running import sensors_of
-from structures.structure import Structure
 
 WIDE = 2.0
 """The range of a nuisance without one: from its value over this factor to its value times it."""
@@ -30,8 +26,6 @@ OF_MATERIALS = ("youngs_modulus", "poisson_ratio", "density")
 
 MOST_NAMES = 20
 """Paths that a message lists."""
-
-Structures = Callable[[CaseModel, World], Structure | None]
 
 
 @dataclass(frozen=True)
@@ -51,27 +45,14 @@ class Question:
         """The paths within the structure."""
         return {path[1:] for path in self.paths.values() if path[0] == "structure"}
 
+    def build(self, **values: float) -> CoSimulation:
+        """The case with values at the paths of the unknowns, for `identify`."""
+        return self.case.changed({name: float(value) for name, value in values.items()}).simulation()
+
     @property
     def middle(self) -> dict[str, float]:
         """The middle of each range."""
         return {name: 0.5 * sum(ends) for name, ends in self.ranges.items()}
-
-
-@dataclass(frozen=True)
-class Builder:
-    """A builder for `identify`: the case with other values; structures: what makes a faster structure."""
-
-    question: Question
-    structures: Structures | None = None
-
-    def __call__(self, **values: Any) -> CoSimulation:
-        changed = self.question.case.changed({})
-        for name, value in values.items():
-            put(changed.data, self.question.paths[name], float(value))
-        if self.structures is None:
-            return changed.simulation()
-        world = world_of(changed.model, changed.folder)
-        return simulation_of(changed.model, changed.folder, {"structure": self.structures(changed.model, world)})
 
 
 def question_of(case: Case) -> Question:
@@ -188,16 +169,11 @@ def _value(case: Case, key: str, place: Path) -> float:
     return float(value)
 
 
-def texts(question: Question, values: Mapping[str, float]) -> dict[str, float]:
-    return {written(question.paths[name]): value for name, value in values.items()}
-
-
-def identified(
-    question: Question, signal: xr.Dataset, build: Builder, common: dict[str, Any], guess: Any = None
-) -> Identification:
+def identified(question: Question, signal: xr.Dataset, until: float) -> Identification:
+    """Return what `identify` says of a signal, with runs of a length, s."""
     part = question.part
     settings: dict[str, Any] = dict(question.ranges)
     return identify(
-        signal, build, question.nuisances, noise=part.noise, starts=part.starts, seed=part.seed, guess=guess,
-        discrepancy=part.discrepancy, compare=part.compare, **common, **settings,
+        signal, question.build, question.nuisances, until=until, noise=part.noise, starts=part.starts,
+        seed=part.seed, discrepancy=part.discrepancy, compare=part.compare, search=part.search, **settings,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from coupling.results.conditioning import clean_signal
 from coupling.results.signals import read_signal
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.paths import Path
-from hertzlink.cases.questions import Builder, Question
+from hertzlink.cases.questions import Question
 from structures.caution import collected
 from structures.units import readable
 
@@ -62,7 +62,7 @@ def _too_short(question: Question, file: File) -> str:
     with collected():
         try:
             time = _read(question, file, 0.0).time
-            moving = Builder(question)(**question.middle).chain
+            moving = question.build(**question.middle).chain
         except (Fault, ValueError):
             return ""  # what is wrong with these has been said
     record, bead, beads = float(time[-1] - time[0]), min(question.columns), len(moving.chain.beads)

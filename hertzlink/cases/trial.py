@@ -11,13 +11,13 @@ import joblib
 import numpy as np
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identify import likely_runs, seconds_of_run
+from coupling.inference.identify import identify, likely_runs, seconds_of_run
+from coupling.inference.plates import PlateSearch
 from coupling.inference.prediction import Prediction, range_of
 from coupling.participant import BlackBox
 from hertzlink.cases.case import of_run
-from hertzlink.cases.identifying import has_edge, prepared
-from hertzlink.cases.plate_models import one_edge
-from hertzlink.cases.questions import Builder, Question, question_of
+from hertzlink.cases.identifying import prepared
+from hertzlink.cases.questions import Question, question_of
 from hertzlink.cases.running import Build, Task
 from structures.caution import collected
 from structures.checks import count_of
@@ -90,14 +90,17 @@ def _at_ends(task: Task) -> Iterator[Callable[[], CoSimulation]]:
 def _identification(question: Question) -> list[str]:
     """What `hertzlink identify` likely takes; on a plate its search with one edge, and the fits that follow."""
     question, until = prepared(question)
-    short_way = question.part.search != "full" and has_edge(question)
+    build: Callable[..., CoSimulation] = question.build
+    columns = list(question.columns)
+    plate = PlateSearch(build, question.ranges, question.nuisances, columns, until, identify)
+    if short_way := question.part.search == "quick" and plate.serves:
+        build = plate.with_one_edge
     names = [name for name in question.ranges if name not in question.nuisances]
     unknowns = len(names) or len(question.ranges)
     runs = likely_runs(unknowns, len(question.ranges) - unknowns, question.part.starts)
     ranges = [range_of(name, ends) for name, ends in question.ranges.items()]
     with collected():
-        build = Builder(question, one_edge if short_way else None)
-        prediction = Prediction(build, ranges, list(question.columns), until)
+        prediction = Prediction(build, ranges, columns, until)
         starting = seconds_of_run(prediction, [0.5])
         each = seconds_of_run(prediction, [0.3, 0.4, 0.6])
     return [

@@ -199,12 +199,12 @@ def identify_case(
 
         def work() -> Done:
             try:
-                found, remarks = answer(question, signal)
+                found = answer(question, signal)
             except ValueError as error:
                 raise of_file(error, trace) from None
             data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: printable(str(trace.absolute()))})
             code = 0 if found.identified else NOT_IDENTIFIED
-            return Done(data, *tables(question, found, remarks), simulation_of(question, found), code)
+            return Done(data, *tables(question, found), simulation_of(question, found), code)
 
         return _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work, form=form)
 

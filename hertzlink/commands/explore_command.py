@@ -15,7 +15,6 @@ from hertzlink.commands.case_commands import CASE, CHANGES, located, read_case
 from hertzlink.terminal import say
 
 if TYPE_CHECKING:
-    from hertzlink.cases.case import Case
     from hertzlink.explore.answers import Explorer
     from hertzlink.explore.server import Server
 
@@ -80,15 +79,15 @@ def _server(name: str, changes: tuple[str, ...], port: int) -> "Iterator[Server]
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
-    from hertzlink.explore.plates import MOST_ERROR, PlateBasis, has_basis
+    from hertzlink.explore.plates import MOST_ERROR, basis_of, plates_of
 
-    case: Case = explorer.case
-    if not has_basis(case, explorer.sliders):
+    plates = plates_of(explorer.case, explorer.sliders)
+    if plates is None:
         return []
     say("preparing the plate for all values of its sliders: some seconds, once ...")
     began = perf_counter()
     try:
-        basis = PlateBasis(case, explorer.sliders)
+        basis = basis_of(explorer.case, plates)
         reason = "" if basis.error <= MOST_ERROR else f"one for all has an error of {100.0 * basis.error:.0f} %"
     except ValueError as error:
         reason = str(error)

@@ -12,20 +12,18 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
+from coupling.inference.plates import PlateBasis, struck_by
 from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
-from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case, run_once
 from hertzlink.cases.faults import of_case
 from hertzlink.cases.paths import put
 from hertzlink.cases.running import sensors_of
-from hertzlink.explore.plates import PlateBasis
 from hertzlink.explore.sliders import Slider
 from hertzlink.reports.svg import drawn
 from structures.caution import collected
-from structures.structure import Structure
 
 MOST_POINTS = 400
 """Points of a trace: on a page some 800 pixels wide more cannot be seen."""
@@ -99,10 +97,8 @@ class Explorer:
 
     def simulation(self, case: Case) -> CoSimulation:
         """The co-simulation of the case at some values."""
-        known: dict[str, Structure | None] = {}
-        if self.basis is not None:
-            known["structure"] = self.basis.structure(case.model, world_of(case.model, case.folder))
-        return simulation_of(case.model, case.folder, known)
+        struck = None if self.basis is None else struck_by(case.simulation)
+        return case.simulation() if self.basis is None or struck is None else self.basis.simulation(struck)
 
 
 def _wave(wave: Any) -> dict[str, Any]:
