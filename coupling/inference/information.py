@@ -292,9 +292,9 @@ class Design:
         if until is None:
             until = usual_length(build, ranges)
         self.prediction = Prediction(build, ranges, numbers, positive("until", until, "s"))
-        likely("noise", "information", "noise", noise)
+        likely("noise", "identifiability", "noise", noise)
         self.noise, self.step = noise, positive("sample_every", sample_every, "s")
-        likely("sample", "information", "sample_every", self.step)
+        likely("sample", "identifiability", "sample_every", self.step)
         self.names = nuisances_of(nuisances, values)
         self.places = np.full(len(ranges), 0.5)
         self.here = self.prediction.traces([self.places])[0]
