@@ -43,6 +43,7 @@ from coupling.sweeps.sweep import sweep as sweep
 from hertzlink import damping as damping
 from hertzlink import laws as laws
 from hertzlink import plots as plots
+from hertzlink import quantities as quantities
 from hertzlink import stepping as stepping
 from hertzlink import testing as testing
 from hertzlink import theory as theory
@@ -98,6 +99,7 @@ from plates.theory.impact import critical_distance_bounds as critical_distance_b
 from structures.caution import HertzlinkWarning as HertzlinkWarning
 from structures.cylinder import layered_cylinder as layered_cylinder
 from structures.damping import damped as damped
+from structures.described import described as described
 from structures.elasticity import Foundation as Foundation
 from structures.material import ACRYLIC as ACRYLIC
 from structures.material import ALUMINIUM_6061 as ALUMINIUM_6061
@@ -110,6 +112,7 @@ from structures.material import PTFE as PTFE
 from structures.material import STEEL_316 as STEEL_316
 from structures.material import STEEL_440C as STEEL_440C
 from structures.material import Material as Material
+from structures.quantities import Length as Length
 from structures.reduction import reduce as reduce
 from structures.rod import Layer as Layer
 from structures.rod import rod as rod

@@ -9,6 +9,7 @@ from typing import Any
 from hertzlink._hints import hinting, missing
 from hertzlink._names import PUBLIC, namespaces
 from hertzlink._rooms import ROOMS
+from structures.described import without_notes
 
 OURS = (*ROOMS, "hertzlink")
 
@@ -83,7 +84,8 @@ class ShortSignature(inspect.Signature):
     def of(cls, function: Any) -> "ShortSignature":
         """That of a function, with its real annotations."""
         known = inspect.signature(function)
-        return cls(list(known.parameters.values()), return_annotation=known.return_annotation)
+        parameters = [one.replace(annotation=without_notes(one.annotation)) for one in known.parameters.values()]
+        return cls(parameters, return_annotation=known.return_annotation)
 
     def __str__(self) -> str:
         parts, starred = list[str](), False

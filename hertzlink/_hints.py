@@ -100,11 +100,10 @@ def hinting(function: Callable[..., Any], name: str, method: bool = False) -> Ca
     def called(*arguments: Any, **named: Any) -> Any:
         try:
             return function(*arguments, **named)
-        except TypeError as error:
-            # An error of the call itself, not of what the function does, has no frame below this one.
-            if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+        except TypeError:
+            wrong = misfit(function, name, method, arguments, named)
+            if not wrong:  # an error of what the function does, not of the call itself
                 raise
-            wrong = misfit(function, name, method, arguments, named) or str(error)
         raise TypeError(wrong)
 
     return called
@@ -114,8 +113,9 @@ def misfit(function: Callable[..., Any], name: str, method: bool, arguments: Any
     """What is wrong with the arguments of a call; empty if nothing is."""
     parameters = list(inspect.signature(function).parameters.values())[method:]
     names = [one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    takes_any = any(one.kind is one.VAR_KEYWORD for one in parameters)
     for word in named:
-        if word not in names:
+        if word not in names and not takes_any:
             left = [one for one in names if one not in named]
             return f"{name}() has no argument {word!r}; {nearest(word, left or names, len(names))}"
     signature = f"its arguments are {', '.join(names)}" if names else "it has no arguments"

@@ -1,23 +1,23 @@
 """The bodies of a chain: each has a mass, a size along the chain, and a surface where it touches its neighbours."""
 
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cached_property
 from math import pi, sqrt
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from structures.checks import instance, listed, not_negative, one_of, positive, short, turn, within
+from structures.checks import instance, listed, not_negative, positive, short
+from structures.described import described
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Angle, Likely, OneOf
 from structures.structure import Structure
 from structures.surface import Surface
 
 STANDARD_GRAVITY = 9.81
 """m/s², as in the thesis."""
 
-SMALLEST_LENGTH, LARGEST_LENGTH = 1e-9, 1e6
-"""m, limits of a bead's dimensions: beyond them products of lengths lose their digits."""
+BeadLength = Annotated[float, Likely.BEAD]
 
 
 class Bead(Protocol):
@@ -76,7 +76,7 @@ class Bead(Protocol):
         """Material and curvatures at its contacts."""
 
 
-@dataclass(frozen=True)
+@described
 class Sphere(Bead):
     """A solid sphere.
 
@@ -99,11 +99,8 @@ class Sphere(Bead):
     3.52
     """
 
-    radius: float
+    radius: BeadLength
     material: Material
-
-    def __post_init__(self) -> None:
-        _check(self, "radius")
 
     @property
     def mass(self) -> float:
@@ -121,7 +118,7 @@ class Sphere(Bead):
         return Surface(self.material, 1.0 / self.radius)
 
 
-@dataclass(frozen=True)
+@described
 class HollowSphere(Bead):
     """A spherical shell.
 
@@ -151,12 +148,11 @@ class HollowSphere(Bead):
     (7.23, 25.6)
     """
 
-    radius: float
-    inner_radius: float
+    radius: BeadLength
+    inner_radius: BeadLength
     material: Material
 
     def __post_init__(self) -> None:
-        _check(self, "radius", "inner_radius")
         if self.inner_radius >= self.radius:
             raise ValueError(f"inner_radius = {self.inner_radius!r}: must be less than the radius, {self.radius} m")
 
@@ -189,7 +185,7 @@ class HollowSphere(Bead):
         return sqrt(3.0 * (1.0 - material.poisson_ratio**2)) / (4.0 * material.youngs_modulus) * shape
 
 
-@dataclass(frozen=True)
+@described
 class Ellipsoid(Bead):
     """A solid ellipsoid of revolution.
 
@@ -223,16 +219,11 @@ class Ellipsoid(Bead):
     0.015
     """
 
-    radius: float
-    length: float
+    radius: BeadLength
+    length: BeadLength
     material: Material
-    axis: str = "across"
-    angle: float = 0.0
-
-    def __post_init__(self) -> None:
-        _check(self, "radius", "length")
-        one_of("axis", self.axis, ("across", "along"))
-        object.__setattr__(self, "angle", turn("angle", self.angle))
+    axis: Annotated[str, OneOf("across", "along")] = "across"
+    angle: Angle = 0.0
 
     @property
     def mass(self) -> float:
@@ -253,7 +244,7 @@ class Ellipsoid(Bead):
         return Surface(self.material, self.radius / half**2, 1.0 / self.radius, self.angle)
 
 
-@dataclass(frozen=True)
+@described
 class Cylinder(Bead):
     """A solid cylinder that lies across the chain.
 
@@ -287,14 +278,10 @@ class Cylinder(Bead):
     "Hertz, elliptic contact, R'/R'' = 1.152, b/a exact"
     """
 
-    radius: float
-    length: float
+    radius: BeadLength
+    length: BeadLength
     material: Material
-    angle: float = 0.0
-
-    def __post_init__(self) -> None:
-        _check(self, "radius", "length")
-        object.__setattr__(self, "angle", turn("angle", self.angle))
+    angle: Angle = 0.0
 
     @property
     def mass(self) -> float:
@@ -357,8 +344,8 @@ def likely_bead(bead: Bead) -> None:
     """Warn of a user's body whose size or mass may be in another unit; those defined here warn when they are made."""
     if isinstance(bead, SHAPES):
         return
-    likely("bead size", type(bead).__name__, "size", bead.size)
-    likely("bulk", type(bead).__name__, "mass / size³", bead.mass / bead.size**3)
+    Likely.BEAD_SIZE.warn(type(bead).__name__, "size", bead.size)
+    Likely.BULK.warn(type(bead).__name__, "mass / size³", bead.mass / bead.size**3)
 
 
 def check_body(name: str, body: Any) -> Bead | Surface:
@@ -366,7 +353,7 @@ def check_body(name: str, body: Any) -> Bead | Surface:
     return body if isinstance(body, Surface) else check_bead(name, body, "a body or a Surface")
 
 
-def described(thing: Any) -> Any:
+def plain_data(thing: Any) -> Any:
     """Plain data for the attributes of a result.
 
     Class and fields of a dataclass; of another body its attributes; of another object, as a user's law, its class and
@@ -377,9 +364,9 @@ def described(thing: Any) -> Any:
     if is_dataclass(thing) and not isinstance(thing, type):
         # Several losses, and several bodies, have fields of the same names.
         named = {} if isinstance(thing, Material | Surface) else {"class": type(thing).__qualname__}
-        return named | {field.name: described(getattr(thing, field.name)) for field in fields(thing)}
+        return named | {field.name: plain_data(getattr(thing, field.name)) for field in fields(thing)}
     if all(hasattr(thing, attribute) for attribute in ATTRIBUTES):
-        return {"class": type(thing).__qualname__} | {name: described(getattr(thing, name)) for name in ATTRIBUTES}
+        return {"class": type(thing).__qualname__} | {name: plain_data(getattr(thing, name)) for name in ATTRIBUTES}
     kind: Any = type(thing)
     speaks = callable(thing) and kind.__repr__ is not object.__repr__  # as functions do
     if speaks or not hasattr(thing, "__dict__"):
@@ -390,12 +377,13 @@ def described(thing: Any) -> Any:
     own = {name: value for name, value in vars(thing).items() if name not in cached}
     # The variables of a variable may lead back to the object.
     return {"class": type(thing).__qualname__} | {
-        name: described(value) if isinstance(value, np.ndarray | np.generic) or is_dataclass(value) else value
+        name: plain_data(value) if isinstance(value, np.ndarray | np.generic) or is_dataclass(value) else value
         for name, value in own.items()
     }
 
 
-def drop_speed(height: float) -> float:
+@described
+def drop_speed(height: Annotated[float, Likely.HEIGHT]) -> float:
     """Speed of a striker after a free fall, √(2gh) with g = 9.81 m/s².
 
     Parameters
@@ -419,14 +407,4 @@ def drop_speed(height: float) -> float:
     >>> round(hl.drop_speed(0.01), 3)
     0.443
     """
-    height = positive("height", height, "m")
-    likely("height", "drop_speed", "height", height)
     return sqrt(2.0 * STANDARD_GRAVITY * height)
-
-
-def _check(bead: Any, *lengths: str) -> None:
-    for name in lengths:
-        value = within(name, getattr(bead, name), SMALLEST_LENGTH, LARGEST_LENGTH, "m")
-        object.__setattr__(bead, name, value)
-        likely("bead", type(bead).__name__, name, value)
-    instance("material", bead.material, Material, "a Material; MATERIALS[name] gives one by name")

@@ -9,14 +9,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from particles.bead import Bead, check_bead, check_beads, described, likely_bead
+from particles.bead import Bead, check_bead, check_beads, likely_bead, plain_data
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
 from structures.checks import not_negative, one_of, short, takes, turn, within
 from structures.html_table import html_table
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -97,9 +97,9 @@ class Chain:
         object.__setattr__(self, "gravity", not_negative("gravity", self.gravity, "m/s²"))
         object.__setattr__(self, "preload", not_negative("preload", self.preload, "N"))
         object.__setattr__(self, "inclination", turn("inclination", self.inclination))
-        likely("speed", "Chain", "impact_speed", self.impact_speed or 0.0)
-        likely("gravity", "Chain", "gravity", self.gravity)
-        likely("preload", "Chain", "preload", self.preload)
+        Likely.SPEED.warn("Chain", "impact_speed", self.impact_speed or 0.0)
+        Likely.GRAVITY.warn("Chain", "gravity", self.gravity)
+        Likely.PRELOAD.warn("Chain", "preload", self.preload)
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(
                 f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"
@@ -173,8 +173,8 @@ class Chain:
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
         # Chains repeat their beads; to describe each of them again takes as long as a short run.
-        known = {number: described(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
-        plain = {field.name: described(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
+        known = {number: plain_data(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
+        plain = {field.name: plain_data(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
         return {"beads": [known[id(bead)] for bead in self.beads], **plain}
 
     @property

@@ -5,16 +5,16 @@ pull. The drag and the thesis's form of the power law act on single bodies and d
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from inspect import getattr_static
 from math import cos, cosh
-from typing import Any, cast
+from typing import Annotated, Any, cast
 
 import numpy as np
 
 from particles.kernels.losses import BodyLoss, ContactLoss, Drag
-from structures.checks import finite, not_negative, one_of, short, within
-from structures.plausible import likely
+from structures.checks import finite, short
+from structures.described import described
+from structures.quantities import OneOf, Quantity, Time
 from structures.structure import Vector
 
 FORMS = ("pairwise", "thesis")
@@ -48,8 +48,7 @@ class Dissipation(ABC):
     A viscoelastic loss whose relaxation time depends on the mass:
 
     >>> import hertzlink as hl
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
+    >>>     >>> @dataclass(frozen=True)
     ... class HeavierIsSlower(hl.Dissipation):
     ...     time_per_mass: float  # s/kg
     ...     piece = "tangent"
@@ -137,7 +136,7 @@ def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
         finite(f"{name}.{field}, a field of its piece {piece.__name__},", getattr(loss, field, None))  # type: ignore[arg-type]
 
 
-@dataclass(frozen=True)
+@described
 class LinearDashpot(Dissipation):
     """A force γ dδ/dt in addition to the elastic one while beads touch.
 
@@ -164,18 +163,15 @@ class LinearDashpot(Dissipation):
     LinearDashpot(coefficient=5.0)
     """
 
-    coefficient: float
+    coefficient: Annotated[float, Quantity("N s/m", "a coefficient", "5 N s/m", or_zero=True)]
     piece = "dashpot"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient, "N s/m"))
 
     def coefficients(self, mass: Vector) -> Vector:
         """γ at each contact."""
         return np.full_like(mass, self.coefficient)
 
 
-@dataclass(frozen=True)
+@described
 class PowerDashpot(Dissipation):
     """A viscous force that grows as a power of a rate.
 
@@ -214,14 +210,9 @@ class PowerDashpot(Dissipation):
     PowerDashpot(coefficient=5.58, exponent=1.81, form='thesis')
     """
 
-    coefficient: float
-    exponent: float = 1.0
-    form: str = "pairwise"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient, "N (s/m)^α"))
-        object.__setattr__(self, "exponent", within("exponent", self.exponent, 1.0, 5.0))
-        one_of("form", self.form, FORMS)
+    coefficient: Annotated[float, Quantity("N (s/m)^α", or_zero=True, written="")]
+    exponent: Annotated[float, Quantity(low=1.0, high=5.0)] = 1.0
+    form: Annotated[str, OneOf(*FORMS)] = "pairwise"
 
     @property
     def piece(self) -> str:  # type: ignore[override]
@@ -233,7 +224,7 @@ class PowerDashpot(Dissipation):
         return np.full_like(mass, self.coefficient)
 
 
-@dataclass(frozen=True)
+@described
 class MassProportional(Dissipation):
     """A drag −α₁ m v on every bead and the striker, Rayleigh's mass-proportional damping. Momentum is lost.
 
@@ -258,18 +249,15 @@ class MassProportional(Dissipation):
     MassProportional(rate=6900.0)
     """
 
-    rate: float
+    rate: Annotated[float, Quantity("1/s", "a rate", "6900 1/s", or_zero=True)]
     piece = "drag"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rate", not_negative("rate", self.rate, "1/s"))
 
     def coefficients(self, mass: Vector) -> Vector:
         """α₁ on each body."""
         return np.full_like(mass, self.rate)
 
 
-@dataclass(frozen=True)
+@described
 class KuwabaraKono(Dissipation):
     """Viscoelastic spheres: a force τ dF/dt in addition to the elastic F, so 3/2 k τ √δ dδ/dt for Hertz's contacts.
 
@@ -294,19 +282,15 @@ class KuwabaraKono(Dissipation):
     KuwabaraKono(time=1e-06)
     """
 
-    time: float
+    time: Time
     piece = "tangent"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "time", not_negative("time", self.time, "s"))
-        likely("time", "KuwabaraKono", "time", self.time)
 
     def coefficients(self, mass: Vector) -> Vector:
         """τ at each contact."""
         return np.full_like(mass, self.time)
 
 
-@dataclass(frozen=True)
+@described
 class Tsuji(Dissipation):
     """A force α √(m k) δ^¼ dδ/dt, m the reduced mass: a collision's restitution does not depend on its speed.
 
@@ -333,18 +317,15 @@ class Tsuji(Dissipation):
     Tsuji(coefficient=0.07)
     """
 
-    coefficient: float
+    coefficient: Annotated[float, Quantity(or_zero=True)]
     piece = "secant"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient))
 
     def coefficients(self, mass: Vector) -> Vector:
         """α √(m/1.25) at each contact."""
         return self.coefficient * np.sqrt(mass / 1.25)
 
 
-@dataclass(frozen=True)
+@described
 class Restitution(Dissipation):
     """Tsuji's law with the coefficient that gives a binary collision this coefficient of restitution.
 
@@ -372,11 +353,8 @@ class Restitution(Dissipation):
     0.0098
     """
 
-    coefficient: float
+    coefficient: Annotated[float, Quantity(low=0.01, high=1.0)]
     piece = "secant"
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficient", within("coefficient", self.coefficient, 0.01, 1.0))
 
     def coefficients(self, mass: Vector) -> Vector:
         """2ζ √m at each contact."""

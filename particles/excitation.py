@@ -7,14 +7,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from particles.bead import Bead, check_bead, likely_bead
 from particles.kernels.drives import FREE, MOVED, PUSHED, STEADY
-from structures.checks import finite, instance, not_negative, positive, short
-from structures.plausible import likely
+from structures.checks import finite, instance, not_negative, short
+from structures.described import described
+from structures.quantities import Coordinate, Force, Likely, Moment
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -143,7 +144,7 @@ class FirstBeadMoves(Excitation):
         return 0.5 * mass * (self.impact_speed or STILL) ** 2
 
 
-@dataclass(frozen=True)
+@described
 class SpringLoaded(Excitation):
     """A striker that a compressed spring throws at the first bead.
 
@@ -180,22 +181,16 @@ class SpringLoaded(Excitation):
     """
 
     striker: Bead
-    stiffness: float
-    compression: float
-    travel: float | None = None
+    stiffness: Annotated[float, Likely.SPRING]
+    compression: Annotated[float, Likely.WAY]
+    travel: Annotated[float, Likely.WAY] | None = None
 
     def __post_init__(self) -> None:
         likely_bead(check_bead("striker", self.striker))
-        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m"))
-        object.__setattr__(self, "compression", positive("compression", self.compression, "m"))
-        travel = self.compression if self.travel is None else self.travel
-        object.__setattr__(self, "travel", positive("travel", travel, "m"))
+        if self.travel is None:
+            object.__setattr__(self, "travel", self.compression)
         if not isfinite(self.stiffness * self.compression * self.compression):
             raise ValueError(f"compression = {self.compression!r}: must be smaller; the spring's energy is not finite")
-        likely("spring", "SpringLoaded", "stiffness", self.stiffness)
-        likely("way", "SpringLoaded", "compression", self.compression)
-        if self.travel != self.compression:
-            likely("way", "SpringLoaded", "travel", self.travel or 0.0)
 
     @property
     def body(self) -> Bead:  # type: ignore[override]
@@ -227,7 +222,7 @@ class SpringLoaded(Excitation):
         return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.left**2
 
 
-@dataclass(frozen=True)
+@described
 class PushedBead(Excitation):
     """A force history on the first bead in place of a striker.
 
@@ -254,8 +249,8 @@ class PushedBead(Excitation):
     4e-05
     """
 
-    time: Sequence[float]
-    force: Sequence[float]
+    time: Sequence[Moment]
+    force: Sequence[Force]
     allows_structure_behind = True
 
     def __post_init__(self) -> None:
@@ -289,7 +284,7 @@ class PushedBead(Excitation):
         return 0.5 * impulse * impulse / mass
 
 
-@dataclass(frozen=True)
+@described
 class Piston(Excitation):
     """A rigid piston with a prescribed motion that presses on the first bead.
 
@@ -318,15 +313,13 @@ class Piston(Excitation):
     0.0
     """
 
-    time: Sequence[float] = (0.0, 1.0)
-    displacement: Sequence[float] = (0.0, 0.0)
+    time: Sequence[Moment] = (0.0, 1.0)
+    displacement: Sequence[Coordinate] = (0.0, 0.0)
     surface: Surface | None = None
     bears_preload = True
 
     def __post_init__(self) -> None:
         _check_history(self, "displacement", "m")
-        if self.surface is not None:
-            instance("surface", self.surface, Surface, "a Surface(material)")
         if self.displacement[0] != 0.0:
             raise ValueError(f"displacement: must start from 0 m, not {self.displacement[0]!r}")
 
@@ -408,9 +401,9 @@ def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
         raise ValueError(f"{name}: {len(columns[name])} values for {len(columns['time'])} times; must be as many")
     if columns["time"][0] != 0.0 or min(np.diff(columns["time"])) <= 0.0:
         raise ValueError("time: must increase from 0 s")
-    likely("time", type(of).__name__, "time[-1]", columns["time"][-1])
+    Likely.TIME.warn(type(of).__name__, "time[-1]", columns["time"][-1])
     if unit == "m":
-        likely("way", type(of).__name__, f"max |{name}|", max(map(abs, columns[name])))
+        Likely.WAY.warn(type(of).__name__, f"max |{name}|", max(map(abs, columns[name])))
 
 
 def _history(time: Sequence[float], values: Sequence[float]) -> tuple[Vector, Vector, Vector]:

@@ -1,17 +1,23 @@
 """What may be added to a plate: masses, stiffeners, weak regions, delaminations, prestress. Data for any theory."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from math import hypot
+from typing import Annotated
 
 import numpy as np
 
 from plates.prestress import Prestress
-from structures.checks import finite, listed, not_negative, positive, several, short, whole
-from structures.plausible import likely
+from structures.checks import finite, listed, several, short, whole
+from structures.described import described
+from structures.quantities import Asks, Coordinate, Likely, Quantity, Several
 from structures.structure import Vector
 
-Place = tuple[float, float]
+Place = tuple[Coordinate, Coordinate]
+Sides = Annotated[
+    tuple[Coordinate, Coordinate, Coordinate, Coordinate], Asks("left, right, bottom and top of the region")
+]
+Stiffness = Annotated[float, replace(Likely.BENDING, or_zero=True)]
 
 BESIDE = 0.1
 """A chain beside all points of a delamination by more than this part of their distance presses the parts into each
@@ -21,7 +27,7 @@ ROUNDING = 1e-6
 """An addition may lie outside of the plate by this part of the plate's size."""
 
 
-@dataclass(frozen=True)
+@described
 class PointMass:
     """A small body fixed to a plate, without rotary inertia.
 
@@ -46,18 +52,12 @@ class PointMass:
     1
     """
 
-    x: float
-    y: float
-    mass: float
-
-    def __post_init__(self) -> None:
-        for name in ("x", "y"):
-            object.__setattr__(self, name, finite(name, getattr(self, name), "m"))
-        object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
-        likely("mass", "PointMass", "mass", self.mass)
+    x: Coordinate
+    y: Coordinate
+    mass: Annotated[float, Likely.MASS]
 
 
-@dataclass(frozen=True)
+@described
 class Stiffener:
     """A straight beam on a plate that bends and twists with it.
 
@@ -88,20 +88,15 @@ class Stiffener:
 
     start: Place
     end: Place
-    bending_stiffness: float
-    torsion_stiffness: float = 0.0
-    mass_per_length: float = 0.0
+    bending_stiffness: Stiffness
+    torsion_stiffness: Stiffness = 0.0
+    mass_per_length: Annotated[float, replace(Likely.MASS_PER_LENGTH, or_zero=True)] = 0.0
 
     def __post_init__(self) -> None:
         for name in ("start", "end"):
             object.__setattr__(self, name, _numbers(name, getattr(self, name), ("x", "y")))
         if self.length == 0.0:
             raise ValueError(f"end = {self.end!r}: must lie elsewhere than the start")
-        for name, unit in (("bending_stiffness", "N m²"), ("torsion_stiffness", "N m²"), ("mass_per_length", "kg/m")):
-            object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
-        likely("beam", "Stiffener", "bending_stiffness", self.bending_stiffness)
-        likely("beam", "Stiffener", "torsion_stiffness", self.torsion_stiffness)
-        likely("mass per length", "Stiffener", "mass_per_length", self.mass_per_length)
 
     @property
     def length(self) -> float:
@@ -119,7 +114,7 @@ class Stiffener:
         return self.start[0] == self.end[0]
 
 
-@dataclass(frozen=True)
+@described
 class Weakened:
     """A rectangle of a plate with a lower bending stiffness and the same mass, such as a delamination.
 
@@ -143,18 +138,16 @@ class Weakened:
     Weakened(region=(0.1, 0.12, 0.05, 0.07), factor=0.25)
     """
 
-    region: tuple[float, float, float, float]
-    factor: float
+    region: Sides
+    factor: Annotated[float, Quantity()]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "region", _rectangle(self.region))
-        factor = positive("factor", self.factor)
-        if factor > 1.0:
+        if self.factor > 1.0:
             raise ValueError(f"factor = {self.factor!r}: must be at most 1, what is left of the bending stiffness")
-        object.__setattr__(self, "factor", factor)
 
 
-@dataclass(frozen=True)
+@described
 class Delamination:
     """A rectangle in which a plate consists of two parts, one on the other, that separate and close.
 
@@ -203,16 +196,14 @@ class Delamination:
     >>> flawed = hl.stepping.Closing(struck, opening=[1e-6] * 9)
     """
 
-    region: tuple[float, float, float, float]
-    depth: float
-    points: tuple[int, int] = (3, 3)
+    region: Sides
+    depth: Annotated[float, Quantity(), Asks("thickness of the front part in units of the plate's")]
+    points: Annotated[tuple[Several, Several], Asks("columns and rows of points at which the gap closes")] = (3, 3)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "region", _rectangle(self.region))
-        depth = positive("depth", self.depth)
-        if depth >= 1.0:
+        if self.depth >= 1.0:
             raise ValueError(f"depth = {self.depth!r}: must be below 1, in units of the plate's thickness")
-        object.__setattr__(self, "depth", depth)
         counts = listed("points", self.points, object, "two numbers, (columns, rows), such as (3, 3)")
         if len(counts) != 2:
             raise ValueError(f"points = {self.points!r}: must be (columns, rows), such as (3, 3)")

@@ -1,7 +1,7 @@
 """Beams struck from the side: bending under an axial force, on elastic ground if there is any."""
 
-from dataclasses import asdict
 from math import inf, pi
+from typing import Annotated
 
 import numpy as np
 from scipy import sparse
@@ -11,15 +11,29 @@ from plates.prestress import GROUND
 from plates.shapes.grading import graded
 from structures.buckling import buckling_factor, check_buckling
 from structures.caution import caution
-from structures.checks import finite, instance, not_negative, one_of, positive
+from structures.checks import not_negative, one_of, positive
+from structures.described import described
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material, check_stress
-from structures.plausible import likely
+from structures.quantities import (
+    Asks,
+    BendingStiffness,
+    Force,
+    Frequency,
+    MassPerLength,
+    OneOf,
+    Place,
+    Quantity,
+    Side,
+)
 from structures.structure import Structure
 from structures.surface import Surface
 from structures.units import readable
 
 ENDS = ("clamped", "simple", "free", "symmetry")
+End = Annotated[str, OneOf(*ENDS)]
+
+GroundStiffness = Annotated[float, Quantity("N/m²", "a stiffness per length", "1e7 N/m^2", or_zero=True)]
 
 HARD_GROUND = 10.0
 """Stiffness of the ground per length over the modulus of the beam: no ground is so hard."""
@@ -34,16 +48,17 @@ MOST_NODES = 50_000
 """Nodes of a mesh; beyond it a wrong unit is more likely than a real need."""
 
 
+@described
 def beam(
-    length: float,
-    bending_stiffness: float,
-    mass_per_length: float,
+    length: Side,
+    bending_stiffness: BendingStiffness,
+    mass_per_length: MassPerLength,
     material: Material,
-    at: float,
-    supports: tuple[str, str] = ("simple", "simple"),
-    axial_force: float = 0.0,
-    foundation: float = 0.0,
-    highest_frequency: float = HIGHEST_FREQUENCY,
+    at: Annotated[Place, Asks("the point that is struck, from the first end")],
+    supports: tuple[End, End] = ("simple", "simple"),
+    axial_force: Force = 0.0,
+    foundation: GroundStiffness = 0.0,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
 ) -> Structure:
     """A beam in the theory of Euler and Bernoulli, struck from the side: EI w⁗ − N w″ + k w + m ẅ = F.
 
@@ -92,15 +107,7 @@ def beam(
     >>> strip.contacts
     1
     """
-    length, place = positive("length", length, "m"), not_negative("at", at, "m")
-    stiff = positive("bending_stiffness", bending_stiffness, "N m²")
-    heavy = positive("mass_per_length", mass_per_length, "kg/m")
-    likely("side", "beam", "length", length)
-    likely("beam", "beam", "bending_stiffness", stiff)
-    likely("mass per length", "beam", "mass_per_length", heavy)
-    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    force, ground = finite("axial_force", axial_force, "N"), not_negative("foundation", foundation, "N/m²")
-    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    place, stiff, heavy, force, ground = at, bending_stiffness, mass_per_length, axial_force, foundation
     if place > length:
         raise ValueError(f"at = {at!r}: must lie on the beam, between 0 and {length:g} m")
     _check_ends(supports)
@@ -113,7 +120,7 @@ def beam(
         f"axial_force = {force:g} N", force * material.density / heavy, material,
         "axial_force is in N, and the area is taken as mass_per_length over density",
     )  # fmt: skip
-    wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / frequency) ** 0.5
+    wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / highest_frequency) ** 0.5
     cells = Hermite().cells(min(wavelength, length / BUCKLES), ())
     if length / cells.coarsest > MOST_NODES:
         raise ValueError(f"highest_frequency = {highest_frequency!r}: requires more than {MOST_NODES} nodes; lower it")
@@ -129,12 +136,7 @@ def beam(
         factor = buckling_factor(matrix(mass), matrix(plain), matrix(pulled), weak)
         refused = f"axial_force = {axial_force!r}: the beam buckles at {factor:.4g} times this force"
         check_buckling(factor, f"beam axial_force = {force:g} N", refused)
-    origin = {
-        "kind": "beam", "length": length, "bending_stiffness": stiff, "mass_per_length": heavy,
-        "material": asdict(material), "at": place, "supports": list(supports), "axial_force": force,
-        "foundation": ground, "highest_frequency": frequency,
-    }  # fmt: skip
-    return Structure(matrix(mass), matrix(plain + pulled), None, shapes.at(place), 0.0, Surface(material), origin)
+    return Structure(matrix(mass), matrix(plain + pulled), None, shapes.at(place), 0.0, Surface(material))
 
 
 def beam_buckling_force(

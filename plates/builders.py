@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from plates.additions import Addition
 from plates.elements.hermite import Hermite
@@ -14,12 +14,13 @@ from plates.section import SHEAR_CORRECTION, Section
 from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
-from plates.support import Support, Supports
-from structures.checks import instance, positive, several, short, whole
+from plates.support import Edge, Support, Supports
+from structures.checks import instance, several, short, whole
+from structures.described import described_as
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
 from structures.mesh_reading import Tag
-from structures.plausible import likely
+from structures.quantities import Asks, Frequency, Length, Quantity, Scale, Several, Side
 
 if TYPE_CHECKING:
     import meshio
@@ -29,6 +30,12 @@ Wall: TypeAlias = Material | Laminate | Section
 
 PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
 """An outline, or a flat mesh: the path of a file, or a meshio.Mesh."""
+
+ShearCorrection = Annotated[float, Quantity()]
+
+HELD = Asks('a table such as { left = "clamped" }')
+MERGE = Asks("points of the mesh that lie closer become one")
+TAGS = Asks("the data of the mesh that number its sides")
 
 PATCH = 0.5
 """The default patch's radius over the thickness."""
@@ -40,14 +47,15 @@ WIDEST = 2.0
 """The largest radius of a patch, in thicknesses. There the amplitude ratio is some 0.5 % off, at three 3 %."""
 
 
+@described_as(called="Kirchhoff plate")
 def kirchhoff_plate(
-    length: float,
-    width: float,
-    thickness: float | None,
+    length: Side,
+    width: Side,
+    thickness: Length | None,
     material: Wall,
-    supports: Supports,
-    cells: tuple[int, int] | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
+    supports: Annotated[Supports, HELD],
+    cells: tuple[Several, Several] | None = None,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
     additions: Sequence[Addition] = (),
 ) -> Plate:
     """A rectangular plate in Kirchhoff's theory, with Bogner–Fox–Schmit elements.
@@ -96,23 +104,22 @@ def kirchhoff_plate(
     >>> structure.size < 200
     True
     """
-    _check_sides("kirchhoff_plate", length, width, highest_frequency)
-    shape = Rectangle(positive("length", length, "m"), positive("width", width, "m"), _cells(cells))
+    shape = Rectangle(length, width, _cells(cells))
     section = section_of(thickness, material)
-    instance("supports", supports, Supports, "Supports(left=, right=, bottom=, top=)")
     return Plate(shape, section, supports, Hermite(), highest_frequency, additions, _made_of(material))
 
 
+@described_as(called="Mindlin plate")
 def mindlin_plate(
-    length: float,
-    width: float,
-    thickness: float | None,
+    length: Side,
+    width: Side,
+    thickness: Length | None,
     material: Wall,
-    supports: Supports,
-    shear_correction: float = SHEAR_CORRECTION,
-    patch_radius: float | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
-    cells: tuple[int, int] | None = None,
+    supports: Annotated[Supports, HELD],
+    shear_correction: ShearCorrection = SHEAR_CORRECTION,
+    patch_radius: Length | None = None,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
+    cells: tuple[Several, Several] | None = None,
     additions: Sequence[Addition] = (),
 ) -> Plate:
     """A rectangular plate in Mindlin's theory: shear and rotary inertia, on quadrilaterals of order 4.
@@ -170,24 +177,23 @@ def mindlin_plate(
     >>> plate.at(0.05, 0.05).size
     3168
     """
-    _check_sides("mindlin_plate", length, width, highest_frequency)
-    shape = Rectangle(positive("length", length, "m"), positive("width", width, "m"), _cells(cells))
+    shape = Rectangle(length, width, _cells(cells))
     section = section_of(thickness, material, shear_correction)
-    instance("supports", supports, Supports, "Supports(left=, right=, bottom=, top=)")
     element = Mindlin(_patch(section, patch_radius))
     return Plate(shape, section, supports, element, highest_frequency, additions, _made_of(material))
 
 
+@described_as(called="Kirchhoff panel")
 def kirchhoff_panel(
     shape: PanelShape,
-    thickness: float | None,
+    thickness: Length | None,
     material: Wall,
-    supports: Mapping[Tag, Support] | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
+    supports: Mapping[Tag, Edge] | None = None,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
     additions: Sequence[Addition] = (),
-    scale: float | None = None,
-    merge: float | None = None,
-    tags: str | None = None,
+    scale: Scale | None = None,
+    merge: Annotated[Length, MERGE] | None = None,
+    tags: Annotated[str, TAGS] | None = None,
 ) -> Plate:
     """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; the contact force acts at a point.
 
@@ -242,22 +248,22 @@ def kirchhoff_panel(
     found = _shape(shape, section, scale, merge, tags, supports)
     if isinstance(found, FlatMesh) and found.quadrilateral:
         raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
-    likely("frequency", "kirchhoff_panel", "highest_frequency", positive("highest_frequency", highest_frequency, "Hz"))
     return Plate(found, section, _named(supports), Morley(), highest_frequency, additions, _made_of(material))
 
 
+@described_as(called="Mindlin panel")
 def mindlin_panel(
     shape: PanelShape,
-    thickness: float | None,
+    thickness: Length | None,
     material: Wall,
-    supports: Mapping[Tag, Support] | None = None,
-    shear_correction: float = SHEAR_CORRECTION,
-    patch_radius: float | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
+    supports: Mapping[Tag, Edge] | None = None,
+    shear_correction: ShearCorrection = SHEAR_CORRECTION,
+    patch_radius: Length | None = None,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
     additions: Sequence[Addition] = (),
-    scale: float | None = None,
-    merge: float | None = None,
-    tags: str | None = None,
+    scale: Scale | None = None,
+    merge: Annotated[Length, MERGE] | None = None,
+    tags: Annotated[str, TAGS] | None = None,
 ) -> Plate:
     """A plate of any shape in Mindlin's theory, on triangles or quadrilaterals of order 4.
 
@@ -313,15 +319,7 @@ def mindlin_panel(
     section = section_of(thickness, material, shear_correction)
     found = _shape(shape, section, scale, merge, tags, supports)
     element = Mindlin(_patch(section, patch_radius))
-    likely("frequency", "mindlin_panel", "highest_frequency", positive("highest_frequency", highest_frequency, "Hz"))
     return Plate(found, section, _named(supports), element, highest_frequency, additions, _made_of(material))
-
-
-def _check_sides(builder: str, length: float, width: float, highest_frequency: float) -> None:
-    """Warnings where numbers seem to be in other units."""
-    likely("side", builder, "length", positive("length", length, "m"))
-    likely("side", builder, "width", positive("width", width, "m"))
-    likely("frequency", builder, "highest_frequency", positive("highest_frequency", highest_frequency, "Hz"))
 
 
 def _cells(given: tuple[int, int] | None) -> tuple[int, int] | None:
@@ -339,7 +337,7 @@ def _patch(section: Section, given: float | None) -> float:
     """The radius of the disc that is pushed, m; a ValueError where it is not small compared with the plate."""
     if given is None:
         return PATCH * section.thickness
-    patch, widest = positive("patch_radius", given, "m"), WIDEST * section.thickness
+    patch, widest = given, WIDEST * section.thickness
     if patch > widest:
         raise ValueError(f"patch_radius = {given!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
     return patch

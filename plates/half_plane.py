@@ -1,10 +1,10 @@
 """The thin plate with one straight edge, without a mesh: its exact spectrum at a point, as oscillators."""
 
-from dataclasses import asdict
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from math import inf, pi
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -12,9 +12,10 @@ from scipy import sparse
 from scipy.special import j0
 
 from plates.section import homogeneous_section
-from structures.checks import instance, not_negative, one_of, within
+from structures.checks import within
+from structures.described import described_as
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Asks, Likely, OneOf, Quantity
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -22,6 +23,8 @@ EDGES = ("clamped", "simple", "free")
 
 LENGTHS, TIMES = (1e-9, 1e6), (1e-12, 1e3)
 """m and s. Within these ranges no number overflows or underflows."""
+
+Until = Annotated[float, replace(Likely.TIME, low=TIMES[0], high=TIMES[1])]
 
 HIGHEST_FREQUENCY = 100.0e3
 """Hz, up to which each oscillator's motion is resolved in time. From 60 to 200 kHz amplitude ratios of chains of 4.76
@@ -66,13 +69,16 @@ MOST_PANELS, KEPT = 64, 1024
 """Series of one plate, beyond which each distance has its own quadrature, and those kept for others, of 0.4 kB each."""
 
 
+@described_as(called="half-plane")
 def half_plane(
-    thickness: float,
+    thickness: Annotated[float, Quantity("m", "a length", "2.29 mm", *LENGTHS)],
     material: Material,
-    edge: str,
-    distance: float,
-    until: float = UNTIL,
-    highest_frequency: float = HIGHEST_FREQUENCY,
+    edge: Annotated[str, OneOf(*EDGES)],
+    distance: Annotated[float, replace(Likely.DISTANCE, or_zero=True)],
+    until: Annotated[Until, Asks("the longest run; by default that of the case")] = UNTIL,
+    highest_frequency: Annotated[
+        float, replace(Likely.FREQUENCY, low=1.0 / TIMES[1], high=1.0 / TIMES[0])
+    ] = HIGHEST_FREQUENCY,
 ) -> Structure:
     """A thin plate that fills the half-plane x ≥ 0, struck at a distance from its straight edge x = 0.
 
@@ -122,24 +128,14 @@ def half_plane(
     >>> print(f"{hl.amplitude_ratio(run, sensor=7).item():.3f}")
     0.521
     """
-    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    section = homogeneous_section(within("thickness", thickness, *LENGTHS, "m"), material)
-    on_free_edge = one_of("edge", edge, EDGES) == "free" and not_negative("distance", distance, "m") == 0.0
-    away = 0.0 if on_free_edge else within("distance", distance, *LENGTHS, "m")
-    until = within("until", until, *TIMES, "s")
-    highest = within("highest_frequency", highest_frequency, 1.0 / TIMES[1], 1.0 / TIMES[0], "Hz")
-    likely("distance", "half_plane", "distance", away)
-    likely("frequency", "half_plane", "highest_frequency", highest)
+    section = homogeneous_section(thickness, material)
+    away = 0.0 if edge == "free" and distance == 0.0 else within("distance", distance, *LENGTHS, "m")
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
     plate = _HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)
-    circular = 2.0 * pi * highest
+    circular = 2.0 * pi * highest_frequency
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
-    origin = {
-        "kind": "half-plane", "thickness": section.thickness, "material": asdict(material), "edge": edge,
-        "distance": away, "until": until, "highest_frequency": highest,
-    }  # fmt: skip
     return Structure(
         sparse.csr_array(sparse.eye_array(frequency.size)),
         sparse.csr_array(sparse.diags_array(frequency**2)),
@@ -147,8 +143,7 @@ def half_plane(
         np.sqrt(weight),
         plate.compliance_above(QUASI_STATIC * circular),
         Surface(material),
-        origin,
-        until,
+        valid_until=until,
     )
 
 

@@ -1,18 +1,19 @@
 """The infinite plate without a mesh: at a point it is a dashpot."""
 
-from dataclasses import asdict
-
 import numpy as np
 from scipy import sparse
 
 from plates.laminate import Laminate, section_of
 from plates.section import Section, point_rigidity
+from structures.described import described_as
 from structures.material import Material
+from structures.quantities import Length
 from structures.structure import Structure
 from structures.surface import Surface
 
 
-def infinite_plate(thickness: float | None, material: Material | Laminate) -> Structure:
+@described_as(called="infinite plate")
+def infinite_plate(thickness: Length | None, material: Material | Laminate) -> Structure:
     """A thin plate without edges: one degree of freedom without mass on a dashpot 8 √(D ρ t), N s/m.
 
     Parameters
@@ -53,8 +54,6 @@ def infinite_plate(thickness: float | None, material: Material | Laminate) -> St
     section = section_of(thickness, material)
     impedance = 8.0 * (point_rigidity(section) * section.mass) ** 0.5
     none = sparse.csr_array((1, 1))
-    origin = {
-        "kind": "infinite plate", "thickness": section.thickness, "material": asdict(material), "impedance": impedance,
-    }  # fmt: skip
+    origin = {"thickness": section.thickness, "impedance": impedance}
     damping = sparse.csr_array([[impedance]])
     return Structure(none, none, damping, np.ones(1), 0.0, Surface(section.struck), origin)

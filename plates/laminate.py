@@ -13,7 +13,7 @@ from structures.anisotropy import indentation_modulus, orthotropic_stiffness
 from structures.checks import finite, instance, listed, positive, turn, within
 from structures.elasticity import shear_modulus
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Vector
 
 SAME_THICKNESS = 1e-6
@@ -68,9 +68,9 @@ class OrthotropicMaterial:
             "shear_modulus_across",
         ):  # fmt: skip
             object.__setattr__(self, name, positive(name, getattr(self, name), "Pa"))
-            likely("ply modulus", "OrthotropicMaterial", name, getattr(self, name))
+            Likely.PLY_MODULUS.warn("OrthotropicMaterial", name, getattr(self, name))
         object.__setattr__(self, "density", positive("density", self.density, "kg/m³"))
-        likely("density", "OrthotropicMaterial", "density", self.density)
+        Likely.DENSITY.warn("OrthotropicMaterial", "density", self.density)
         ratio = finite("poisson_ratio", self.poisson_ratio)
         largest = sqrt(self.youngs_modulus_along / self.youngs_modulus_across)
         if abs(ratio) >= largest:
@@ -113,7 +113,7 @@ class Ply:
         if not isinstance(self.material, Material | OrthotropicMaterial):
             raise ValueError(f"material = {self.material!r}: must be a Material or an OrthotropicMaterial")
         object.__setattr__(self, "thickness", within("thickness", self.thickness, THINNEST, THICKEST, "m"))
-        likely("ply", "Ply", "thickness", self.thickness)
+        Likely.PLY.warn("Ply", "thickness", self.thickness)
         object.__setattr__(self, "angle", turn("angle", self.angle))
 
 

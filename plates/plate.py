@@ -19,7 +19,7 @@ from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
 from structures.buckling import buckling_factor, check_buckling
-from structures.caution import caution
+from structures.caution import caution, collected
 from structures.checks import instance, positive, short
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.factor import Matrices
@@ -27,7 +27,6 @@ from structures.field import Field
 from structures.html_table import html_table
 from structures.material import Material, check_stress
 from structures.mesh_reading import Tag, known
-from structures.plausible import units_of_one
 from structures.structure import Structure
 from structures.surface import Surface
 from structures.units import readable
@@ -301,7 +300,7 @@ class Plate:
         cells = replace(cells, finest=cells.coarsest, halved=(False, False))
         mesh = self.shape.mesh([], [], cells)
         held = {name: one for name, one in self._edges.items() if _has(mesh, name)}
-        with units_of_one():  # the user was warned of each part
+        with collected():  # the user was warned of each part
             whole = [Prestress(forces[0, 0], forces[1, 1], forces[0, 1]), *fixed]
         plain, pressed = (self.element.assemble(mesh, self.section, held, some) for some in (fixed, whole))
         ground = GROUND * softest / (self.section.mass * side**4)

@@ -1,19 +1,25 @@
 """Forces in the plane of a plate that stiffen it, soften it and buckle it."""
 
-from dataclasses import dataclass
+from dataclasses import replace
+from math import inf
+from typing import Annotated
 
 import numpy as np
 
+from structures.caution import collected
 from structures.checks import finite, instance, positive, within
+from structures.described import described
 from structures.material import Material
-from structures.plausible import likely, units_of_one
+from structures.quantities import Likely
 from structures.structure import Vector
+
+ForcePerLength = Annotated[float, replace(Likely.FORCE_PER_LENGTH, likely=(0.0, inf))]
 
 GROUND = 1e-9
 """Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
 
 
-@dataclass(frozen=True)
+@described
 class Prestress:
     """Constant forces per length in the plane of a plate, in `additions` of a builder. Tension is positive.
 
@@ -42,15 +48,13 @@ class Prestress:
     inf
     """
 
-    xx: float = 0.0
-    yy: float = 0.0
-    xy: float = 0.0
+    xx: ForcePerLength = 0.0
+    yy: ForcePerLength = 0.0
+    xy: ForcePerLength = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("xx", "yy", "xy"):
-            object.__setattr__(self, name, finite(name, getattr(self, name), "N/m"))
         name = max(("xx", "yy", "xy"), key=lambda one: abs(getattr(self, one)))
-        likely("force per length", "Prestress", name, round(getattr(self, name), 6))  # no rest of rounding
+        Likely.FORCE_PER_LENGTH.warn("Prestress", name, round(getattr(self, name), 6))  # no rest of rounding
 
     @property
     def forces(self) -> Vector:
@@ -99,7 +103,7 @@ def thermal_prestress(rise: float, expansion: float, thickness: float, material:
     """
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     rise, expansion = finite("rise", rise, "K"), within("expansion", expansion, 1e-9, 1e-3, "1/K")
-    likely("ply", "thermal_prestress", "thickness", positive("thickness", thickness, "m"))
+    Likely.PLY.warn("thermal_prestress", "thickness", positive("thickness", thickness, "m"))
     force = -material.youngs_modulus * thickness / (1.0 - material.poisson_ratio) * expansion * rise
-    with units_of_one():  # a small rise makes a small force
+    with collected():  # a small rise makes a small force
         return Prestress(force, force)

@@ -19,7 +19,7 @@ from plates.section import homogeneous_section
 from structures.caution import caution
 from structures.checks import finite, instance, positive, several, short, whole, within
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE
 from structures.shared_basis import SharedBasis, compressed, needed_size, shared_basis
 from structures.structure import Structure, Vector
@@ -128,7 +128,7 @@ class ReducedPlate:
             ("largest", whole("largest", self.largest)),
         ):
             object.__setattr__(self, name, value)
-        likely("time", "ReducedPlate", "pulse", self.pulse)
+        Likely.TIME.warn("ReducedPlate", "pulse", self.pulse)
         if any(isinstance(one, Delamination) for one in plate.additions):
             raise ValueError("plate: has a delamination; reduce(plate.at(x, y), until) keeps its gaps, for one place")
         ranges = [_range(name, getattr(self, name)) for name in ("x", "y")]

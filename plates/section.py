@@ -8,7 +8,7 @@ import numpy as np
 from structures.checks import instance, not_negative, positive, within
 from structures.elasticity import shear_modulus
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Vector
 
 THINNEST, THICKEST = 1e-12, 1e4
@@ -69,7 +69,7 @@ class Section:
         for name, unit in (("mass", "kg/m²"), ("thickness", "m")):
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
         object.__setattr__(self, "rotary_inertia", not_negative("rotary_inertia", self.rotary_inertia, "kg"))
-        likely("thickness", "Section", "thickness", self.thickness)
+        Likely.THICKNESS.warn("Section", "thickness", self.thickness)
         instance("struck", self.struck, Material, "a Material, whose E and ν enter Hertz's contact law")
 
     def __repr__(self) -> str:

@@ -1,10 +1,11 @@
 """How the edges of a plate are held."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
-from structures.checks import not_negative, one_of
+from structures.checks import one_of
+from structures.described import described, described_as
+from structures.quantities import Asks, OneOf, Quantity
 
 KINDS = ("clamped", "simple", "soft simple", "free", "symmetry")
 """Ways to hold an edge other than springs."""
@@ -13,7 +14,7 @@ SHOWN = 6
 """Edges that the text of a plate shows."""
 
 
-@dataclass(frozen=True)
+@described
 class ElasticEdge:
     """An edge on springs. With an infinite translation stiffness it is "simple", with both infinite "clamped".
 
@@ -36,18 +37,15 @@ class ElasticEdge:
     ElasticEdge(translation=10000000.0, rotation=0.0)
     """
 
-    translation: float = 0.0
-    rotation: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, unit in (("translation", "N/m²"), ("rotation", "N")):
-            object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
+    translation: Annotated[float, Quantity("N/m²", "a stiffness of an edge", "1e7 N/m^2", or_zero=True)] = 0.0
+    rotation: Annotated[float, Quantity("N", "a force", "2 N", or_zero=True)] = 0.0
 
 
-Support = str | ElasticEdge
+Support = Annotated[str, OneOf(*KINDS)] | ElasticEdge
+Edge = Annotated[Support, Asks('"clamped", "simple", "free", "symmetry", or { translation = "1e7 N/m^2" }')]
 
 
-@dataclass(frozen=True)
+@described_as("Supports(left=, right=, bottom=, top=)")
 class Supports:
     """How the edges of a rectangle are held. x runs from left to right, y from bottom to top.
 
@@ -70,14 +68,10 @@ class Supports:
     Supports(left='clamped', right='clamped', bottom='free', top='free')
     """
 
-    left: Support = "free"
-    right: Support = "free"
-    bottom: Support = "free"
-    top: Support = "free"
-
-    def __post_init__(self) -> None:
-        for one in fields(self):
-            check_support(one.name, getattr(self, one.name))
+    left: Edge = "free"
+    right: Edge = "free"
+    bottom: Edge = "free"
+    top: Edge = "free"
 
 
 def check_support(name: str, support: object) -> None:

@@ -1,18 +1,17 @@
 """Solid cylinders of one or more bonded layers, struck on the axis: axisymmetric linear elasticity."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
 from itertools import pairwise
 from math import isclose
 from operator import attrgetter
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 
-from structures.checks import instance, listed, one_of, positive, whole
+from structures.checks import listed
+from structures.described import described_as
 from structures.elastic_field import elastic_field
 from structures.elasticity import (
     HIGHEST_FREQUENCY,
@@ -27,8 +26,8 @@ from structures.elasticity import (
 )
 from structures.field import Field
 from structures.patch_mesh import DEFAULT_CELLS, PATCH_DIVISOR, about_corner, about_patch, check_size, graded
-from structures.plausible import likely
-from structures.rod import Layer
+from structures.quantities import Count, Frequency, Length, OneOf
+from structures.rod import Layer, Layers
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -39,13 +38,14 @@ INTEGRATION_ORDER = 5
 """Exact for the mass matrix of rectangular quadratic elements with the weight r."""
 
 
+@described_as(called="cylinder")
 def layered_cylinder(
-    layers: Sequence[Layer],
-    base: str | Foundation = "fixed",
-    side: str = "free",
-    patch_radius: float | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
-    cells: int = DEFAULT_CELLS,
+    layers: Layers,
+    base: Annotated[str, OneOf("fixed", "free", "absorbing")] | Foundation = "fixed",
+    side: Annotated[str, OneOf("free", "absorbing")] = "free",
+    patch_radius: Length | None = None,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
+    cells: Annotated[int, Count()] = DEFAULT_CELLS,
 ) -> Structure:
     """A cylinder of bonded layers of equal radius, struck on the axis of the free face of the first layer.
 
@@ -99,28 +99,15 @@ def layered_cylinder(
     (1, True, True)
     """
     stack = _stack(layers)
-    if not isinstance(base, Foundation):
-        instance("base", base, str, "'fixed', 'free', 'absorbing' or a Foundation(stiffness)")
-        one_of("base", base, ("fixed", "free", "absorbing"))
-    one_of("side", side, ("free", "absorbing"))
-    frequency, cells = positive("highest_frequency", highest_frequency, "Hz"), whole("cells", cells)
-    likely("frequency", "cylinder", "highest_frequency", frequency)
-    patch = _patch_radius(patch_radius, stack, frequency)
+    frequency, patch = highest_frequency, _patch_radius(patch_radius, stack, highest_frequency)
     across, along = _nodes_across(stack, patch, frequency, cells), _nodes_along(stack, patch, frequency, cells)
     check_size(float(across.size * along.size))
     mass, stiffness, damping, contact, field = _Section(stack, across, along).held(base, side, patch)
-    origin = {
-        "kind": "cylinder",
-        "base": asdict(base) if isinstance(base, Foundation) else base,
-        "side": side,
-        "patch_radius": patch,
-        "highest_frequency": frequency,
-        "cells": cells,
-        "layers": [asdict(layer) for layer in stack],
-    }
     struck = stack[0].material
     flexibility = -patch_compliance(struck, patch)
-    return Structure(mass, stiffness, damping, contact, flexibility, Surface(struck), origin, field=field)
+    return Structure(
+        mass, stiffness, damping, contact, flexibility, Surface(struck), {"patch_radius": patch}, field=field
+    )
 
 
 class _Section:
@@ -191,7 +178,7 @@ def _patch_radius(given: float | None, layers: list[Layer], frequency: float) ->
     first = layers[0]
     if given is None:
         return min(first.radius, first.length, shear_speed(first.material) / frequency) / PATCH_DIVISOR
-    patch = positive("patch_radius", given, "m")
+    patch = given
     if patch > first.radius:
         raise ValueError(f"patch_radius = {given!r}: must not exceed the cylinder's radius, {first.radius} m")
     if patch > first.length * (1.0 + 1e-6):

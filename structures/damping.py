@@ -7,7 +7,7 @@ solid.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from structures.checks import each, finite, instance, not_negative, one_of, positive, short
+from structures.checks import each, finite, instance, short
+from structures.described import described
 from structures.factor import symmetric
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Likely, Rate, RelaxationTime, Share, Time, WhichModulus
 from structures.rod import Layer, rod_parts
 from structures.structure import Structure, Vector, known_field
 from structures.symmetric import check_definite
@@ -66,7 +67,7 @@ class Viscous(ABC):
         raise ValueError(f"damping = {self!r}: acts inside beads only")
 
 
-@dataclass(frozen=True)
+@described
 class Modal(Viscous):
     """The same damping ratio for all modes: each vibration loses the part 4πζ of its energy in a period.
 
@@ -112,7 +113,7 @@ class Modal(Viscous):
             fine = False
         if not fine:
             raise ValueError(f"ratio = {short(self.ratio)}: must be zero or positive, one number or a list of numbers")
-        likely("ratio", "Modal", "ratio", float(ratios.max(initial=0.0)))
+        Likely.RATIO.warn("Modal", "ratio", float(ratios.max(initial=0.0)))
         if ratios.ndim:
             object.__setattr__(self, "ratio", tuple(ratios.tolist()))
 
@@ -139,7 +140,7 @@ class Modal(Viscous):
         return _damped(structure, sparse.diags_array(rates), kind="modal", ratio=ratios.tolist())
 
 
-@dataclass(frozen=True)
+@described
 class Rayleigh(Viscous):
     """Damping in proportion to mass and stiffness, α M + β K: ζ = α/2ω + βω/2 of a mode of the frequency ω.
 
@@ -174,13 +175,8 @@ class Rayleigh(Viscous):
     1e-07
     """
 
-    mass_rate: float = 0.0
-    stiffness_time: float = 0.0
-
-    def __post_init__(self) -> None:
-        not_negative("mass_rate", self.mass_rate, "1/s")
-        not_negative("stiffness_time", self.stiffness_time, "s")
-        likely("time", "Rayleigh", "stiffness_time", self.stiffness_time)
+    mass_rate: Rate = 0.0
+    stiffness_time: Time = 0.0
 
     def of_modes(self, frequencies: Vector) -> ModeLoss:
         """c = α + β ω²."""
@@ -189,7 +185,7 @@ class Rayleigh(Viscous):
 
     def of_structure(self, structure: Structure) -> Structure:
         """α M + β K added to the damping matrix."""
-        alpha, beta = float(self.mass_rate), float(self.stiffness_time)
+        alpha, beta = self.mass_rate, self.stiffness_time
         if beta > 0.0 and maxwell_arms(structure) is not None:
             raise ValueError(
                 f"stiffness_time = {beta!r}: the structure has Maxwell arms; add Rayleigh before StandardLinearSolid"
@@ -200,7 +196,7 @@ class Rayleigh(Viscous):
         return _damped(structure, matrix, kind="Rayleigh", mass_rate=alpha, stiffness_time=beta)
 
 
-@dataclass(frozen=True)
+@described
 class StandardLinearSolid(Viscous):
     """A viscoelastic solid: a Maxwell arm (a spring and a dashpot in series) in parallel to its stiffness.
 
@@ -238,16 +234,11 @@ class StandardLinearSolid(Viscous):
     StandardLinearSolid(share=0.1, time=2e-06, modulus='relaxed')
     """
 
-    share: float
-    time: float
-    modulus: str = "relaxed"
+    share: Share
+    time: RelaxationTime
+    modulus: WhichModulus = "relaxed"
 
     def __post_init__(self) -> None:
-        positive("share", self.share)
-        positive("time", self.time, "s")
-        likely("time", "StandardLinearSolid", "time", self.time)
-        likely("share", "StandardLinearSolid", "share", self.share)
-        one_of("modulus", self.modulus, ("relaxed", "instantaneous"))
         if self.modulus == "instantaneous" and self.share >= 1.0:
             raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")
 
@@ -272,7 +263,7 @@ class StandardLinearSolid(Viscous):
             return structure
         added = self.share * _part(structure, part)
         root = _root(added)
-        arm = {"kind": "standard linear solid", "share": float(self.share), "time": float(self.time)}
+        arm = {"kind": "standard linear solid", "share": self.share, "time": self.time}
         arm |= {"modulus": self.modulus} | ({} if part is None else _named(structure, part))
         structure = replace(structure, origin=_noted(structure, arm))
         if self.modulus == "relaxed":

@@ -5,10 +5,9 @@ body of revolution. In the half-plane every integral has the weight 2π r, and t
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import pi, sqrt
 from operator import attrgetter
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +16,9 @@ from skfem import BilinearForm, LinearForm
 from skfem.helpers import dot
 
 from structures.assembly import sum_of_cells
-from structures.checks import positive
+from structures.described import described
 from structures.material import Material
+from structures.quantities import Quantity
 from structures.structure import Vector
 
 Owner = NDArray[np.int64]
@@ -27,7 +27,7 @@ HIGHEST_FREQUENCY = 40.0e3
 """Hz. The contact of steel beads of 4 to 20 mm diameter lasts 25 to 110 µs and excites little above this frequency."""
 
 
-@dataclass(frozen=True)
+@described
 class Foundation:
     """Elastic ground under a base (Winkler): pressure = stiffness times settlement. It does not resist lateral motion.
 
@@ -49,10 +49,7 @@ class Foundation:
     1
     """
 
-    stiffness: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m³"))
+    stiffness: Annotated[float, Quantity("N/m³", "a stiffness", "1e12 N/m^3")]
 
 
 def shear_modulus(material: Material) -> float:

@@ -1,17 +1,17 @@
 """Linear elastic, isotropic materials, and the materials of Table 2.1 of the thesis."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from structures.caution import caution
-from structures.checks import finite, instance, near, positive
-from structures.plausible import likely
+from structures.checks import near
+from structures.described import described_as
+from structures.quantities import Density, Modulus, PoissonRatio, Strength
 
 LARGE_STRAIN = 0.1
 """Strain beyond which the stress in a material of unknown yield strength was probably given in another unit."""
 
 
-@dataclass(frozen=True)
+@described_as("a Material; MATERIALS[name] gives one by name")
 class Material:
     """A linear elastic, isotropic solid.
 
@@ -41,26 +41,11 @@ class Material:
     (5292, 73.6)
     """
 
-    youngs_modulus: float
-    poisson_ratio: float
-    density: float
+    youngs_modulus: Modulus
+    poisson_ratio: PoissonRatio
+    density: Density
     name: str = ""
-    yield_strength: float | None = None
-
-    def __post_init__(self) -> None:
-        instance("name", self.name, str, "a text")
-        object.__setattr__(self, "youngs_modulus", positive("youngs_modulus", self.youngs_modulus, "Pa"))
-        object.__setattr__(self, "density", positive("density", self.density, "kg/m³"))
-        ratio = finite("poisson_ratio", self.poisson_ratio)
-        if not -1.0 < ratio < 0.5:
-            raise ValueError(f"poisson_ratio = {self.poisson_ratio!r}: must lie between -1 and 0.5, both excluded")
-        object.__setattr__(self, "poisson_ratio", ratio)
-        if self.yield_strength is not None:
-            object.__setattr__(self, "yield_strength", positive("yield_strength", self.yield_strength, "Pa"))
-        owner = f"Material {self.name!r}" if self.name else "Material"
-        likely("modulus", owner, "youngs_modulus", self.youngs_modulus)
-        likely("density", owner, "density", self.density)
-        likely("strength", owner, "yield_strength", self.yield_strength or 0.0)
+    yield_strength: Strength | None = None
 
     @property
     def contact_modulus(self) -> float:

@@ -14,7 +14,7 @@ from structures.damping import maxwell_arms, with_arms
 from structures.factor import Solve, shifted_solve
 from structures.field import Field
 from structures.one_thread import one_thread
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Structure, Vector, known_field
 from structures.unmeshed import is_left_out
 
@@ -138,8 +138,8 @@ def reduce(
         return structure
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
     pulse = within("pulse", pulse, *PULSE_RANGE, "s")
-    likely("time", "reduce", "until", until)
-    likely("time", "reduce", "pulse", pulse)
+    Likely.TIME.warn("reduce", "until", until)
+    Likely.TIME.warn("reduce", "pulse", pulse)
     instance("keep_field", keep_field, bool, "True or False")
     largest, size = whole("largest", largest), structure.size
     if until > structure.valid_until:

@@ -1,18 +1,18 @@
 """Rods of one or more bonded layers, in the one-dimensional theory of longitudinal waves."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 from math import ceil, pi
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
-from structures.checks import instance, listed, one_of, positive, whole
+from structures.checks import listed, whole
+from structures.described import described
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Asks, Count, OneOf, Side, Thickness
 from structures.structure import Structure
 from structures.surface import Surface
 
@@ -36,7 +36,7 @@ MOST_ELEMENTS = 1_000_000
 BASES = ("fixed", "free", "absorbing", "contact")
 
 
-@dataclass(frozen=True)
+@described
 class Layer:
     """A cylinder of one material.
 
@@ -63,17 +63,12 @@ class Layer:
     """
 
     material: Material
-    length: float
-    radius: float
+    length: Side
+    radius: Thickness
 
     def __post_init__(self) -> None:
-        instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
-        object.__setattr__(self, "length", positive("length", self.length, "m"))
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
         if self.radius > LARGEST_RADIUS:
             raise ValueError(f"radius = {self.radius!r}: must be at most {LARGEST_RADIUS:g} m; is it in millimetres?")
-        likely("side", "Layer", "length", self.length)
-        likely("thickness", "Layer", "radius", self.radius)
 
     @property
     def area(self) -> float:
@@ -81,8 +76,18 @@ class Layer:
         return pi * self.radius**2
 
 
+Layers = Annotated[
+    Sequence[Layer],
+    Asks('a list of layers, such as [{ material = "PTFE", length = "25.4 mm", radius = "9.5 mm" }]'),
+]
+
+
+@described
 def rod(
-    layers: Sequence[Layer], base: str = "fixed", elements: int | None = None, cracks: Sequence[int] = ()
+    layers: Layers,
+    base: Annotated[str, OneOf(*BASES)] = "fixed",
+    elements: Annotated[int, Count()] | None = None,
+    cracks: Sequence[int] = (),
 ) -> Structure:
     """A rod of bonded layers, struck on the free face of the first layer.
 
@@ -130,7 +135,6 @@ def rod(
     (16, 1)
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    _check_base(base)
     cut = _cut(cracks, len(layers))
     counts, basis, owner = _mesh(layers, elements)
     per_point = np.ones_like(basis.dx)
@@ -166,21 +170,20 @@ def rod(
         mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], contact[kept]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
     origin = {
-        "kind": "rod", "base": base, "elements": counts, "layers": [asdict(layer) for layer in layers],
-        "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing),
+        "elements": counts, "cracks": cut or None, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing),
     }  # fmt: skip
-    if cut:
-        origin["cracks"] = cut
     return Structure(mass, stiffness, damping, contact, 0.0, surfaces[0] if len(surfaces) == 1 else surfaces, origin)
 
 
-def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None = None) -> list[sparse.csr_array]:
+@described
+def rod_parts(
+    layers: Layers, base: Annotated[str, OneOf(*BASES)] = "fixed", elements: Annotated[int, Count()] | None = None
+) -> list[sparse.csr_array]:
     """The contribution of each layer to the stiffness matrix of `rod`.
 
     One matrix of n × n for each layer, N/m; their sum is the stiffness of the rod. The arguments are those of `rod`.
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    _check_base(base)
     _, basis, owner = _mesh(layers, elements)
     kept = np.arange(basis.N)
     if base == "fixed":
@@ -191,13 +194,6 @@ def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None
         parts.append(sparse.csr_array(_stretching.assemble(basis, coefficient=axial))[kept][:, kept])
         parts[-1].eliminate_zeros()
     return parts
-
-
-def _check_base(base: object) -> None:
-    if isinstance(base, str):
-        one_of("base", base, BASES)
-    else:
-        raise ValueError(f"base = {base!r}: must be one of {', '.join(map(repr, BASES))}; cylinder takes a Foundation")
 
 
 def _cut(cracks: Sequence[int], layers: int) -> list[int]:
@@ -230,7 +226,7 @@ def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any)
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:
     """The number of elements in each layer, their basis, and the index of the layer of each element."""
-    counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
+    counts = [_count(layer) if elements is None else elements for layer in layers]
     if sum(counts) > MOST_ELEMENTS:
         raise ValueError(
             f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"

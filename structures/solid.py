@@ -5,26 +5,28 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from itertools import combinations
 from math import pi, sqrt
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
 from structures.body_mesh import BodyMesh
 from structures.caution import caution
-from structures.checks import finite, positive
+from structures.checks import finite
+from structures.described import described
 from structures.elastic_field import elastic_field
 from structures.elasticity import body_matrices, shear_speed
 from structures.material import Material
 from structures.mesh_files import source_of
 from structures.mesh_reading import Numbers, Tag
+from structures.quantities import Asks, Component, Coordinate, Curvature, InFile, Length, Scale
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.units import readable
 
 log = logging.getLogger("hertzlink.solid")
 
-Point = tuple[float, float, float]
+Point = tuple[Coordinate, Coordinate, Coordinate]
 
 EDGES_PER_WAVE = 4.0
 """Edges in the shortest shear wave that a mesh resolves."""
@@ -61,17 +63,18 @@ PATCH_ORDER = 12
 """Order of integration of the pressure of the patch on each facet."""
 
 
+@described
 def solid(
-    mesh: Any,
+    mesh: Annotated[Any, InFile("a mesh", "body.msh")],
     material: Material | Mapping[Tag, Material],
-    contact: Point,
-    normal: Point | None = None,
+    contact: Annotated[Point, Asks('the point that is struck, such as ["0 mm", "0 mm", "25 mm"]')],
+    normal: tuple[Component, Component, Component] | None = None,
     fixed: Tag | None = None,
-    patch_radius: float | None = None,
-    scale: float | None = None,
-    curvature: float = 0.0,
-    merge: float | None = None,
-    tags: str | None = None,
+    patch_radius: Length | None = None,
+    scale: Scale | None = None,
+    curvature: Curvature = 0.0,
+    merge: Annotated[Length, Asks("points of the mesh that lie closer become one")] | None = None,
+    tags: Annotated[str, Asks("the data of the mesh that number its cells")] | None = None,
 ) -> Structure:
     """A body of tetrahedra or hexahedra, struck at a point of its surface along the inward normal.
 
@@ -137,8 +140,7 @@ def solid(
     """
     body = BodyMesh(mesh, scale, merge, tags)
     materials, owner = body.materials(material)
-    curvature = finite("curvature", curvature, "1/m")
-    radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else patch_radius
     patch = _Patch(body, _point("contact", contact), None if normal is None else _point("normal", normal), radius)
     patch.check_curvature(curvature)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
@@ -148,17 +150,14 @@ def solid(
     facets = None if fixed is None else body.facets.of("fixed", fixed)
     kept = _kept(basis, fixed, facets, patch)
     origin = {
-        "kind": "solid",
         "mesh": source_of(mesh),
+        "material": None,
         "cells": body.mesh.nelements,
         "contact": list(patch.place),
         "normal": patch.normal.tolist(),
-        "fixed": fixed,
         **({} if facets is None else {"fixed_facets": facets.size, "fixed_area": body.area(facets)}),
         "patch_radius": radius,
         "scale": body.scale,
-        **({} if merge is None else {"merge": merge}),
-        **({} if tags is None else {"tags": tags}),
         "highest_frequency": min(map(shear_speed, materials)) / (EDGES_PER_WAVE * body.longest_edge),
         "materials": [asdict(one) for one in materials],
     }

@@ -1,10 +1,10 @@
 """Spherical shells under pressure, such as balls: axisymmetric linear elasticity of a stressed wall."""
 
-from dataclasses import asdict
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from math import pi, sqrt
-from typing import Any
+from math import inf, pi, sqrt
+from typing import Annotated, Any
 
 import numpy as np
 from scipy import sparse
@@ -12,13 +12,14 @@ from skfem import Basis, ElementQuad0, ElementQuad2, ElementVector, FacetBasis, 
 
 from structures.buckling import buckling_factor, check_buckling
 from structures.caution import caution
-from structures.checks import finite, instance, one_of, positive, up_to, whole
+from structures.checks import positive
+from structures.described import described_as
 from structures.elastic_field import elastic_field
 from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, patch_compliance, patch_vector, shear_speed
 from structures.material import Material, check_stress
 from structures.patch_mesh import CELL_GROWTH, DEFAULT_CELLS, PATCH_DIVISOR, about_patch, check_size, graded
-from structures.plausible import likely
 from structures.pressure import AIR, ATMOSPHERE, following_stiffness, ring_openings, stress_stiffness, with_gas
+from structures.quantities import Asks, Count, Frequency, Length, Likely, OneOf, Pressure, Quantity
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.thin_sphere import sizes
@@ -43,25 +44,28 @@ NEWTON = 1e-9
 """Where scikit-fem stops to look for a point of a cell, in units of the cell. Its own 1e-12 is below the rounding of
 points on thin walls; the iteration is quadratic, so that the point is as good."""
 
-LARGEST_AMBIENT, LARGEST_RATIO = 1e9, 5.0
-"""Pa: ten times the pressure at the bottom of the sea. No gas has a ratio of its heat capacities above 5/3."""
+SeatAngle = Annotated[float, Quantity("rad", "an angle", "45 deg", -inf)]
+
+AmbientPressure = Annotated[float, replace(Likely.PRESSURE, low=0.0, or_zero=True, high=1e9)]
+"""At most ten times the pressure at the bottom of the sea. No gas has a ratio of its heat capacities above 5/3."""
 
 LARGE_STRETCH = 0.1
 """Hoop strain above which geometry and modulus under pressure differ clearly from those without."""
 
 
+@described_as(called="spherical shell")
 def spherical_shell(
-    radius: float,
-    thickness: float,
+    radius: Length,
+    thickness: Length,
     material: Material,
-    pressure: float = 0.0,
-    base: str = "fixed",
-    seat: float = SEAT,
-    ambient: float = ATMOSPHERE,
-    heat_capacity_ratio: float = AIR,
-    patch_radius: float | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
-    cells: int = DEFAULT_CELLS,
+    pressure: Pressure = 0.0,
+    base: Annotated[str, OneOf(*BASES)] = "fixed",
+    seat: Annotated[SeatAngle, Asks("half-angle of the part that is held, seen from the centre")] = SEAT,
+    ambient: Annotated[AmbientPressure, Asks("pressure outside; by default that of the atmosphere")] = ATMOSPHERE,
+    heat_capacity_ratio: Annotated[float, Quantity(or_zero=True, high=5.0)] = AIR,
+    patch_radius: Length | None = None,
+    highest_frequency: Frequency = HIGHEST_FREQUENCY,
+    cells: Annotated[int, Count()] = DEFAULT_CELLS,
 ) -> Structure:
     """A hollow sphere filled with gas, struck at a pole, such as a tennis ball or a pressure vessel.
 
@@ -128,11 +132,7 @@ def spherical_shell(
     (1, True)
     """
     wall = _Wall(radius, thickness, material, base, seat, patch_radius, highest_frequency, cells)
-    pressure = finite("pressure", pressure, "Pa")
-    outside = up_to("ambient", ambient, LARGEST_AMBIENT, "Pa")
-    likely("pressure", "spherical_shell", "pressure", pressure)
-    likely("pressure", "spherical_shell", "ambient", outside)
-    ratio = up_to("heat_capacity_ratio", heat_capacity_ratio, LARGEST_RATIO)
+    outside, ratio = ambient, heat_capacity_ratio
     if pressure < -outside:
         raise ValueError(f"pressure = {pressure!r}: must be at least -{outside:g} Pa, as ambient is {outside:g} Pa")
     wall.check_stretch(pressure)
@@ -143,12 +143,7 @@ def spherical_shell(
         if pressure < 0.0:
             wall.check_buckling(pressure, mass, elastic, stressed)
         stiffness = sparse.csr_array(elastic + stressed)
-    origin = {
-        "kind": "spherical shell", "radius": wall.radius, "thickness": wall.thickness, "material": asdict(material),
-        "pressure": pressure, "base": base, **({"seat": wall.seat} if base == "fixed" else {}), "ambient": outside,
-        "heat_capacity_ratio": ratio,
-        "patch_radius": wall.patch, "highest_frequency": wall.frequency, "cells": wall.cells,
-    }  # fmt: skip
+    origin = {"seat": wall.seat if base == "fixed" else None, "patch_radius": wall.patch}
     kept = wall.kept
     mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], wall.contact()[kept]
     if ratio > 0.0 and outside + pressure > 0.0:
@@ -173,14 +168,10 @@ class _Wall:
         self, radius: float, thickness: float, material: Material, base: str, seat: float,
         patch: float | None, frequency: float, cells: int,
     ) -> None:  # fmt: skip
-        instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-        self.material, self.base = material, one_of("base", base, BASES)
+        self.material, self.base, self.seat, self.frequency, self.cells = material, base, seat, frequency, cells
         self.radius, self.thickness = sizes(radius, thickness)
-        self.seat = finite("seat", seat, "rad")
         if not 0.02 <= self.seat <= pi / 2.0:
             raise ValueError(f"seat = {seat!r}: must lie between 0.02 and π/2, in rad; for 30° write math.radians(30)")
-        self.frequency, self.cells = positive("highest_frequency", frequency, "Hz"), whole("cells", cells)
-        likely("frequency", "spherical_shell", "highest_frequency", self.frequency)
         self.patch = self._patch_radius(patch)
         along, depth = self._nodes_along(), self._nodes_deep()
         check_size(float(along.size * depth.size))

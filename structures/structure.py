@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import each, finite, instance, listed, positive
+from structures.described import described_as
 from structures.factor import Matrices, numbers, symmetric
 from structures.field import Field
 from structures.html_table import html_table
@@ -215,6 +216,7 @@ def _surfaces(given: Any, count: int) -> tuple[Surface, ...]:
     return tuple(surfaces)
 
 
+@described_as(called="half-space", also=("wall",))
 def half_space(material: Material) -> Structure:
     """An elastic half-space with a flat surface.
 
@@ -237,6 +239,4 @@ def half_space(material: Material) -> Structure:
     0
     """
     none = sparse.csr_array((0, 0))
-    surface = Surface(material)
-    origin = {"kind": "half-space", "material": dataclasses.asdict(material)}
-    return Structure(none, none, None, np.zeros(0), 0.0, surface, origin)
+    return Structure(none, none, None, np.zeros(0), 0.0, Surface(material))

@@ -1,6 +1,5 @@
 """The surface of a body at a contact point, as Hertz's law needs it: material and curvatures."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, exp, inf, log, pi, sqrt
 from typing import Any
@@ -8,8 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.special import ellipe, ellipkm1
 
-from structures.checks import finite, instance, not_negative, one_of
+from structures.checks import instance, not_negative, one_of
+from structures.described import described_as
 from structures.material import Material
+from structures.quantities import Curvature, Direction
 
 NEARLY_ROUND = 1e-6
 """A contact is treated as round if difference over sum of its relative curvatures is smaller than this number: the
@@ -19,7 +20,7 @@ stiffness k depends on the square of that ratio only.
 AXIS_RATIOS = ("exact", "approximate")
 
 
-@dataclass(frozen=True)
+@described_as("a Surface(material)")
 class Surface:
     """A smooth surface at a contact point.
 
@@ -48,16 +49,13 @@ class Surface:
     """
 
     material: Material
-    curvature: float = 0.0
-    second_curvature: float | None = None
-    direction: float = 0.0
+    curvature: Curvature = 0.0
+    second_curvature: Curvature | None = None
+    direction: Direction = 0.0
 
     def __post_init__(self) -> None:
-        instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
-        object.__setattr__(self, "curvature", finite("curvature", self.curvature, "1/m"))
-        second = self.curvature if self.second_curvature is None else self.second_curvature
-        object.__setattr__(self, "second_curvature", finite("second_curvature", second, "1/m"))
-        object.__setattr__(self, "direction", finite("direction", self.direction, "rad"))
+        if self.second_curvature is None:
+            object.__setattr__(self, "second_curvature", self.curvature)
 
 
 def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:

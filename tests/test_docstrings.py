@@ -3,7 +3,7 @@
 import doctest
 import inspect
 import re
-from typing import Any
+from typing import Any, get_origin
 
 import pytest
 from numpydoc.docscrape import NumpyDocString
@@ -23,7 +23,8 @@ def public() -> dict[str, Any]:
             found |= {f"{name}.{inner}": getattr(value, inner) for inner in namespaces()[name]}
         else:
             found[name] = value
-    return {name: value for name, value in found.items() if callable(value)}
+    # A quantity is an annotation, and no class.
+    return {name: value for name, value in found.items() if callable(value) and get_origin(value) is None}
 
 
 PUBLIC = public()

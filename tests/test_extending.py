@@ -5,7 +5,17 @@ import runpy
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 import pytest
+import xarray as xr
+
+import hertzlink as hl
+from hertzlink.__main__ import main
+from hertzlink.cases import with_parts
+from hertzlink.cases.case import read
+from hertzlink.cases.running import task_of
+from hertzlink.explore.sliders import sliders_of, start_of
+from structures import described
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"^## (.+?)\n.*?^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
@@ -17,10 +27,117 @@ def test_an_extension_is_one_file(name: str, tmp_path: Path, monkeypatch: pytest
     matplotlib.use("Agg")
     script = tmp_path / "extension.py"
     script.write_text(EXAMPLES[name], encoding="utf-8")
-    runpy.run_path(str(script))
+    monkeypatch.setattr(described, "_ALL", dict(described._ALL))
+    runpy.run_path(str(script), run_name="__main__")
 
 
 def test_every_kind_has_an_example() -> None:
     kinds = re.findall(r"^\| (an? .+?) \|", PAGE, re.MULTILINE)
     assert len(kinds) == 11
     assert {kind[0].upper() + kind[1:] for kind in kinds} == set(EXAMPLES)
+
+
+@pytest.fixture
+def cantilever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the page's case and the file that describes its structure; the chain is short."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(described, "_ALL", dict(described._ALL))
+    monkeypatch.setattr(with_parts, "_LOADED", {})
+    (tmp_path / "mine.py").write_text(EXAMPLES["A structure"], encoding="utf-8")
+    case = re.search(r"^```toml\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+    assert case is not None
+    text = case[1].replace("beads = 16", "beads = 6").replace("2 ms", "0.4 ms")
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def command(*words: str) -> int:
+    """The exit code of a command."""
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    return int(end.value.code or 0)
+
+
+def test_a_part_of_ones_own_runs_in_a_case(cantilever: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command("run", "case.toml", "--with", "mine.py") == 0
+    data = xr.open_dataset(cantilever / "case" / "results.nc")
+    rebuilt = hl.from_input(data)
+    assert rebuilt.data["structure"]["kind"] == "cantilever"
+    assert rebuilt.data["structure"]["length"] == 0.05
+    assert np.array_equal(rebuilt.run().contact_force, data.contact_force)
+    report = (cantilever / "case" / "report.html").read_text("utf-8")
+    assert re.search(r"length</t[dh]>\s*<td[^>]*>50 mm", report)
+    assert re.search(r"side</t[dh]>\s*<td[^>]*>20 mm", report)
+    assert command("schema", "--with", "mine.py") == 0
+    assert '"const": "cantilever"' in capsys.readouterr().out
+
+
+def test_it_has_sliders_and_is_swept_in_other_processes(cantilever: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    case, _ = read("case.toml", (), (Path("mine.py"),))
+    task = task_of(case)
+    sliders = {one.label: (one.low, one.high, one.unit) for one in sliders_of(task, start_of(task))}
+    assert sliders["length"] == (13, 150, "mm")
+    assert sliders["side"] == (5, 60, "mm")
+    assert sliders["Young's modulus"][2] == "GPa"
+    text = (cantilever / "case.toml").read_text("utf-8") + '[sweep]\n"structure.length" = ["40 mm", "60 mm"]\n'
+    (cantilever / "swept.toml").write_text(text, encoding="utf-8")
+    assert command("run", "swept.toml", "--with", "mine.py", "--jobs", "2") == 0
+    table = (cantilever / "swept" / "table.txt").read_text("utf-8")
+    assert "length, mm" in table
+
+
+def test_a_number_of_it_is_identified(cantilever: Path) -> None:
+    text = (cantilever / "case.toml").read_text("utf-8")
+    assert command("run", "case.toml", "--with", "mine.py") == 0
+    traces = np.loadtxt(cantilever / "case" / "traces.csv", delimiter=",", skiprows=1)
+    np.savetxt("trace.csv", traces, delimiter=",", header="time (s),force (N)", comments="")
+    question = '[identify]\nsensors = { 3 = 1 }\nunknowns = { "structure.side" = ["15 mm", "26 mm"] }\nnuisances = []\n'
+    (cantilever / "asked.toml").write_text(text + question + 'unit = "N"\nnoise = "1 mN"\n', encoding="utf-8")
+    assert command("identify", "asked.toml", "trace.csv", "--with", "mine.py") == 0
+    row = (cantilever / "asked-found" / "unknowns.csv").read_text("utf-8").splitlines()[1].split(",")
+    assert float(row[1]) == pytest.approx(0.02, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words", "said"),
+    [
+        ("", "", (), 'case.toml:7: structure.kind: "cantilever" is no kind; must be one of nothing, half_space'),
+        ("", "", ("--with", "none.py"), "--with none.py: cannot be read (No such file or directory)"),
+        ("@hl.described", "", ("--with", "mine.py"), "--with mine.py: describes no part; write @hl.described above"),
+        ("hl.Structure:", "hl.Structure", ("--with", "mine.py"), "--with mine.py:7: expected ':'"),
+        (
+            "def cantilever",
+            "def half_space",
+            ("--with", "mine.py"),
+            "mine.py: hertzlink has this kind; give it another name",
+        ),
+    ],
+)
+def test_what_is_wrong_with_it_is_one_line(
+    cantilever: Path, old: str, new: str, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = cantilever / "mine.py"
+    mine.write_text(mine.read_text("utf-8").replace(old, new, 1) if old else mine.read_text("utf-8"), encoding="utf-8")
+    assert command("run", "case.toml", *words) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        (
+            'length = "50 kg"',
+            'case.toml:8: structure.length: "50 kg": "kg" is no unit of this quantity; must be a length',
+        ),
+        ('length = "-50 mm"', 'case.toml:8: structure.length: "-50 mm" must be a positive number of m'),
+        ('lenght = "50 mm"', "case.toml:8: structure.lenght: is no entry here; did you mean length?"),
+        ("", "case.toml:6: structure.length: is missing; give a length"),
+    ],
+)
+def test_its_entries_are_checked_as_those_of_others(
+    cantilever: Path, entry: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case = cantilever / "case.toml"
+    case.write_text(case.read_text("utf-8").replace('length = "50 mm"', entry), encoding="utf-8")
+    assert command("run", "case.toml", "--with", "mine.py") == 2
+    assert said in capsys.readouterr().err

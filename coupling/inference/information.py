@@ -21,7 +21,7 @@ from structures.caution import caution
 from structures.checks import finite, listed, one_of, positive, short, whole
 from structures.html_table import html_table
 from structures.one_thread import one_thread
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Vector
 
 STEP = 1e-3
@@ -292,9 +292,9 @@ class Design:
         if until is None:
             until = usual_length(build, ranges)
         self.prediction = Prediction(build, ranges, numbers, positive("until", until, "s"))
-        likely("noise", "identifiability", "noise", noise)
+        Likely.NOISE.warn("identifiability", "noise", noise)
         self.noise, self.step = noise, positive("sample_every", sample_every, "s")
-        likely("sample", "identifiability", "sample_every", self.step)
+        Likely.SAMPLE.warn("identifiability", "sample_every", self.step)
         self.names = nuisances_of(nuisances, values)
         self.places = np.full(len(ranges), 0.5)
         self.here = self.prediction.traces([self.places])[0]

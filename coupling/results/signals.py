@@ -16,7 +16,7 @@ from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, 
 from coupling.results.signal_file import Sampling, read_trace
 from structures.caution import caution, collected
 from structures.checks import count_of, finite, instance, not_negative, one_of, positive, short, whole
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Vector
 from structures.units import readable
 
@@ -227,8 +227,8 @@ def _doubts(data: xr.Dataset) -> list[str]:
             negative.append(sensor)
         _, _, width = smoothed(-force if is_reversed(force) else force)
         with collected() as said:
-            likely("measured force", f"sensor {sensor}:", "greatest force", float(np.abs(force).max()))
-            likely("wave", f"sensor {sensor}:", "width of a wave", width * step)
+            Likely.MEASURED_FORCE.warn(f"sensor {sensor}:", "greatest force", float(np.abs(force).max()))
+            Likely.WAVE.warn(f"sensor {sensor}:", "width of a wave", width * step)
         doubts += said
     if negative:
         whose = "all sensors" if len(negative) == data.sensor.size else f"sensor {', '.join(map(str, negative))}"

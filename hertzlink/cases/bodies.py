@@ -1,45 +1,36 @@
 """The structures of a case that are no plates, and how structures are damped."""
 
+from collections.abc import Mapping
 from functools import partial
-from pathlib import Path as File
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from hertzlink.cases.declared import SPECIAL, Data, Declared, fields_of, quantity_of, refused, tables_of
 from hertzlink.cases.parts import (
-    Angle,
-    AnyMaterial,
     Duration,
     Force,
-    Frequency,
     Length,
     Number,
     Part,
-    Pressure,
-    Round,
     World,
     forms,
     made,
-    material_of,
 )
 from hertzlink.cases.units import Unit
-from plates.beam import beam
-from structures import damping
+from plates.plate import Plate
+from structures import damping, quantities
 from structures.closing import Closing, check_gap
 from structures.cylinder import layered_cylinder
+from structures.described import of_family
 from structures.elasticity import Foundation
-from structures.rod import Layer, rod
+from structures.rod import rod
 from structures.solid import solid
-from structures.spherical_shell import spherical_shell
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark
-from structures.structure import Structure, half_space
+from structures.structure import Structure
 
 OF_ALL = ("damping", "reduce", "stepper")
 """Entries that all structures have, and no builder takes."""
-
-LAYER = '{ material = "PTFE", length = "25.4 mm", radius = "9.5 mm" }'
-
-Coordinates = Annotated[list[Length], Field(min_length=3, max_length=3)]
 
 
 class Damping(Part):
@@ -63,7 +54,7 @@ class Rayleigh(Damping):
 
     early = True
     kind: Literal["rayleigh"]
-    mass_rate: Annotated[float, Unit("1/s", "a rate", "100 1/s")] = 0.0
+    mass_rate: Annotated[float, Unit.noted(quantities.Rate)] = 0.0
     stiffness_time: Duration = 0.0
 
     def damped(self, structure: Structure) -> Structure:
@@ -206,32 +197,19 @@ class Nothing(Body):
         return None
 
 
-class HalfSpace(Body):
-    """An elastic half-space."""
+class Built(Declared, Body):
+    """What a described function builds."""
 
-    kind: Literal["half_space", "wall"]
-    material: AnyMaterial
+    @property
+    def contacts(self) -> int:
+        return 2 if getattr(self, "base", "") == "contact" else 1
 
-    def make(self, world: World) -> Structure:
-        return half_space(material_of(self.material, world, "material"))
-
-
-class LayerPart(Round):
-    """A layer of a rod or a cylinder."""
-
-    material: AnyMaterial
-    length: Length
-
-    def make(self, world: World) -> Layer:
-        return Layer(material_of(self.material, world, "material"), self.length, self.its_radius())
-
-
-Layers = Annotated[list[LayerPart], Field(min_length=1, description=f"a list of layers, such as [{LAYER}]")]
-
-
-def layers_of(layers: list[LayerPart], world: World) -> list[Layer]:
-    """The layers, each with its own place in messages."""
-    return [made(one, world, ("layers", i)) for i, one in enumerate(layers)]
+    @classmethod
+    def entries(cls, given: Mapping[str, Any]) -> Data:
+        """The entries from the origin of a structure; a ValueError for what no case can hold."""
+        if "opening" in given:
+            raise refused("structure.opening", "gaps that are neither cracks of a rod nor delaminations of a plate")
+        return fields_of(given, cls.of, "structure")
 
 
 class Crack(Part):
@@ -246,22 +224,15 @@ class Crack(Part):
         return self.after
 
 
-class Rod(Body):
-    """A rod of layers, in the theory of longitudinal waves."""
+class Rod(Built):
+    """A rod, whose cracks close."""
 
-    kind: Literal["rod"]
-    layers: Layers
-    base: Literal["fixed", "free", "absorbing", "contact"] = "fixed"
-    elements: Annotated[int, Field(ge=1)] | None = None
     cracks: list[Crack] = Field(default_factory=list)
 
-    @property
-    def contacts(self) -> int:
-        return 2 if self.base == "contact" else 1  # its cracks face no chain
-
-    def make(self, world: World) -> Structure:
-        cracks = [made(one, world, ("cracks", i)) for i, one in enumerate(self.cracks)]
-        return rod(layers_of(self.layers, world), self.base, self.elements, cracks)
+    def arguments(self, world: World) -> Data:
+        return super().arguments(world) | {
+            "cracks": [made(one, world, ("cracks", i)) for i, one in enumerate(self.cracks)]
+        }
 
     def in_time(self, structure: Structure) -> Any:
         cracks = sorted(self.cracks, key=lambda one: one.after)
@@ -269,102 +240,49 @@ class Rod(Body):
             return structure
         return Closing(structure, [one.opening for one in cracks], [one.preload for one in cracks])
 
+    @classmethod
+    def entries(cls, given: Mapping[str, Any]) -> Data:
+        counts = set(given["elements"])
+        rest = {name: given[name] for name in ("layers", "base")}
+        data = super().entries(rest | ({"elements": counts.pop()} if len(counts) == 1 else {}))
+        if "cracks" in given:
+            if "opening" not in given:
+                raise refused("structure.cracks", "cracks that nothing closes")
+            gaps = zip(given["cracks"], given["opening"], given["preload"], strict=True)
+            data["cracks"] = [{"after": i, "opening": opening, "preload": load} for i, opening, load in gaps]
+        elif "opening" in given:
+            super().entries(given)
+        return data
 
-class LayeredCylinder(Body):
-    """A cylinder of layers, in axisymmetric elasticity."""
 
-    kind: Literal["layered_cylinder"]
-    layers: Layers
-    base: Literal["fixed", "free", "absorbing"] = "fixed"
-    foundation: Annotated[float, Unit("N/m^3", "a stiffness", "1e12 N/m^3")] | None = Field(
+class LayeredCylinder(Built):
+    """A cylinder, whose base may be given by the stiffness of its ground."""
+
+    foundation: Annotated[float, quantity_of(Foundation, "stiffness")] | None = Field(
         None, description="stiffness of elastic ground in place of a base"
     )
-    side: Literal["free", "absorbing"] = "free"
-    patch_radius: Length | None = None
-    highest_frequency: Frequency | None = None
-    cells: Annotated[int, Field(ge=1)] | None = None
 
-    def make(self, world: World) -> Structure:
-        base = self.base if self.foundation is None else Foundation(self.foundation)
-        rest = self.given("kind", "layers", "base", "foundation", *OF_ALL)
-        return layered_cylinder(layers_of(self.layers, world), base, **rest)
+    def arguments(self, world: World) -> Data:
+        ground = {} if self.foundation is None else {"base": Foundation(self.foundation)}
+        return super().arguments(world) | ground
 
 
-class SphericalShell(Body, Round):
-    """A hollow sphere under pressure, struck at a pole."""
+class Solid(Built):
+    """A body from a mesh file, of one material."""
 
-    kind: Literal["spherical_shell"]
-    thickness: Length
-    material: AnyMaterial
-    pressure: Pressure = 0.0
-    base: Literal["fixed", "free", "contact"] = "fixed"
-    seat: Angle | None = Field(None, description="half-angle of the part that is held, seen from the centre")
-    ambient: Pressure | None = Field(None, description="pressure outside; by default that of the atmosphere")
-    heat_capacity_ratio: Annotated[Number, Field(ge=0.0)] | None = None
-    patch_radius: Length | None = None
-    highest_frequency: Frequency | None = None
-    cells: Annotated[int, Field(ge=1)] | None = None
-
-    @property
-    def contacts(self) -> int:
-        return 2 if self.base == "contact" else 1
-
-    def make(self, world: World) -> Structure:
-        rest = self.given("kind", "radius", "diameter", "material", *OF_ALL)
-        return spherical_shell(self.its_radius(), material=material_of(self.material, world, "material"), **rest)
+    @classmethod
+    def entries(cls, given: Mapping[str, Any]) -> Data:
+        if given["mesh"] == "meshio.Mesh" or len(given["materials"]) != 1:
+            raise refused("structure.mesh", "a mesh in memory, or of several materials")
+        return super().entries({**given, "material": given["materials"][0]})
 
 
-End = Literal["clamped", "simple", "free", "symmetry"]
+SPECIAL.update({rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid})
 
 
-class BeamBody(Body):
-    """A beam struck from the side, with an axial force."""
-
-    kind: Literal["beam"]
-    length: Length
-    bending_stiffness: Annotated[float, Unit("N m^2", "a stiffness", "20 N m^2")]
-    mass_per_length: Annotated[float, Unit("kg/m", "a mass per length", "0.2 kg/m")]
-    material: AnyMaterial
-    at: Length = Field(description="the point that is struck, from the first end")
-    supports: Annotated[list[End], Field(min_length=2, max_length=2)] | None = None
-    axial_force: Force = 0.0
-    foundation: Annotated[float, Unit("N/m^2", "a stiffness per length", "1e7 N/m^2")] = 0.0
-    highest_frequency: Frequency | None = None
-
-    def make(self, world: World) -> Structure:
-        rest: dict[str, Any] = self.given("kind", "material", "supports", *OF_ALL)
-        if self.supports is not None:
-            rest["supports"] = (self.supports[0], self.supports[1])
-        return beam(material=material_of(self.material, world, "material"), **rest)
-
-
-class Solid(Body):
-    """A body from a mesh file."""
-
-    kind: Literal["solid"]
-    mesh: str = Field(description='the file of a mesh, such as "body.msh"')
-    material: AnyMaterial
-    contact: Coordinates = Field(description='the point that is struck, such as ["0 mm", "0 mm", "25 mm"]')
-    normal: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
-    fixed: str | int | None = None
-    patch_radius: Length | None = None
-    scale: Number | None = None
-    curvature: Annotated[float, Unit("1/m", "a curvature", "50 1/m")] | None = None
-    merge: Length | None = Field(None, description="points of the mesh that lie closer become one")
-    tags: str | None = Field(None, description="the data of the mesh that number its cells")
-
-    def make(self, world: World) -> Structure:
-        rest: dict[str, Any] = self.given("kind", "mesh", "material", "contact", "normal", *OF_ALL)
-        if self.normal is not None:
-            rest["normal"] = tuple(self.normal)
-        material = material_of(self.material, world, "material")
-        x, y, z = self.contact
-        return solid(file_of(self.mesh, world), material, (x, y, z), **rest)
-
-
-def file_of(name: str, world: World) -> str:
-    """The path of a file that a case names, relative to the case; a ValueError if it does not exist."""
-    path = world.folder / File(name)
-    if not path.is_file():
-        raise ValueError(f'mesh: there is no file "{path}"')
-    return str(path)
+def structure_tables() -> list[type[Built]]:
+    """The tables of all structures that are described."""
+    # A function that changes a structure builds none.
+    made = [*of_family(Structure), *of_family(Plate)]
+    built = [one for one in made if all(of.type is not Structure for of in one.parameters.values())]
+    return tables_of(built, "kind", Built)  # type: ignore[return-value]

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as File
 from typing import Any
@@ -18,6 +18,7 @@ from hertzlink.cases.model import CaseModel, RunPart
 from hertzlink.cases.paths import parsed, put
 from hertzlink.cases.reading import Source, read_source
 from hertzlink.cases.toml import as_toml
+from hertzlink.cases.with_parts import load
 
 
 @dataclass(frozen=True)
@@ -30,14 +31,22 @@ class Case:
         The sections, as tomllib reads them.
     folder : Path
         The folder from which files that the case names are found.
+    parts : tuple of Path
+        Files of Python that describe parts which the case uses.
     """
 
     data: dict[str, Any]
     folder: File = field(default_factory=File)
+    parts: tuple[File, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Another process makes its own tables: those of described parts have no module to be found in.
+        return Case, (self.data, self.folder, self.parts)
 
     @cached_property
     def model(self) -> CaseModel:
         """The checked case; a Fault where it is wrong."""
+        load(self.parts)
         return checked(self.data)
 
     @property
@@ -58,7 +67,7 @@ class Case:
         data = deepcopy(self.data)
         for name, value in changes.items():
             put(data, parsed(name), deepcopy(value))
-        return Case(data, self.folder)
+        return replace(self, data=data)
 
     def to_toml(self) -> str:
         """The text of a case file."""
@@ -84,10 +93,13 @@ def of_run() -> Iterator[None]:
         raise
 
 
-def read(path: str | File, changes: Iterable[str] = ()) -> tuple[Case, Source]:
-    """A case from a file, with changes of the form path=value, and where its entries stand."""
+def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] = ()) -> tuple[Case, Source]:
+    """A case from a file, with changes of the form path=value, and where its entries stand.
+
+    parts: files of Python that describe parts which the case uses; their code runs.
+    """
     source = read_source(path, changes)
-    case = Case(source.data, source.folder)
+    case = Case(source.data, source.folder, parts)
     try:
         _ = case.model
     except Fault as fault:

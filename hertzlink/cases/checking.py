@@ -9,7 +9,7 @@ from pydantic_core import ErrorDetails
 
 from hertzlink._hints import nearest
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.model import CaseModel
+from hertzlink.cases.model import CaseModel, case_model
 from hertzlink.cases.parts import hint_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import shown
@@ -26,7 +26,7 @@ def checked(data: Mapping[str, Any]) -> CaseModel:
     """The case that data mean; a Fault for the first entry that is wrong."""
     own = data.get("materials")
     try:
-        return CaseModel.model_validate(data, context={"materials": own if isinstance(own, dict) else {}})
+        return case_model().model_validate(data, context={"materials": own if isinstance(own, dict) else {}})
     except ValidationError as error:
         faults = sorted(error.errors(include_url=False), key=lambda one: one["type"] not in FIRST)
         raise _fault(faults[0], data) from None
@@ -61,7 +61,9 @@ def _fault(error: ErrorDetails, data: Any) -> Fault:
         choices = _tags(_annotation_at(loc), name)
         if kind == "union_tag_not_found":
             return Fault((*path, name), f"is missing; {nearest('', choices, 20)}")
-        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {nearest(context["tag"], choices, 20)}')
+        near = nearest(context["tag"], choices, 20)
+        own = "; one of your own needs --with FILE.py that describes it" if near.startswith("must") else ""
+        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {near}{own}')
     if isinstance(given, str) and path and given in _tags(_annotation_at(loc), "kind"):
         return Fault(path, f'"{given}" must be a table; write {path[-1]} = {{ kind = "{given}" }}')
     return Fault(path, f"{shown(given)} {_wrong_type(kind, context, error['msg'])}{_example(loc)}")
@@ -121,7 +123,7 @@ def _type_at(loc: Sequence[str | int]) -> type[BaseModel] | None:
 
 
 def _annotation_at(loc: Sequence[str | int]) -> Any:
-    found: Any = CaseModel
+    found: Any = case_model()
     for part in loc:
         found = _inner(found, part)
     return found

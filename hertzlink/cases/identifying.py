@@ -42,7 +42,7 @@ def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
             chain = question.build(**question.middle).chain
         until = min(record, FROM_IMPACT * chain.transit_time)
     data = question.case.changed({"run.until": until, "run.accuracy": "default"})
-    return replace(question, case=Case(_same_mesh(data, question), question.case.folder)), until
+    return replace(question, case=replace(question.case, data=_same_mesh(data, question))), until
 
 
 def _same_mesh(case: Case, question: Question) -> dict[str, Any]:

@@ -12,8 +12,9 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.provenance import as_text, stored, unfolded
 from hertzlink.cases.case import Case
+from hertzlink.cases.declared import refused
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.input_parts import chain_data, refused, structure_data
+from hertzlink.cases.input_parts import chain_data, structure_data
 from hertzlink.cases.model import SCHEMES
 from hertzlink.cases.paths import written
 

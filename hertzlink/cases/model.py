@@ -1,27 +1,23 @@
 """A whole case: its sections, checked; the model from which editors get their schema."""
 
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag, create_model
 
 from coupling.run_checks import MOST_OF_A_RUN
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
 from coupling.schemes.windows import Adaptive
-from hertzlink.cases.bodies import BeamBody, HalfSpace, LayeredCylinder, Nothing, Reduce, Rod, Solid, SphericalShell
-from hertzlink.cases.chains import ChainPart
+from hertzlink.cases import plates as _plates  # noqa: F401  for its tables
+from hertzlink.cases.bodies import Body, Nothing, Reduce, structure_tables
+from hertzlink.cases.chains import ChainPart, chain_table
+from hertzlink.cases.declared import forget_tables, union
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Duration, Frequency, Length, Number, OrthotropicPart, OwnMaterial, Part, World, forms
-from hertzlink.cases.plates import (
-    HalfPlane,
-    InfinitePlate,
-    KirchhoffPanel,
-    KirchhoffPlate,
-    MindlinPanel,
-    MindlinPlate,
-)
 from hertzlink.cases.units import Unit
+from structures.described import registered
 
 MOST = 100
 """Chains, and structures."""
@@ -37,39 +33,19 @@ def _which_material(given: Any) -> str | None:
     return "sheet" if isinstance(given, OrthotropicPart) else "own" if isinstance(given, OwnMaterial) else None
 
 
-AnyStructure = Annotated[
-    Nothing
-    | HalfSpace
-    | Rod
-    | LayeredCylinder
-    | BeamBody
-    | SphericalShell
-    | Solid
-    | KirchhoffPlate
-    | MindlinPlate
-    | KirchhoffPanel
-    | MindlinPanel
-    | HalfPlane
-    | InfinitePlate,
-    Discriminator("kind"),
-]
-
-
 def _one_or_many(given: Any) -> str | None:
     if isinstance(given, list):
         return "many"
     return "one" if isinstance(given, dict | Part) else None
 
 
-Chains = Annotated[
-    Annotated[ChainPart, Tag("one")] | Annotated[list[ChainPart], Field(min_length=1, max_length=MOST), Tag("many")],
-    forms(_one_or_many, "must be a section [chain], or sections [[chain]]"),
-]
-Structures = Annotated[
-    Annotated[AnyStructure, Tag("one")]
-    | Annotated[list[AnyStructure], Field(min_length=1, max_length=MOST), Tag("many")],
-    forms(_one_or_many, "must be a section [structure], or sections [[structure]]"),
-]
+def _many(one: Any, name: str) -> Any:
+    return Annotated[
+        Annotated[one, Tag("one")] | Annotated[list[one], Field(min_length=1, max_length=MOST), Tag("many")],
+        forms(_one_or_many, f"must be a section [{name}], or sections [[{name}]]"),
+    ]
+
+
 AnyMaterialPart = Annotated[
     Annotated[OwnMaterial, Tag("own")] | Annotated[OrthotropicPart, Tag("sheet")],
     forms(_which_material, "must be a table of the properties of a material"),
@@ -207,9 +183,9 @@ class CaseModel(Part):
 
     title: str | None = None
     materials: dict[str, AnyMaterialPart] = Field(default_factory=dict)
-    chain: Chains = Field(description="a section: [chain] with beads = 20 and a bead")
-    structure: Structures = Field(description='a section: [structure] with a kind, such as kind = "rod"')
-    behind: AnyStructure | None = None
+    chain: ChainPart | list[ChainPart] = Field(description="a section: [chain] with beads = 20 and a bead")
+    structure: Body | list[Body] = Field(description='a section: [structure] with a kind, such as kind = "rod"')
+    behind: Body | None = None
     run: RunPart = Field(description='a section: [run] with until = "1.5 ms"')
     sweep: Annotated[dict[str, Axis], Field(min_length=1)] | None = None
     measure: MeasurePart = Field(default_factory=MeasurePart)
@@ -232,3 +208,22 @@ class CaseModel(Part):
         if isinstance(self.chain, list):
             raise Fault(("chain",), f"has {len(self.chain)} sections; {what} takes one, [chain]")
         return self.chain
+
+
+def case_model() -> type[CaseModel]:
+    """The case with all parts that are described up to now."""
+    return _case_model(registered())
+
+
+@lru_cache(maxsize=1)
+def _case_model(known: object) -> type[CaseModel]:
+    forget_tables()
+    structure: Any = union([Nothing, *structure_tables()])
+    return create_model(
+        "CaseModel",
+        __base__=CaseModel,
+        __doc__=CaseModel.__doc__,
+        chain=(_many(chain_table(), "chain"), CaseModel.model_fields["chain"]),
+        structure=(_many(structure, "structure"), CaseModel.model_fields["structure"]),
+        behind=(structure | None, None),
+    )

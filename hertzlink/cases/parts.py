@@ -12,20 +12,16 @@ from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit, fault
 from plates.laminate import OrthotropicMaterial
+from structures import quantities
 from structures.checks import positive
 from structures.material import MATERIALS, Material, name_key
 
-Length = Annotated[float, Unit("m", "a length", "2.29 mm")]
-Angle = Annotated[float, Unit("rad", "an angle", "45 deg")]
-Duration = Annotated[float, Unit("s", "a time", "1.5 ms")]
-Frequency = Annotated[float, Unit("Hz", "a frequency", "40 kHz")]
-Speed = Annotated[float, Unit("m/s", "a speed", "0.31 m/s")]
-Acceleration = Annotated[float, Unit("m/s^2", "an acceleration", "9.81 m/s^2")]
-Force = Annotated[float, Unit("N", "a force", "2 N")]
-Modulus = Annotated[float, Unit("Pa", "a modulus", "70 GPa")]
-Pressure = Annotated[float, Unit("Pa", "a pressure", "80 kPa")]
-Density = Annotated[float, Unit("kg/m^3", "a density", "2700 kg/m^3")]
-Mass = Annotated[float, Unit("kg", "a mass", "2 g")]
+Length = Annotated[float, Unit.noted(quantities.Length)]
+Duration = Annotated[float, Unit.noted(quantities.Time)]
+Frequency = Annotated[float, Unit.noted(quantities.Frequency)]
+Force = Annotated[float, Unit.noted(quantities.Force)]
+Modulus = Annotated[float, Unit.noted(quantities.Modulus)]
+Density = Annotated[float, Unit.noted(quantities.Density)]
 Number = Annotated[float, Unit("", "a number", "0.02")]
 
 
@@ -34,13 +30,14 @@ class World:
     """What parts need to know of the case around them.
 
     materials: its own, by name, and sheets: those that are orthotropic. folder: that of its file. until: the length of
-    its runs, s.
+    its runs, s. bead: that of the chain around.
     """
 
     materials: Mapping[str, Material] = field(default_factory=dict)
     folder: File = field(default_factory=File)
     until: float = 1e-3
     sheets: Mapping[str, OrthotropicMaterial] = field(default_factory=dict)
+    bead: Any = None
 
 
 class Part(BaseModel):
@@ -85,7 +82,7 @@ class OwnMaterial(Part):
     youngs_modulus: Modulus | None = None
     poisson_ratio: Number | None = None
     density: Density | None = None
-    yield_strength: Annotated[float, Unit("Pa", "a strength", "170 MPa")] | None = None
+    yield_strength: Annotated[float, Unit.noted(quantities.Strength)] | None = None
     name: str | None = Field(None, description="a name for tables")
 
     def make(self, world: World) -> Material:
@@ -228,3 +225,11 @@ class Round(Part):
             what = "is missing; give a radius or a diameter" if self.radius is None else "give radius or diameter alone"
             raise Fault((name,), f'{what}, such as diameter = "4.76 mm"')
         return self.radius if self.radius is not None else 0.5 * positive("diameter", float(self.diameter or 0.0), "m")
+
+
+def file_of(name: str, world: World) -> str:
+    """The path of a file that a case names, relative to the case; a ValueError if it does not exist."""
+    path = world.folder / File(name)
+    if not path.is_file():
+        raise ValueError(f'mesh: there is no file "{path}"')
+    return str(path)

@@ -2,41 +2,34 @@
 
 from collections.abc import Mapping
 from math import prod
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
-from hertzlink.cases.bodies import OF_ALL, Body, file_of
+from hertzlink.cases.bodies import Built
+from hertzlink.cases.declared import SPECIAL, Data, Declared, fields_of, refused
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import (
     AnyMaterial,
     Force,
-    Frequency,
     Length,
-    Mass,
-    Number,
     OwnMaterial,
-    Part,
     World,
+    file_of,
     forms,
-    made,
-    material_of,
 )
 from hertzlink.cases.paths import Path
-from hertzlink.cases.units import Unit
-from hertzlink.cases.walls import Wall, wall_of
-from plates.additions import Delamination, PointMass, Stiffener, Weakened
+from hertzlink.cases.walls import Wall, wall_data, wall_of
+from plates.additions import Addition, Delamination, PointMass
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
-from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
 from plates.plate import Plate
-from plates.prestress import Prestress
 from plates.shapes.outline import Outline, circle
-from plates.support import ElasticEdge, Supports
+from structures.checks import short
 from structures.closing import Closing, check_gap
+from structures.described import description
 from structures.structure import Structure
 
-Held = Literal["clamped", "simple", "soft simple", "free", "symmetry"]
 Place = Annotated[list[Length], Field(min_length=2, max_length=2)]
 Places = Annotated[
     Annotated[Place, Tag("one")] | Annotated[list[Place], Field(min_length=1), Tag("many")],
@@ -47,135 +40,55 @@ Faces = Annotated[
     Annotated[Face, Tag("one")] | Annotated[list[Face], Tag("many")],
     forms(lambda given: "many" if isinstance(given, list) else "one", ""),
 ]
-Rectangle4 = Annotated[list[Length], Field(min_length=4, max_length=4)]
-Two = Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
 
 
-class Springs(Part):
-    """An edge on springs."""
-
-    translation: Annotated[float, Unit("N/m^2", "a stiffness of an edge", "1e7 N/m^2")] = 0.0
-    rotation: Force = 0.0
-
-    def make(self, world: World) -> ElasticEdge:
-        return ElasticEdge(self.translation, self.rotation)
-
-
-def _held(given: Any) -> str | None:
-    if isinstance(given, str):
-        return "word"
-    return "springs" if isinstance(given, dict | Springs) else None
-
-
-Edge = Annotated[
-    Annotated[Held, Tag("word")] | Annotated[Springs, Tag("springs")],
-    forms(_held, 'must be "clamped", "simple", "free", "symmetry", or { translation = "1e7 N/m^2" }'),
-]
-
-
-def edge_of(given: Any, world: World, *path: str | int) -> str | ElasticEdge:
-    """How an edge is held."""
-    held: str | ElasticEdge = given if isinstance(given, str) else made(given, world, path)
-    return held
-
-
-class SupportsPart(Part):
-    """How the four edges of a rectangle are held."""
-
-    left: Edge = "free"
-    right: Edge = "free"
-    bottom: Edge = "free"
-    top: Edge = "free"
-
-    def make(self, world: World) -> Supports:
-        return Supports(**{name: edge_of(getattr(self, name), world, name) for name in type(self).model_fields})
-
-
-class MassPart(Part):
+class MassPart(Declared):
     """A point mass."""
 
-    kind: Literal["point_mass"]
+    without = ("x", "y")
     at: Place
-    mass: Mass
 
-    def make(self, world: World) -> PointMass:
-        return PointMass(self.at[0], self.at[1], self.mass)
-
-
-class StiffenerPart(Part):
-    """A beam on the plate."""
-
-    kind: Literal["stiffener"]
-    start: Place
-    end: Place
-    bending_stiffness: Annotated[float, Unit("N m^2", "a stiffness", "20 N m^2")]
-    torsion_stiffness: Annotated[float, Unit("N m^2", "a stiffness", "20 N m^2")] = 0.0
-    mass_per_length: Annotated[float, Unit("kg/m", "a mass per length", "0.2 kg/m")] = 0.0
-
-    def make(self, world: World) -> Stiffener:
-        own = self.given("kind", "start", "end")
-        return Stiffener((self.start[0], self.start[1]), (self.end[0], self.end[1]), **own)
+    def arguments(self, world: World) -> Data:
+        return super().arguments(world) | {"x": self.at[0], "y": self.at[1]}
 
 
-class WeakenedPart(Part):
-    """A weak rectangle."""
+class DelaminationPart(Declared):
+    """A delamination, whose gap closes."""
 
-    kind: Literal["weakened"]
-    region: Rectangle4 = Field(description="left, right, bottom and top of the region")
-    factor: Number
-
-    def make(self, world: World) -> Weakened:
-        left, right, bottom, top = self.region
-        return Weakened((left, right, bottom, top), self.factor)
-
-
-class DelaminationPart(Part):
-    """A rectangle in which the plate consists of two parts that separate and close."""
-
-    kind: Literal["delamination"]
-    region: Rectangle4 = Field(description="left, right, bottom and top of the region")
-    depth: Number = Field(description="thickness of the front part in units of the plate's")
-    points: Two | None = Field(None, description="columns and rows of points at which the gap closes")
     opening: Length = 0.0
     preload: Force = 0.0
 
     def make(self, world: World) -> Delamination:
         check_gap(self.opening, self.preload)
-        left, right, bottom, top = self.region
-        return Delamination((left, right, bottom, top), self.depth, **self.given("kind", "region", "depth", *GAP))
+        return Delamination(**self.arguments(world))
 
+
+SPECIAL.update({PointMass: MassPart, Delamination: DelaminationPart})
 
 GAP = ("opening", "preload")
 """What closes a gap; the addition does not know it."""
 
-PerLength = Annotated[float, Unit("N/m", "a force per length", "20 kN/m")]
 
-
-class PrestressPart(Part):
-    """Forces in the plane of the plate; tension is positive."""
-
-    kind: Literal["prestress"]
-    xx: PerLength = 0.0
-    yy: PerLength = 0.0
-    xy: PerLength = 0.0
-
-    def make(self, world: World) -> Prestress:
-        return Prestress(self.xx, self.yy, self.xy)
-
-
-OneAddition = Annotated[
-    MassPart | StiffenerPart | WeakenedPart | DelaminationPart | PrestressPart, Discriminator("kind")
-]
-
-
-class PlateBody(Body):
-    """What all meshed plates have in common."""
+class Walled(Built):
+    """A plate of one material, or of a wall with a thickness of its own."""
 
     thickness: Length | None = None
     material: AnyMaterial | None = None
     wall: Wall | None = Field(None, description="a laminate or a section, in place of thickness and material")
-    highest_frequency: Frequency | None = None
-    additions: list[OneAddition] = Field(default_factory=list)
+
+    def arguments(self, world: World) -> Data:
+        return super().arguments(world) | wall_of(self.thickness, self.material, self.wall, world)
+
+    @classmethod
+    def entries(cls, given: Mapping[str, Any]) -> Data:
+        wall = wall_data(given)
+        rest = {name: value for name, value in given.items() if name not in ("material", "thickness", *GAP)}
+        return super().entries(rest) | wall
+
+
+class PlateBody(Walled):
+    """What all meshed plates have in common."""
+
     at: Places = Field(description='the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
     face: Faces = "front"
 
@@ -185,9 +98,13 @@ class PlateBody(Body):
         "x, y": ("at",),
     }
 
+    if TYPE_CHECKING:
+        additions: list[Any]
+
     def plate(self, world: World) -> Plate:
         """The plate, not yet struck."""
-        raise NotImplementedError
+        plate: Plate = self.of.target(**self.arguments(world))
+        return plate
 
     def make(self, world: World) -> Structure:
         plate = self.plate(world)
@@ -200,7 +117,7 @@ class PlateBody(Body):
         split = [one for one in self.additions if isinstance(one, DelaminationPart)]
         if not split:
             return structure
-        counts = [prod(one.points or Delamination.points) for one in split]
+        counts = [prod(one.given().get("points", Delamination.points)) for one in split]
         opening, preload = (
             [getattr(one, name) for one, n in zip(split, counts, strict=True) for _ in range(n)] for name in GAP
         )
@@ -234,47 +151,50 @@ class PlateBody(Body):
         assert self.material is not None
         return self.material
 
-    def settings(self, world: World, *names: str) -> dict[str, Any]:
-        """Arguments of the builder: material, additions, and the entries of these names that are given."""
-        own = {name: getattr(self, name) for name in ("highest_frequency", *names) if getattr(self, name) is not None}
-        if self.additions:
-            own["additions"] = [made(one, world, ("additions", i)) for i, one in enumerate(self.additions)]
-        return wall_of(self.thickness, self.material, self.wall, world) | own
+    @classmethod
+    def entries(cls, given: Mapping[str, Any]) -> Data:
+        at, gaps = given.get("at"), {name: [*given.get(name, [])] for name in GAP}
+        if not isinstance(at, list):
+            raise refused("structure.at", f"{short(at)}, which is no point")
+        places = [list(place) for place in zip(*at, strict=True)] if isinstance(at[0], list) else at
+        additions = [_addition(one, gaps, "opening" in given) for one in given.get("additions", [])]
+        if gaps["opening"]:
+            raise refused("structure.opening", "gaps that are not those of a delamination")
+        rest = {name: value for name, value in given.items() if name != "additions"}
+        struck = {"at": places, "face": given.get("face", "front")}
+        return super().entries(rest) | struck | ({"additions": additions} if additions else {})
+
+
+def _addition(given: Mapping[str, Any], gaps: dict[str, list[float]], closes: bool) -> Data:
+    """An addition from its fields; a delamination takes its part of the gaps, which are listed one after another."""
+    kinds: tuple[type, ...] = get_args(Addition)
+    of = next(of for of in map(description, kinds) if of is not None and set(of.parameters) == set(given))
+    data: Data = {"kind": of.kind, **fields_of(given, of, "structure.additions")}
+    if of.target is PointMass:
+        return {"kind": of.kind, "at": [given["x"], given["y"]], "mass": given["mass"]}
+    if of.target is Delamination:
+        if not closes:
+            raise refused("structure.additions", "a delamination that nothing closes")
+        for name, values in gaps.items():
+            own, gaps[name] = values[: prod(given["points"])], values[prod(given["points"]) :]
+            if len(set(own)) != 1:
+                raise refused(f"structure.{name}", "a delamination whose points are not all alike")
+            data[name] = own[0]
+    return data
 
 
 class RectanglePlate(PlateBody):
     """A rectangular plate."""
 
-    length: Length
-    width: Length
-    supports: SupportsPart = Field(description='a table such as { left = "clamped" }')
-    cells: Two | None = None
-
-    def sides(self, world: World, *names: str) -> dict[str, Any]:
-        """All arguments of the builder."""
-        own = self.settings(world, *names) | {"length": self.length, "width": self.width}
-        own["supports"] = made(self.supports, world, ("supports",))
-        return own if self.cells is None else own | {"cells": (self.cells[0], self.cells[1])}
+    if TYPE_CHECKING:
+        length: float
+        width: float
+        supports: Any
+        cells: list[int] | None
 
 
 class KirchhoffPlate(RectanglePlate):
     """A thin rectangular plate."""
-
-    kind: Literal["kirchhoff_plate"]
-
-    def plate(self, world: World) -> Plate:
-        return kirchhoff_plate(**self.sides(world))
-
-
-class MindlinPlate(RectanglePlate):
-    """A rectangular plate with shear."""
-
-    kind: Literal["mindlin_plate"]
-    shear_correction: Number | None = None
-    patch_radius: Length | None = None
-
-    def plate(self, world: World) -> Plate:
-        return mindlin_plate(**self.sides(world, "shear_correction", "patch_radius"))
 
 
 class Panel(PlateBody):
@@ -285,21 +205,15 @@ class Panel(PlateBody):
     holes: list[Annotated[list[Place], Field(min_length=3)]] = Field(default_factory=list)
     edges: str | list[str] | None = Field(None, description="a name for each side, or one for all")
     mesh: str | None = Field(None, description='the file of a mesh, such as "panel.msh"')
-    scale: Number | None = None
-    merge: Length | None = Field(None, description="points of the mesh that lie closer become one")
-    tags: str | None = Field(None, description="the data of the mesh that number its sides")
-    supports: dict[str, Edge] = Field(default_factory=dict)
+    without = ("shape",)
 
-    def shaped(self, world: World, *names: str) -> dict[str, Any]:
-        """All arguments of the builder."""
+    def arguments(self, world: World) -> Data:
         given = [name for name in ("circle", "corners", "mesh") if getattr(self, name) is not None]
         if len(given) != 1:
             what = "is missing; give corners, circle or mesh" if not given else f"give {' or '.join(given)} alone"
             raise Fault((given[-1] if given else "corners",), what)
-        own = self.settings(world, "scale", "merge", "tags", *names)
-        own["shape"] = file_of(self.mesh, world) if self.mesh is not None else self._outline()
-        own["supports"] = {name: edge_of(one, world, "supports", name) for name, one in self.supports.items()}
-        return own
+        shape = file_of(self.mesh, world) if self.mesh is not None else self._outline()
+        return super().arguments(world) | {"shape": shape}
 
     def _outline(self) -> Outline:
         corners = circle(self.circle) if self.circle is not None else [(x, y) for x, y in self.corners or []]
@@ -307,53 +221,15 @@ class Panel(PlateBody):
         edges: Any = self.edges if isinstance(self.edges, str) else tuple(self.edges or ())
         return Outline(tuple(corners), holes, edges)
 
-
-class KirchhoffPanel(Panel):
-    """A thin plate of any outline."""
-
-    kind: Literal["kirchhoff_panel"]
-
-    def plate(self, world: World) -> Plate:
-        return kirchhoff_panel(**self.shaped(world))
+    @classmethod
+    def entries(cls, given: Mapping[str, Any]) -> Data:
+        if given.get("mesh") == "meshio.Mesh":
+            raise refused("structure.mesh", "a mesh in memory")
+        names = ("mesh",) if "mesh" in given else ("corners", "holes", "edges")
+        return super().entries(given) | {name: given[name] for name in names if name in given}
 
 
-class MindlinPanel(Panel):
-    """A plate of any outline, with shear."""
-
-    kind: Literal["mindlin_panel"]
-    shear_correction: Number | None = None
-    patch_radius: Length | None = None
-
-    def plate(self, world: World) -> Plate:
-        return mindlin_panel(**self.shaped(world, "shear_correction", "patch_radius"))
-
-
-class HalfPlane(Body):
-    """A thin plate with one straight edge."""
-
-    kind: Literal["half_plane"]
-    thickness: Length
-    material: AnyMaterial
-    edge: Literal["clamped", "simple", "free"]
-    distance: Length
-    until: Annotated[float, Unit("s", "a time", "1.5 ms")] | None = Field(
-        None, description="the longest run; by default that of the case"
-    )
-    highest_frequency: Frequency | None = None
-
-    def make(self, world: World) -> Structure:
-        own = self.given("kind", "material", "until", *OF_ALL)
-        until = world.until if self.until is None else self.until
-        return half_plane(material=material_of(self.material, world, "material"), until=until, **own)
-
-
-class InfinitePlate(Body):
-    """A thin plate without edges."""
-
-    kind: Literal["infinite_plate"]
-    thickness: Length | None = None
-    material: AnyMaterial | None = None
-    wall: Wall | None = Field(None, description="a laminate or a section, in place of thickness and material")
-
-    def make(self, world: World) -> Structure:
-        return infinite_plate(**wall_of(self.thickness, self.material, self.wall, world))
+SPECIAL.update({
+    kirchhoff_plate: KirchhoffPlate, mindlin_plate: RectanglePlate, kirchhoff_panel: Panel, mindlin_panel: Panel,
+    infinite_plate: Walled,
+})  # fmt: skip

@@ -2,14 +2,14 @@
 
 from typing import Any
 
-from hertzlink.cases.model import CaseModel
+from hertzlink.cases.model import case_model
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def schema() -> dict[str, Any]:
     """The schema; a file that extends another may lack sections, so none is required."""
-    found = CaseModel.model_json_schema(by_alias=True)
+    found = case_model().model_json_schema(by_alias=True)
     found.pop("required", None)
     found["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}
     return {"$schema": DIALECT, **found, "title": "hertzlink case"}

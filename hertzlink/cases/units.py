@@ -11,6 +11,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from structures.checks import short
+from structures.described import noted
+from structures.quantities import Quantity
 from structures.units import NUMBER, factor
 
 DEGREES = ("deg", "degree", "degrees", "°")
@@ -29,6 +31,16 @@ class Unit:
     unit: str
     what: str
     example: str
+
+    @classmethod
+    def of(cls, quantity: Quantity) -> "Unit":
+        """That of a quantity."""
+        return cls(quantity.unit_in_files, quantity.noun, quantity.example)
+
+    @classmethod
+    def noted(cls, hint: Any) -> "Unit":
+        """That of the quantity of an annotation, such as quantities.Length."""
+        return cls.of(next(note for note in noted(hint)[1] if isinstance(note, Quantity)))
 
     @property
     def hint(self) -> str:

@@ -1,12 +1,13 @@
 """The walls of plates: a thickness of one material, a laminate of plies, or a section by its stiffnesses."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import Field, Tag
 
+from hertzlink.cases.declared import Data, material_data
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import (
-    Angle,
     AnyMaterial,
     Length,
     OrthotropicPart,
@@ -21,6 +22,7 @@ from hertzlink.cases.parts import (
 from hertzlink.cases.units import Unit
 from plates.laminate import Laminate, Ply
 from plates.section import Section
+from structures.quantities import Angle
 
 AnySheet = Annotated[
     Annotated[str, Tag("name")] | Annotated[OwnMaterial, Tag("own")] | Annotated[OrthotropicPart, Tag("sheet")],
@@ -46,7 +48,7 @@ class PlyPart(Part):
 
     material: AnySheet
     thickness: Length
-    angle: Angle = 0.0
+    angle: Annotated[float, Unit.noted(Angle)] = 0.0
 
     def make(self, world: World) -> Ply:
         return Ply(sheet_of(self.material, world, "material"), self.thickness, self.angle)
@@ -106,3 +108,24 @@ def wall_of(thickness: float | None, material: Any, wall: Any, world: World) -> 
     if material is None:
         raise Fault(("material",), 'is missing; give a material, such as "aluminium 6061", or a wall')
     return {"thickness": thickness, "material": material_of(material, world, "material")}
+
+
+def wall_data(given: Mapping[str, Any]) -> Data:
+    """The entries thickness and material, or wall, from the origin of a plate."""
+    made_of = given.get("material", given.get("section"))
+    if isinstance(made_of, Mapping) and "plies" in made_of:
+        wall: Data = {"plies": [{**one, "material": _sheet(one["material"])} for one in made_of["plies"]]}
+        if made_of.get("surface") is not None:
+            wall["surface"] = material_data(made_of["surface"], "structure.wall")
+        return {"wall": wall}
+    if isinstance(made_of, Mapping) and "bending" in made_of:
+        rest = {name: value for name, value in made_of.items() if name != "class"}
+        return {"wall": {**rest, "struck": material_data(made_of["struck"], "structure.wall.struck")}}
+    return {"thickness": given["thickness"], "material": material_data(made_of, "structure.material")}
+
+
+def _sheet(given: Mapping[str, Any]) -> str | Data:
+    """The material of a ply."""
+    if "youngs_modulus_along" in given:
+        return {name: value for name, value in given.items() if value != ""}
+    return material_data(given, "structure.wall.plies")

@@ -29,6 +29,10 @@ CHANGES = click.option(
     "--set", "changes", metavar="ENTRY=VALUE", multiple=True,
     help='Change an entry of the case, such as structure.thickness="1 mm". May be repeated.',
 )  # fmt: skip
+WITH = click.option(
+    "--with", "parts", metavar="FILE.py", multiple=True, type=click.Path(path_type=Path),
+    help="A file of Python with parts of your own (@hl.described) that the case uses; its code runs. May be repeated.",
+)  # fmt: skip
 FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
 FIGURES = click.option(
     "--figures", "form", type=click.Choice(list(FORMATS)), help="Also write the figures of the report as files."
@@ -55,21 +59,28 @@ def located(source: "Source") -> Iterator[None]:
         raise source.error(fault) from None
 
 
-def read_case(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
+def read_case(path: str, changes: tuple[str, ...], parts: tuple[Path, ...]) -> tuple["Case", "Source"]:
     from hertzlink.cases.case import read
 
-    return read(path, changes)
+    return read(path, changes, parts)
 
 
 @click.command("run", short_help="Run a case: one run, a sweep or a critical distance.")
 @CASE
 @CHANGES
+@WITH
 @output_option("CASE")
 @FORCE
 @JOBS
 @FIGURES
 def run_case(
-    case: str, changes: tuple[str, ...], output: Path | None, force: bool, jobs: int | None, form: str | None
+    case: str,
+    changes: tuple[str, ...],
+    parts: tuple[Path, ...],
+    output: Path | None,
+    force: bool,
+    jobs: int | None,
+    form: str | None,
 ) -> None:
     """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table.
 
@@ -80,7 +91,7 @@ def run_case(
     from hertzlink.cases.running import task_of
     from hertzlink.cases.yielding import run_both
 
-    whole, source = read_case(case, changes)
+    whole, source = read_case(case, changes, parts)
     with located(source):
         task = task_of(whole)
 
@@ -158,12 +169,13 @@ def _written(
 @click.command("check", short_help="Check a case without running it; estimate its time.")
 @CASE
 @CHANGES
-def check_case(case: str, changes: tuple[str, ...]) -> None:
+@WITH
+def check_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...]) -> None:
     """Check a case without running it. Prints what would be run, and an estimate of the time that it takes."""
     from hertzlink.cases.running import task_of
     from hertzlink.cases.trial import trial
 
-    whole, source = read_case(case, changes)
+    whole, source = read_case(case, changes, parts)
     with located(source):
         say(trial(task_of(whole)))
 
@@ -172,11 +184,18 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 @CASE
 @click.argument("trace", metavar="TRACE.csv", type=click.Path(path_type=Path))
 @CHANGES
+@WITH
 @output_option("CASE-found")
 @FORCE
 @FIGURES
 def identify_case(
-    case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool, form: str | None
+    case: str,
+    trace: Path,
+    changes: tuple[str, ...],
+    parts: tuple[Path, ...],
+    output: Path | None,
+    force: bool,
+    form: str | None,
 ) -> int:
     """Find the unknowns of a case from a measured trace, with 95 % intervals.
 
@@ -192,7 +211,7 @@ def identify_case(
     from hertzlink.cases.questions import question_of
     from hertzlink.cases.signal_file import of_file, signal_of
 
-    whole, source = read_case(case, changes)
+    whole, source = read_case(case, changes, parts)
     with located(source):
         question = question_of(whole)
         signal = signal_of(question, trace)
@@ -240,12 +259,15 @@ def new_case(kind: str, path: Path | None) -> None:
 
 
 @click.command("schema", short_help="Print the JSON schema of case files, for editors.")
-def print_schema() -> None:
+@WITH
+def print_schema(parts: tuple[Path, ...]) -> None:
     """Print the JSON schema of case files. With it, editors complete and check the entries of a case."""
     import json
 
     from hertzlink.cases.schema import schema
+    from hertzlink.cases.with_parts import load
 
+    load(parts)
     click.echo(json.dumps(schema(), indent=2, ensure_ascii=False))
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hertzlink.commands.case_commands import CASE, CHANGES, located, read_case
+from hertzlink.commands.case_commands import CASE, CHANGES, WITH, located, read_case
 from hertzlink.terminal import say
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.command("explore", short_help="Open a page with sliders for a case, in the browser.")
 @CASE
 @CHANGES
+@WITH
 @click.option(
     "--port",
     metavar="NUMBER",
@@ -30,14 +31,14 @@ if TYPE_CHECKING:
     help="Port of the page; by default a free one.",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address of the page, and open no browser.")
-def explore_case(case: str, changes: tuple[str, ...], port: int, no_browser: bool) -> None:
+def explore_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: int, no_browser: bool) -> None:
     """Open a page with sliders for a case, in the browser.
 
     It shows at once how the force at a sensor, the amplitude ratio (AR) and the time of flight (TOF) of the reflected
     waves change. The sliders are the axes of [sweep], or else the usual parameters of the structure; the impact speed;
     and the sensor. Only this computer can open the page. Ctrl-C ends it.
     """
-    with _server(case, changes, port) as server:
+    with _server(case, changes, parts, port) as server:
         say(f"open {server.address}\nCtrl-C ends it")
         if not no_browser:
             # In a thread: a browser may wait for the page.
@@ -53,14 +54,14 @@ def explore_case(case: str, changes: tuple[str, ...], port: int, no_browser: boo
 
 
 @contextmanager
-def _server(name: str, changes: tuple[str, ...], port: int) -> "Iterator[Server]":
+def _server(name: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: int) -> "Iterator[Server]":
     """The server of a case, ready to answer."""
     from hertzlink.cases.running import task_of
     from hertzlink.explore.answers import Explorer
     from hertzlink.explore.server import Server
     from hertzlink.explore.sliders import sliders_of, start_of
 
-    whole, source = read_case(name, changes)
+    whole, source = read_case(name, changes, parts)
     with located(source):
         task = task_of(whole)
         start = start_of(task)

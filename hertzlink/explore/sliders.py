@@ -2,20 +2,21 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from math import ceil, floor, log10
-from typing import Any
+from math import ceil, floor, inf, log10
+from typing import Any, get_args
 
 from hertzlink.cases.axes import Axis, unit_at, words_of
-from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Rod, Solid
+from hertzlink.cases.bodies import Built
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import value_at
-from hertzlink.cases.parts import material_of
+from hertzlink.cases.parts import World, material_of
 from hertzlink.cases.paths import Path, entry, put, written
-from hertzlink.cases.plates import HalfPlane, InfinitePlate, PlateBody, RectanglePlate
+from hertzlink.cases.plates import PlateBody, RectanglePlate, Walled
 from hertzlink.cases.running import Task
+from structures.material import Material
 from structures.units import factor
 
 STEPS = 50
@@ -91,7 +92,7 @@ def plain(value: Decimal) -> str:
 def start_of(task: Task) -> Case:
     """The case without its sweep. Its own entries stay where the sweep includes them; others get the first value."""
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify")}
-    case = Case(data, task.case.folder).changed({})
+    case = replace(task.case, data=data).changed({})
     for axis in task.axes:
         own = _value(task.case.data, axis.path)
         # What the file gives may be a text with a unit: the checked value counts.
@@ -125,23 +126,31 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
 
 def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
     """What usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
-    body, world, none = case.model.structure, world_of(case.model, case.folder), float("inf")
+    body, world, none = case.model.structure, world_of(case.model, case.folder), inf
     at: Path = ("structure",)
-    if isinstance(body, Rod | LayeredCylinder):
-        for i, layer in enumerate(body.layers[:LAYERS]):
+    if isinstance(body, Built) and not isinstance(body, Walled):
+        for i, layer in enumerate(getattr(body, "layers", [])[:LAYERS]):
             inside: Path = ("structure", "layers", i)
             yield (*inside, "length"), layer.length, WIDE, none
             modulus = material_of(layer.material, world, *inside, "material").youngs_modulus
             yield (*inside, "material", "youngs_modulus"), modulus, WIDE, none
-    if isinstance(body, HalfSpace | Solid):
-        modulus = material_of(body.material, world, "structure", "material").youngs_modulus
-        yield (*at, "material", "youngs_modulus"), modulus, HALVES, none
-    if isinstance(body, HalfPlane) and body.distance > 0.0:
-        yield (*at, "distance"), body.distance, WIDE, none
+        yield from _required(body, world)
     if isinstance(body, RectanglePlate) and body.contacts == 1 and body.place[0] > 0.0:
         yield (*at, "at", 0), body.place[0], NEAR, body.length
-    if isinstance(body, HalfPlane | InfinitePlate | PlateBody) and body.thickness is not None:
+    if isinstance(body, Walled) and body.thickness is not None:
         yield (*at, "thickness"), body.thickness, NEARER if isinstance(body, PlateBody) else HALVES, none
+
+
+def _required(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+    """The numbers that a described structure requires, and Young's modulus of its material."""
+    for one in body.of.parameters.values():
+        name = "diameter" if one.name == "radius" and getattr(body, "diameter", None) is not None else one.name
+        value, at = getattr(body, name), ("structure", name)
+        if Material in (one.type, *get_args(one.type)):
+            modulus = material_of(value, world, *at).youngs_modulus
+            yield (*at, "youngs_modulus"), modulus, HALVES, inf
+        elif one.required and one.quantity is not None and value > 0.0:
+            yield at, value, HALVES if name == "thickness" else WIDE, one.quantity.high
 
 
 def _value(data: Any, path: Path) -> Any:

@@ -6,6 +6,7 @@ from typing import Any
 
 from coupling.plots.canvas import in_words
 from hertzlink.reports.page import Table, table
+from structures.described import registered
 from structures.units import handy
 
 UNITS = {
@@ -14,14 +15,11 @@ UNITS = {
     "youngs_modulus": "Pa", "yield_strength": "Pa", "density": "kg/m³",
     "until": "s", "window": "s", "save_every": "s", "highest_frequency": "Hz", "impedance": "N s/m", "at": "m",
     "youngs_modulus_along": "Pa", "youngs_modulus_across": "Pa", "shear_modulus": "Pa", "shear_modulus_along": "Pa",
-    "shear_modulus_across": "Pa", "axial_force": "N", "bending_stiffness": "N m²", "mass_per_length": "kg/m",
+    "shear_modulus_across": "Pa", "bending_stiffness": "N m²", "mass_per_length": "kg/m",
     "region": "m", "xx": "N/m", "yy": "N/m", "xy": "N/m", "time": "s", "stiffness_time": "s", "mass_rate": "1/s",
-    "pressure": "Pa", "ambient": "Pa", "pulse": "s",
+    "pulse": "s", "inclination": "rad", "angle": "rad",
 }  # fmt: skip
 """Units by the names of arguments. They are shown with a prefix in which the number is handy: mm, µs, GPa."""
-
-DEGREES = ("inclination", "angle", "seat")
-"""Angles, which are shown in degrees."""
 
 LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform", "shorter_pulses")
 """What the table does not show; the full input is below it."""
@@ -61,7 +59,14 @@ def rows_of(given: Any) -> Iterator[tuple[str, str]]:
             for i, ply in enumerate(value["plies"], start=1):
                 yield f"ply {i}", _in_words(ply)
         else:
-            yield in_words(name), _value(name, value)
+            yield in_words(name), _value(name, value, _units(given))
+
+
+def _units(given: Mapping[str, Any]) -> dict[str, str]:
+    """Units of the arguments of what is described, by its class, or by its kind as a structure."""
+    names = given.get("class"), given.get("kind")
+    of = next((one for one in registered() if one.name == names[0] or one.called == names[1]), None)
+    return {} if of is None else {one.name: one.quantity.unit for one in of.parameters.values() if one.quantity}
 
 
 def counted(texts: list[str]) -> list[str]:
@@ -69,25 +74,26 @@ def counted(texts: list[str]) -> list[str]:
     return [f"{texts.count(one)} × {one}" if texts.count(one) > 1 else one for one in dict.fromkeys(texts)]
 
 
-def _value(name: str, value: Any) -> str:
+def _value(name: str, value: Any, units: Mapping[str, str]) -> str:
     if isinstance(value, bool) or value is None:
         return str(value)
+    unit = units.get(name, UNITS.get(name, ""))
     if isinstance(value, int | float):
-        return _numbers(name, [value])
+        return _numbers(unit, [value])
     if isinstance(value, Mapping):
         return _in_words(value)
     if isinstance(value, list):
         if len(value) > MOST_ITEMS:
             return f"{len(value)} values"
         if value and all(isinstance(one, int | float) and not isinstance(one, bool) for one in value):
-            return _numbers(name, value)
-        return ", ".join(_value(name, one) for one in value)
+            return _numbers(unit, value)
+        return ", ".join(_value(name, one, units) for one in value)
     return str(value)
 
 
-def _numbers(name: str, values: list[float]) -> str:
-    """Numbers in one handy unit."""
-    factor, unit = (180.0 / pi, "°") if name in DEGREES else handy(values, UNITS.get(name, ""))
+def _numbers(unit: str, values: list[float]) -> str:
+    """Numbers in one handy unit; angles in degrees."""
+    factor, unit = (180.0 / pi, "°") if unit == "rad" else handy(values, unit)
     return " ".join(filter(None, (", ".join(f"{factor * one:.6g}" for one in values), unit)))
 
 
@@ -98,10 +104,11 @@ def _in_words(given: Any) -> str:
     if "youngs_modulus" in given:
         return _material(given)
     if given.get("name") and "youngs_modulus_along" in given:
-        moduli = (_value(f"youngs_modulus_{way}", given[f"youngs_modulus_{way}"]) for way in ("along", "across"))
+        moduli = (_numbers("Pa", [given[f"youngs_modulus_{way}"]]) for way in ("along", "across"))
         return f"{given['name']} (E {' along, '.join(moduli)} across)"
     known = {name: value for name, value in given.items() if value is not None and name not in ("class", *LEFT_OUT)}
-    parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in known.items())
+    units = _units(given)
+    parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value, units)}" for name, value in known.items())
     return ": ".join(filter(None, (str(given.get("class", "")), parts))) or "nothing"
 
 

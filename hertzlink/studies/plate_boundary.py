@@ -26,11 +26,11 @@ from plates.reduced import Range, ReducedPlate, covers
 from plates.section import point_rigidity
 from plates.theory.impact import THESIS_IMPACT, critical_distance_bounds, inelasticity_parameter
 from plates.theory.impact import amplitude_ratio as plate_amplitude_ratio
+from structures.caution import collected
 from structures.checks import whole
 from structures.layers import HERTZ_COLLISION
 from structures.layers import contact_time as contact_time_half_space
 from structures.material import ALUMINIUM_6061, Material
-from structures.plausible import units_of_one
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.surface import Surface, hertz_stiffness
@@ -228,7 +228,7 @@ def _coefficients() -> list[Row]:
     """The printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all other quantities equal to
     one.
     """
-    with units_of_one():
+    with collected():
         material = Material(1.0, 0.0, 1.0)
         sphere = Sphere(0.5, material)
     stiffness = hertz_stiffness(sphere.surface, Surface(material))

@@ -2,8 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import log2, nan
+from typing import Annotated
 
 import numpy as np
 
@@ -12,7 +13,9 @@ from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
 from structures.caution import caution, collected
-from structures.checks import finite, not_negative, positive, within
+from structures.checks import positive, within
+from structures.described import described
+from structures.quantities import Component, ContactForce, Place, Quantity
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -35,7 +38,7 @@ Points = tuple[Vector, Vector]
 """Approaches, m, and forces, N."""
 
 
-@dataclass(frozen=True, repr=False)
+@described
 class ComputedLaw(TabulatedLaw):
     """A contact law by a numerical method, computed from the approach `smallest` to `largest`.
 
@@ -76,18 +79,10 @@ class ComputedLaw(TabulatedLaw):
     True
     """
 
-    smallest: float = 0.0
-    error: float = 0.0
-    order: float = nan
-    formula: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, unit in (("smallest", "m"), ("error", ""), ("formula", "N")):
-            object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
-        # nan alone differs from itself.
-        if not (isinstance(self.order, float) and self.order != self.order):
-            finite("order", self.order)
+    smallest: Place = 0.0
+    error: Annotated[float, Quantity(or_zero=True)] = 0.0
+    order: Component = nan
+    formula: ContactForce = 0.0
 
     def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:
         """The nearest power law, by default over the whole computed range; see `fit_power_law`.

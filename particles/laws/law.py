@@ -6,17 +6,19 @@ Every law reaches the compiled loops as a stiffness times a shape: Hertz's δ√
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy, deepcopy
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import is_dataclass
 from functools import cached_property, lru_cache
 from inspect import getattr_static
 from math import inf, log
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from particles.kernels import laws as kernels
-from structures.checks import count_of, finite, instance, positive, short, within
+from structures.checks import count_of, finite, positive, short
+from structures.described import described
 from structures.html_table import html_table
+from structures.quantities import Asks, Coordinate, Force, Length, Quantity
 from structures.structure import Vector
 
 if TYPE_CHECKING:
@@ -49,6 +51,9 @@ PROBES = {
 
 PIECE = {"force": ("force", 1e-6), "slope": ("tangent", 1e-3), "energy": ("energy", 1e-3)}
 """The functions of a law's piece, the methods that give the same, and by how much they may differ."""
+
+
+CAUTION = Asks("a text that each run repeats as a warning")
 
 
 class ContactLaw(ABC):
@@ -252,7 +257,7 @@ def unchanging(law: ContactLaw) -> ContactLaw:
     return kept
 
 
-@dataclass(frozen=True)
+@described
 class PowerLaw(ContactLaw):
     """The law F = k δⁿ; n = 3/2 is Hertz's.
 
@@ -286,17 +291,11 @@ class PowerLaw(ContactLaw):
     316.2
     """
 
-    stiffness: float
-    exponent: float = 1.5
-    largest: float = inf
+    stiffness: Annotated[float, Quantity("N/m^n", written="")]
+    exponent: Annotated[float, Quantity(low=1.0, high=10.0)] = 1.5
+    largest: Length = inf
     name: str = "power law"
-    caution: str = ""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^n"))
-        object.__setattr__(self, "exponent", within("exponent", self.exponent, 1.0, 10.0))
-        object.__setattr__(self, "largest", _largest(self.largest))
-        _check_texts(self)
+    caution: Annotated[str, CAUTION] = ""
 
     def force(self, approach: Vector) -> Vector:
         """F(δ), N."""
@@ -325,7 +324,7 @@ class PowerLaw(ContactLaw):
         return ((n + 1.0) * np.asarray(energy) / self.stiffness) ** (1.0 / (n + 1.0))
 
 
-@dataclass(frozen=True, repr=False)
+@described
 class TabulatedLaw(ContactLaw):
     """A law through points.
 
@@ -358,14 +357,13 @@ class TabulatedLaw(ContactLaw):
     TabulatedLaw('measured', 3 points up to 2e-05 m and 894 N)
     """
 
-    approaches: Sequence[float]
-    forces: Sequence[float]
+    approaches: Sequence[Coordinate]
+    forces: Sequence[Force]
     name: str = "tabulated law"
-    caution: str = ""
-    largest: float = field(default=inf)
+    caution: Annotated[str, CAUTION] = ""
+    largest: Length = inf
 
     def __post_init__(self) -> None:
-        _check_texts(self)
         rows = [(finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in _pairs(self)]
         if rows and rows[0] == (0.0, 0.0):
             rows = rows[1:]
@@ -376,7 +374,7 @@ class TabulatedLaw(ContactLaw):
                 raise ValueError(f"forces: must increase with the approaches from zero; {after} follows {before}")
         object.__setattr__(self, "approaches", tuple(row[0] for row in rows))
         object.__setattr__(self, "forces", tuple(row[1] for row in rows))
-        object.__setattr__(self, "largest", min(_largest(self.largest), rows[-1][0]))
+        object.__setattr__(self, "largest", min(self.largest, rows[-1][0]))
 
     def __repr__(self) -> str:
         extent = f"{len(self.approaches)} points up to {self.approaches[-1]:.4g} m and {self.forces[-1]:.4g} N"
@@ -452,11 +450,6 @@ def _check_curve(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) ->
             raise ValueError(f"law: {type(law).__name__}.{fault} between {low:.1g} and {high:.3g} m")
 
 
-def _largest(value: float) -> float:
-    """An approach, or infinity."""
-    return value if isinstance(value, float) and value == inf else positive("largest", value, "m")
-
-
 @lru_cache(maxsize=256)
 def _shape_table(exponent: float) -> Vector:
     return kernel_table(PowerLaw(1.0, exponent))
@@ -478,11 +471,6 @@ def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
         low = low + part * (found < asked).sum(axis=0)
     approach = np.exp(low + 0.5 * part).reshape(wanted.shape)
     return np.where(wanted > 0.0, approach, np.maximum(wanted, 0.0))
-
-
-def _check_texts(law: PowerLaw | TabulatedLaw) -> None:
-    for name in ("name", "caution"):
-        instance(name, getattr(law, name), str, "a text")
 
 
 def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:

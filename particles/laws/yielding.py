@@ -18,9 +18,10 @@ from particles.kernels.laws import table_energies
 from particles.laws.formulas import NEARLY_ROUND_CONTACT
 from particles.laws.law import ContactLaw, PowerLaw, kernel_table
 from structures.caution import collected
-from structures.checks import positive, short
+from structures.checks import short
+from structures.described import described
 from structures.material import Material
-from structures.plausible import likely
+from structures.quantities import Strength
 from structures.structure import Vector
 from structures.surface import Surface, relative_curvatures, yield_pressure
 
@@ -51,7 +52,7 @@ class RoundContact(NamedTuple):
     pressure: float
 
 
-@dataclass(frozen=True)
+@described
 class YieldingLaw(ABC):
     """A loading curve and a rule for unloading. Derive a frozen dataclass from it for a law of your own.
 
@@ -84,12 +85,7 @@ class YieldingLaw(ABC):
     4.55
     """
 
-    yield_strength: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.yield_strength is not None:
-            object.__setattr__(self, "yield_strength", positive("yield_strength", self.yield_strength, "Pa"))
-            likely("strength", type(self).__name__, "yield_strength", self.yield_strength)
+    yield_strength: Strength | None = None
 
     @abstractmethod
     def overlap(self, bodies: RoundContact) -> float:
@@ -155,7 +151,7 @@ class YieldingLaw(ABC):
         return RoundContact((flat * sharp) ** -0.5, modulus, material, strength, _onset(*own, strength))
 
 
-@dataclass(frozen=True)
+@described
 class Thornton(YieldingLaw):
     """A contact whose greatest pressure is that of the first yield; beyond it the force rises on a straight line.
 
@@ -200,7 +196,7 @@ class Thornton(YieldingLaw):
         return dent
 
 
-@dataclass(frozen=True)
+@described
 class JacksonGreen(YieldingLaw):
     """Jackson and Green's fits to finite elements of a sphere that is elastic and perfectly plastic.
 

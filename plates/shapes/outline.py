@@ -14,7 +14,7 @@ from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import Cells, PlateMesh
 from structures.checks import finite, instance, positive, several, short, whole
 from structures.mesh_reading import Tag
-from structures.plausible import likely
+from structures.quantities import Likely
 from structures.structure import Vector
 
 NAMED = 6
@@ -75,7 +75,7 @@ class Outline:
         object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
         self._check_corners()
         self._check_crossings()
-        likely("side", "Outline", "size", self.size)
+        Likely.SIDE.warn("Outline", "size", self.size)
         outer, rings = np.array(self.corners), [np.array(hole) for hole in self.holes]
         for i, ring in enumerate(rings):
             if not _within(outer, ring[0]):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 import hertzlink as hl
-from structures.plausible import LIKELY, likely, units_of_one
+from structures.quantities import Likely, Quantity
 
 STEEL = hl.STEEL_440C
 BEAD = hl.Sphere(4.76e-3, STEEL)
@@ -140,22 +140,14 @@ def test_the_thesis_and_its_neighbourhood_get_none() -> None:
         hl.Chain([BEAD] * 2, hl.Piston(), preload=50.0)
 
 
-@pytest.mark.parametrize("quantity", LIKELY)
-def test_zero_and_the_limits_are_likely(quantity: str) -> None:
-    low, high, *_ = LIKELY[quantity]
+@pytest.mark.parametrize("name", [name for name, one in vars(Likely).items() if isinstance(one, Quantity)])
+def test_zero_and_the_limits_are_likely(name: str) -> None:
+    quantity: Quantity = getattr(Likely, name)
+    low, high = quantity.likely
     with warnings.catch_warnings():
         warnings.simplefilter("error", hl.HertzlinkWarning)
         for value in (0.0, max(low, 1e-300), min(high, 1e300), -max(low, 1e-300)):
-            likely(quantity, "Thing", "number", value)
+            quantity.warn("Thing", "number", value)
     beyond = 2.0 * high if high < 1e300 else 0.5 * low
     with pytest.warns(hl.HertzlinkWarning, match="Thing number = "):
-        likely(quantity, "Thing", "number", beyond)
-
-
-def test_units_of_one() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", hl.HertzlinkWarning)
-        with units_of_one():
-            assert hl.Sphere(0.5, hl.Material(1.0, 0.0, 1.0)).mass == pytest.approx(0.5236, rel=1e-4)
-        with pytest.raises(hl.HertzlinkWarning, match="density"):
-            hl.Material(1e9, 0.0, 1.0)
+        quantity.warn("Thing", "number", beyond)

@@ -1,0 +1,293 @@
+"""From a described class or function to its table in a case, to the object that the table means, and back."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from inspect import isclass
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
+
+from pydantic import Discriminator, Field, Tag, create_model
+
+from hertzlink._rooms import ROOMS
+from hertzlink.cases.parts import AnyMaterial, Part, Round, World, file_of, forms, made, material_of
+from hertzlink.cases.paths import Path
+from hertzlink.cases.units import Unit
+from particles.bead import ATTRIBUTES, Bead
+from particles.dissipation import Dissipation
+from particles.excitation import Excitation
+from particles.laws.law import ContactLaw
+from particles.laws.yielding import YieldingLaw
+from structures.checks import short
+from structures.damping import Viscous
+from structures.described import Described, Parameter, description, noted, of_family, registered
+from structures.material import MATERIALS, Material
+from structures.quantities import Asks, Count, InFile, OneOf, Quantity
+
+Data = dict[str, Any]
+
+EMPTY: Mapping[Any, Any] = {}
+
+MOST_BEADS = 100_000
+
+for _module in (
+    "particles.laws.computed", "plates.beam", "plates.half_plane",
+    "structures.cylinder", "structures.rod", "structures.solid", "structures.spherical_shell", "structures.structure",
+):  # fmt: skip
+    import_module(_module)  # for what it describes
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a value stands in a case: the type of its entry, the argument that an entry means, and the entry of one.
+
+    build takes the entry, the case around it and its path; plain the argument as results hold it and its path.
+    """
+
+    entry: Any
+    build: Callable[[Any, World, Path], Any] = lambda value, world, path: value
+    plain: Callable[[Any, str], Any] = lambda value, path: value
+
+
+TAGS: Mapping[type, str] = {Bead: "shape"}
+"""The entry that says which of a family a table is, where it is not `kind`."""
+
+SPECIAL: dict[Any, type["Declared"]] = {}
+"""What a table has in addition to the parameters of some classes and functions; the modules of the tables fill it."""
+
+FAMILIES = (Bead, ContactLaw, Dissipation, Excitation, Viscous, YieldingLaw)
+
+
+class Declared(Part):
+    """A table whose entries are the parameters of what is described.
+
+    optional: parameters that a table may leave out though they are required, and what a message says of them. without:
+    those that have no entry, because others stand for them.
+    """
+
+    of: ClassVar[Described]
+    optional: ClassVar[Mapping[str, str]] = EMPTY
+    without: ClassVar[tuple[str, ...]] = ()
+
+    def make(self, world: World) -> Any:
+        return self.of.target(**self.arguments(world))
+
+    def arguments(self, world: World) -> Data:
+        """The arguments that the entries mean."""
+        given = self.given()
+        if isinstance(self, Round):
+            given["radius"] = self.its_radius()
+        if "until" in self.of.parameters:
+            given.setdefault("until", world.until)  # a structure that serves runs of a limited length
+        return {
+            name: form.build(given[name], world, (name,)) for name, form in forms_of(self.of).items() if name in given
+        }
+
+
+class Counted(Declared):
+    """A bead; `count` of them in a list of beads."""
+
+    count: Annotated[int, Field(ge=1, le=MOST_BEADS)] = 1
+
+
+@cache
+def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> type[Part]:
+    """The model of the table. tag: the entry that says what it is, "kind" or "shape"; base: what it has in addition."""
+    fields: dict[str, Any] = {tag: (Literal[(of.kind, *of.also)], ...)} if tag else {}
+    hidden = {*base.model_fields, *base.without}
+    fields |= {name: _field(one) for name, one in of.parameters.items() if name not in hidden}
+    bases: tuple[type[Part], ...] = (base,)
+    for name, asks in base.optional.items():
+        fields[name] = (fields[name][0] | None, Field(None, description=asks))
+    radius = of.parameters.get("radius")
+    if radius is not None and radius.required:
+        bases, _ = (*bases, Round), fields.pop("radius", None)
+    model: Any = create_model(of.name, __base__=bases, __doc__=of.summary, __module__=__name__, **fields)
+    model.of = of
+    found: type[Part] = model
+    return found
+
+
+def members(family: type) -> list[Described]:
+    """What is described and may stand where one of a family is asked for."""
+    if family is not Bead:
+        return list(of_family(family))
+    # Any class is a bead that has what a bead has.
+    return [
+        one
+        for one in registered()
+        if isclass(one.target) and all(name in (*dir(one.target), *one.parameters) for name in ATTRIBUTES)
+    ]
+
+
+def union_of(family: type) -> Any:
+    """The type of an entry that holds one of a family."""
+    tag = TAGS.get(family, "kind")
+    return union(tables_of(members(family), tag, Counted if family is Bead else Declared), tag)
+
+
+def union(tables: Iterable[type[Part]], tag: str = "kind") -> Any:
+    """The type of an entry that holds one of some tables, and says by its tag which."""
+    return Annotated[Union[tuple(tables)], Discriminator(tag)]  # noqa: UP007
+
+
+def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared] = Declared) -> list[type[Part]]:
+    """The models of parts that stand at one place; a ValueError where a user's has the kind of one of hertzlink's.
+
+    Of two parts of the same kind that a user described the last one counts. base: what the tables have in addition,
+    other than those that SPECIAL names.
+    """
+    known: dict[str, Described] = {}
+    for one in many:
+        first = known.get(one.kind)
+        if first is not None and first.target.__module__.partition(".")[0] in ROOMS:
+            raise ValueError(f"{one.name} of {one.target.__module__}: hertzlink has this kind; give it another name")
+        known[one.kind] = one
+    return [table_of(one, tag, SPECIAL.get(one.target, base)) for one in known.values()]
+
+
+def data_of(given: Any, path: str, *families: type) -> Data:
+    """The table of an object that results hold by its class and fields; a ValueError for what no case can hold."""
+    known = {one.name: (one, TAGS.get(family, "kind")) for family in families for one in members(family)}
+    if not isinstance(given, Mapping) or given.get("class") not in known:
+        what = given.get("class", given) if isinstance(given, Mapping) else given
+        raise refused(path, f"{short(what)}, which is no part of a case")
+    of, tag = known[given["class"]]
+    return {tag: of.kind, **fields_of(given, of, path)}
+
+
+def fields_of(given: Mapping[str, Any], of: Described, path: str) -> Data:
+    """The entries of arguments that results hold."""
+    # JSON holds infinity and NaN as texts; both stand for a number that was left out.
+    absent = (None, "", "Infinity", "NaN")
+    forms = {name: form for name, form in forms_of(of).items() if name in given and given[name] not in absent}
+    return {name: form.plain(given[name], f"{path}.{name}") for name, form in forms.items()}
+
+
+def forget_tables() -> None:
+    """Forget tables that may hold others: what is described since may stand in them too."""
+    table_of.cache_clear()
+    forms_of.cache_clear()
+
+
+def quantity_of(target: Any, name: str) -> Unit:
+    """The unit of a parameter, for an entry that stands for it."""
+    of = description(target)
+    quantity = None if of is None else of.parameters[name].quantity
+    assert quantity is not None
+    return Unit.of(quantity)
+
+
+def refused(path: str, what: str) -> ValueError:
+    """The error for what no case can hold."""
+    return ValueError(f"{path}: cannot be rebuilt: {what}")
+
+
+def _field(one: Parameter) -> tuple[Any, Any]:
+    """The entry of a parameter. A number other than zero that a case leaves out is for the builder to choose."""
+    entry = _form(one.type, one.notes, int(one.required)).entry
+    asks = next((note.text for note in one.notes if isinstance(note, Asks | InFile)), None)
+    if one.required:
+        return entry, Field(description=asks) if asks else ...
+    if isinstance(one.default, str | bool) or one.default == 0.0:
+        return entry, Field(one.default, description=asks)
+    if one.default == ():
+        return entry, Field(default_factory=list, description=asks)
+    return entry | None, Field(None, description=asks)
+
+
+@cache
+def forms_of(of: Described) -> dict[str, Form]:
+    """The forms of all parameters."""
+    return {name: _form(one.type, one.notes) for name, one in of.parameters.items()}
+
+
+def material_data(given: Any, path: str) -> str | Data:
+    """A material by its name, or by its properties where it is none of the table's."""
+    names = {"youngs_modulus", "poisson_ratio", "density", "name", "yield_strength"}
+    if not isinstance(given, Mapping) or set(given) != names:
+        raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
+    material = Material(**given)
+    if material.name in MATERIALS and MATERIALS[material.name] == material:
+        return material.name
+    return {name: value for name, value in given.items() if value not in (None, "")}
+
+
+def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
+    # least: entries of a list.
+    for note in notes:
+        if isinstance(note, Quantity):
+            return Form(Annotated[float, Unit.of(note)])
+        if isinstance(note, OneOf):
+            return Form(Literal[note.words])
+        if isinstance(note, Count):
+            return Form(Annotated[int, Field(ge=note.least)])
+        if isinstance(note, InFile):
+            return Form(str, lambda value, world, path: file_of(value, world))
+    if kind is float:
+        return Form(Annotated[float, Unit.of(Quantity())])
+    if kind is Material:
+        return Form(AnyMaterial, lambda value, world, path: material_of(value, world, *path), material_data)
+    if kind in FAMILIES:
+        return Form(union_of(kind), made, lambda value, path: data_of(value, path, kind))
+    if get_origin(kind) is Union:
+        return _either([noted(member) for member in get_args(kind)], notes)
+    of, origin = description(kind) if isclass(kind) else None, get_origin(kind)
+    if of is not None:
+        return Form(table_of(of), made, lambda value, path: fields_of(value, of, path))
+    if isclass(origin) and issubclass(origin, Sequence):
+        return _list(kind, least)
+    if isclass(origin) and issubclass(origin, Mapping):
+        inner = _form(*noted(get_args(kind)[1]))
+        return Form(
+            dict[str, inner.entry],  # type: ignore[name-defined]
+            lambda value, world, path: {name: inner.build(one, world, (*path, name)) for name, one in value.items()},
+            lambda value, path: {name: inner.plain(one, f"{path}.{name}") for name, one in value.items()},
+        )
+    return Form(kind)
+
+
+def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
+    """Of a union: one of several tables, a word or a table, or else the first member that a case can hold."""
+    kinds = [description(kind) if isclass(kind) and kind is not Material else None for kind, _ in members]
+    if all(kinds):
+        return Form(union(tables_of(filter(None, kinds))), made)
+    table = next(filter(None, kinds), None)
+    words = next((own for _, own in members if any(isinstance(note, OneOf) for note in own)), None)
+    if words is None or table is None:
+        plain = all(kind in (str, int) for kind, _ in members)
+        return Form(Union[tuple(kind for kind, _ in members)]) if plain else _form(*members[0])  # noqa: UP007
+    choices = [word for note in words if isinstance(note, OneOf) for word in note.words]
+    model = table_of(table)
+    asks = next((note.text for note in notes if isinstance(note, Asks)), f"{', '.join(map(repr, choices))} or a table")
+    return Form(
+        Annotated[
+            Annotated[Literal[tuple(choices)], Tag("word")] | Annotated[model, Tag("table")],
+            forms(_word_or_table, f"must be {asks}"),
+        ],
+        lambda value, world, path: value if isinstance(value, str) else made(value, world, path),
+        lambda value, path: fields_of(value, table, path) if isinstance(value, Mapping) else value,
+    )
+
+
+def _word_or_table(given: Any) -> str | None:
+    if isinstance(given, str):
+        return "word"
+    return "table" if isinstance(given, dict | Part) else None
+
+
+def _list(kind: Any, least: int) -> Form:
+    """Of a sequence: any number of entries, or of a tuple as many as it has."""
+    members = [one for one in get_args(kind) if one is not ...]
+    inner = _form(*noted(members[0]))
+    count = len(members) if get_origin(kind) is tuple and ... not in get_args(kind) else None
+
+    def build(value: Any, world: World, path: Path) -> Any:
+        found = [inner.build(one, world, (*path, i)) for i, one in enumerate(value)]
+        return tuple(found) if get_origin(kind) is tuple else found
+
+    return Form(
+        Annotated[list[inner.entry], Field(min_length=count or least, max_length=count)],  # type: ignore[name-defined]
+        build,
+        lambda value, path: [inner.plain(one, f"{path}[{i}]") for i, one in enumerate(value)],
+    )

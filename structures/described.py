@@ -1,0 +1,280 @@
+"""What users construct, described once by its signature: checked arguments, plain data, and a kind for case files."""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, is_dataclass
+from functools import cached_property, reduce, wraps
+from math import inf
+from operator import or_
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, dataclass_transform, get_args, get_origin, get_type_hints
+
+from structures.checks import instance
+from structures.quantities import Quantity
+
+Thing = TypeVar("Thing", bound=Callable[..., Any])
+
+_ALL: dict[tuple[str, str], "Described"] = {}
+"""All that is described, by module and name: what is defined again, as in a notebook, replaces what it was."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter: its type without None and without notes, its notes, its default, and whether it may be None."""
+
+    name: str
+    type: Any
+    notes: tuple[Any, ...]
+    default: Any
+    may_be_none: bool
+
+    @property
+    def required(self) -> bool:
+        """Whether it has no default."""
+        return self.default is inspect.Parameter.empty
+
+    @property
+    def quantity(self) -> Quantity | None:
+        """Its quantity, where it is a number."""
+        return next((note for note in self.notes if isinstance(note, Quantity)), None)
+
+
+class Described:
+    """A class or a function, and what its signature says of it."""
+
+    def __init__(self, target: Any, what: str = "", called: str = "", also: tuple[str, ...] = ()) -> None:
+        self.target, self.name, self.also = target, target.__name__, also
+        self.called = called or self.kind
+        self.what = what or f"{'an' if self.name[0] in 'AEIOU' else 'a'} {self.name}"
+
+    @property
+    def kind(self) -> str:
+        """Its name as case files spell it: linear_dashpot of LinearDashpot."""
+        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", self.name).lower()
+
+    @cached_property
+    def summary(self) -> str:
+        """The first sentence of its docstring."""
+        return " ".join((inspect.getdoc(self.target) or "").partition("\n\n")[0].split())
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """Its parameters by name."""
+        is_class = inspect.isclass(self.target)
+        hints = _hints(self.target)
+        signature = inspect.signature(self.target.__init__ if is_class else self.target)
+        known = list(signature.parameters.values())[is_class:]
+        of = {one.name: hints.get(one.name, one.annotation) for one in known}
+        return {
+            one.name: Parameter(one.name, *noted(of[one.name]), one.default, NoneType in get_args(of[one.name]))
+            for one in known
+        }
+
+    @cached_property
+    def makes(self) -> Any:
+        """What it makes: the class itself, or what the function returns."""
+        return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
+
+    @cached_property
+    def _looks(self) -> list[tuple[str, Parameter, Any, float, float]]:
+        """Of each parameter its default, and the ends between which its numbers need no further look."""
+        ends = {name: one.quantity.usual if one.quantity else (inf, -inf) for name, one in self.parameters.items()}
+        return [(name, one, one.default, *ends[name]) for name, one in self.parameters.items()]
+
+    def checked(self, values: Mapping[str, Any], owner: str) -> dict[str, Any]:
+        """What checks change of the arguments: numbers become floats.
+
+        A ValueError names the first argument that is wrong; then warnings say what is odd.
+        """
+        changed: dict[str, Any] = {}
+        odd: list[tuple[Quantity, str, Any]] = []
+        for name, one, default, low, high in self._looks:
+            value = values.get(name, default)
+            if value is default or (type(value) is float and low < value < high):
+                continue
+            # A default that stands for something else, as None or infinity, is no value of the quantity.
+            if _same(value, default) or (value is None and one.may_be_none):
+                continue
+            new = _checked(name, value, one.type, one.notes)
+            if new is not value:
+                changed[name] = new
+            if one.quantity is not None:
+                odd.append((one.quantity, name, new))
+        for quantity, name, value in odd:
+            quantity.warn(owner, name, value)
+        return changed
+
+
+@dataclass_transform(frozen_default=True)
+def described(target: Thing) -> Thing:
+    """Describe a class or a function by its signature: a part that hertzlink checks, stores, rebuilds and varies.
+
+    A class becomes a frozen dataclass. Parameters with a quantity, such as hl.Length, are checked, become floats, and
+    warn where the number is probably in another unit. A function that returns a Structure notes its arguments in the
+    structure's origin. Both have a kind, their name in case files: `kind = "cantilever"` with
+    `hertzlink run case.toml --with mine.py`.
+
+    Parameters
+    ----------
+    target : class or function
+        Its annotations say what its parameters are: `length: hl.Length`, `material: hl.Material`.
+
+    Returns
+    -------
+    class or function
+        The same, with checks.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> @hl.described
+    ... def block(side: hl.Length, material: hl.Material) -> hl.Structure:
+    ...     mass = material.density * side**3
+    ...     return hl.Structure([[mass]], [[0.0]], None, [1.0], 0.0, hl.Surface(material))
+    >>> block(0.02, hl.PTFE).origin["side"]
+    0.02
+    >>> block(-1.0, hl.PTFE)
+    Traceback (most recent call last):
+    ValueError: side = -1.0: must be a positive number of m
+    """
+    return described_as()(target)
+
+
+@dataclass_transform(frozen_default=True)
+def described_as(what: str = "", called: str = "", also: tuple[str, ...] = ()) -> Callable[[Thing], Thing]:
+    """As `described`.
+
+    what: the words in which messages ask for it. called: its kind in the origin of a structure. also: other kinds that
+    a case file may use for it.
+    """
+
+    def describe(target: Any) -> Any:
+        place = target.__module__, target.__qualname__
+        made = _class(target) if inspect.isclass(target) else _function(target)
+        _ALL[place] = made.__described__ = Described(made, what, called, also)
+        return made
+
+    return describe
+
+
+def description(thing: Any) -> Described | None:
+    """What is known of a class or a function; None where it is not described."""
+    found = vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
+    return found if isinstance(found, Described) else None
+
+
+def registered() -> tuple[Described, ...]:
+    """All that is described."""
+    return tuple(_ALL.values())
+
+
+def of_family(base: type) -> Iterator[Described]:
+    """What makes an object of a class."""
+    for one in registered():
+        if inspect.isclass(one.makes) and base in one.makes.__mro__ and not inspect.isabstract(one.makes):
+            yield one
+
+
+def as_argument(value: Any) -> Any:
+    """An argument as plain data."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
+    return [as_argument(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def _class(target: Any) -> Any:
+    before = getattr(target, "__post_init__", None)
+
+    def __post_init__(self: Any) -> None:
+        # Of classes that derive from each other the last one that is described checks all.
+        known: Described = type(self).__described__
+        if known.target is made:
+            called = vars(self).get("name", "")
+            owner = f"{type(self).__name__} {called!r}" if called else type(self).__name__
+            for name, value in known.checked(vars(self), owner).items():
+                object.__setattr__(self, name, value)
+        if before is not None:
+            before(self)
+
+    target.__post_init__ = __post_init__
+    inherited = target.__repr__ is not object.__repr__ and not hasattr(target.__repr__, "__wrapped__")
+    made = dataclass(frozen=True, repr=not inherited)(target)
+    return made
+
+
+def _function(target: Any) -> Any:
+    signature = inspect.signature(target)
+
+    @wraps(target)
+    def called(*arguments: Any, **named: Any) -> Any:
+        known: Described = called.__described__  # type: ignore[attr-defined]
+        try:
+            bound = signature.bind(*arguments, **named)
+        except TypeError:
+            return target(*arguments, **named)  # Python names what is wrong with the call.
+        bound.arguments.update(known.checked(bound.arguments, known.name))
+        made = target(*bound.args, **bound.kwargs)
+        if hasattr(made, "origin") and made.origin.get("kind", known.called) == known.called:
+            bound.apply_defaults()
+            plain = {name: as_argument(value) for name, value in bound.arguments.items()} | dict(made.origin)
+            stated = {name: value for name, value in plain.items() if value is not None}
+            object.__setattr__(made, "origin", {"kind": known.called, **stated})
+        return made
+
+    return called
+
+
+def _same(value: Any, default: Any) -> bool:
+    """Whether a value is the default: the same object, or an equal float; all NaN are equal."""
+    floats = isinstance(value, float) and isinstance(default, float)
+    return value is default or (floats and (value == default or (value != value and default != default)))
+
+
+def _checked(name: str, value: Any, kind: Any, notes: tuple[Any, ...]) -> Any:
+    """An argument that is what its annotation says; a ValueError otherwise."""
+    if get_origin(kind) is Union:
+        members = [noted(member) for member in get_args(kind)]
+        if any(inspect.isclass(member) and not own and isinstance(value, member) for member, own in members):
+            return value
+        kind, notes = next((member for member in members if member[1]), (Any, ()))
+    for note in notes:
+        value = note.check(name, value) if hasattr(note, "check") else value
+    known = description(kind) if inspect.isclass(kind) and type(value) is not kind else None
+    if known is not None:
+        instance(name, value, kind, known.what)
+    elif kind is str and not any(hasattr(note, "check") for note in notes):
+        instance(name, value, str, "a text")
+    return value
+
+
+def _hints(target: Any) -> dict[str, Any]:
+    try:
+        return get_type_hints(target, include_extras=True)
+    except NameError:  # of a name that only type checkers import
+        return dict(inspect.get_annotations(target))
+
+
+def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """The type of an annotation, without None, and what is noted on it."""
+    if get_origin(hint) is Annotated:
+        inner, *notes = get_args(hint)
+        kind, more = noted(inner)
+        return kind, (*more, *notes)
+    if get_origin(hint) in (Union, UnionType):
+        members = [member for member in get_args(hint) if member is not NoneType]
+        return noted(members[0]) if len(members) == 1 else (Union[tuple(members)], ())  # noqa: UP007
+    return hint, ()
+
+
+def without_notes(hint: Any) -> Any:
+    """An annotation as a reader wants it: float, not Annotated[float, ...]."""
+    if get_origin(hint) is Annotated:
+        return without_notes(get_args(hint)[0])
+    if get_origin(hint) in (Union, UnionType):
+        members = tuple(map(without_notes, get_args(hint)))
+        return Union[members] if any(isinstance(member, str) for member in members) else reduce(or_, members)  # noqa: UP007
+    if get_origin(hint) in (tuple, list, Sequence, Mapping):
+        members = tuple(map(without_notes, get_args(hint)))
+        return get_origin(hint)[members]
+    return hint

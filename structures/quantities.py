@@ -1,0 +1,265 @@
+"""Physical quantities, each declared once: unit, valid range, probable range, and how a user writes it.
+
+A parameter says what it is by its annotation, `length: Length`. From it follow its check, the warning about a number
+that is perhaps in another unit, its entry in case files, its unit in reports and on axes, and the range of its slider.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf, isfinite, pi
+from typing import Annotated
+
+from structures.caution import caution
+from structures.checks import LARGEST, SMALLEST, finite, not_negative, one_of, positive, turn, up_to, whole, within
+
+PLAIN = str.maketrans({"²": "^2", "³": "^3"})
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a number is. Use it in an annotation: `Annotated[float, Quantity("N/m", "a stiffness", "200 N/m")]`.
+
+    Parameters
+    ----------
+    unit : str
+        The SI unit; empty for a pure number.
+    noun : str
+        What it is, with an article.
+    example : str
+        A number as a case file has it.
+    low, high : float
+        The valid range, in `unit`.
+    or_zero : bool
+        Whether zero is valid, where `low` is zero.
+    ends : bool
+        Whether other ends are valid themselves.
+    likely : (float, float)
+        The probable size, other than zero. Beyond it a warning asks whether the number is in another unit.
+    below, above : str
+        The units that a number below or above the probable range may have.
+    counted_in : str
+        What a pure number counts, for the warning: "times the modulus".
+    written : str, optional
+        The unit in case files, where it is not `unit`.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.quantities.Quantity("m", "a length", "2 mm").check("length", 3)
+    3.0
+    """
+
+    unit: str = ""
+    noun: str = "a number"
+    example: str = "0.02"
+    low: float = 0.0
+    high: float = inf
+    or_zero: bool = False
+    ends: bool = True
+    likely: tuple[float, float] = (0.0, inf)
+    below: str = ""
+    above: str = ""
+    counted_in: str = ""
+    written: str | None = None
+
+    @property
+    def unit_in_files(self) -> str:
+        """The unit as case files spell it."""
+        return self.unit.translate(PLAIN) if self.written is None else self.written
+
+    @cached_property
+    def usual(self) -> tuple[float, float]:
+        """Positive numbers between these are valid and probable. Most are, and need no further look."""
+        return max(self.low, self.likely[0], SMALLEST), min(self.high, self.likely[1], LARGEST)
+
+    def check(self, name: str, value: float) -> float:
+        """`value` as a float; a ValueError that names the argument where it is not valid."""
+        if self.unit == "rad" and isfinite(self.low):
+            return turn(name, value)
+        if self.low == -inf:
+            return finite(name, value, self.unit)
+        if not self.ends:
+            number = finite(name, value, self.unit)
+            if not self.low < number < self.high:
+                range_ = f"between {self.low:g} and {self.high:g}, both excluded"
+                raise ValueError(f"{name} = {value!r}: must lie {range_}")
+            return number
+        if self.or_zero and self.high < inf:
+            return up_to(name, value, self.high, self.unit)
+        if self.or_zero:
+            return not_negative(name, value, self.unit)
+        if self.low == 0.0 and self.high == inf:
+            return positive(name, value, self.unit)
+        return within(name, value, self.low, self.high, self.unit)
+
+    def warn(self, owner: str, name: str, value: float) -> None:
+        """Warn if a number other than zero lies outside the probable range."""
+        size, (low, high) = abs(value), self.likely
+        if size == 0.0 or low <= size <= high:
+            return
+        other = self.below if size < low else self.above
+        unit = self.counted_in or self.unit
+        caution(f"{owner} {name} = {value:g}: is read as {value:g} {unit}; is it in {other}?")
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """The words that a text may be, for an annotation.
+
+    Parameters
+    ----------
+    *words : str
+        The words.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.quantities.OneOf("fixed", "free").check("base", "free")
+    'free'
+    """
+
+    words: tuple[str, ...]
+
+    def __init__(self, *words: str) -> None:
+        object.__setattr__(self, "words", words)
+
+    def check(self, name: str, value: str) -> str:
+        """`value`; a ValueError that lists the words where it is none of them."""
+        return one_of(name, value, self.words)
+
+
+@dataclass(frozen=True)
+class Count:
+    """A whole number that counts something, for an annotation.
+
+    Parameters
+    ----------
+    least : int
+        The least that it may be.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.quantities.Count(2).check("elements", 20)
+    20
+    """
+
+    least: int = 1
+
+    def check(self, name: str, value: int) -> int:
+        """`value` as an int; a ValueError where it is no whole number, or too small."""
+        return whole(name, value, self.least)
+
+
+@dataclass(frozen=True)
+class InFile:
+    """What stands in a file, whose name a case gives."""
+
+    what: str
+    example: str
+
+    @property
+    def text(self) -> str:
+        """What a message about a missing entry asks for."""
+        return f'the file of {self.what}, such as "{self.example}"'
+
+
+@dataclass(frozen=True)
+class Asks:
+    """What a message about a missing entry of a case asks for."""
+
+    text: str
+
+
+class Likely:
+    """Quantities with a probable range. Everything in Khatri's thesis, the examples and the studies lies inside.
+
+    A limit exists only where a number beyond it may be in another common unit. Stiffnesses of edges and foundations,
+    and losses in N s/m, have no limit, because any size is possible.
+    """
+
+    # Balls of 400 mm diameter; chains in the literature have beads of 0.1 to 100 mm. Beyond the valid range products of
+    # lengths lose their digits.
+    BEAD = Quantity("m", "a length", "2.29 mm", 1e-9, 1e6, likely=(0.0, 0.2), above="mm")
+    # Twice the largest radius.
+    BEAD_SIZE = Quantity("m", "a length", "9.5 mm", likely=(0.0, 0.4), above="mm")
+    # Mass over the cube of the size: 13 of a ball of the lightest foam, up to 4e5 of a flat disc of steel.
+    BULK = Quantity("kg/m³", "a density", "2700 kg/m^3", likely=(5.0, 5e5), below="g/cm³", above="g/m³")
+    # From plates, panels and rods of the laboratory up to the walls of ships.
+    SIDE = Quantity("m", "a length", "2.29 mm", likely=(0.0, 20.0), above="mm")
+    # An echo from farther away comes after any record of a few ms.
+    DISTANCE = Quantity("m", "a length", "2.29 mm", likely=(0.0, 5.0), above="mm")
+    THICKNESS = Quantity("m", "a length", "2.29 mm", likely=(0.0, 1.0), above="mm")
+    PLY = replace(THICKNESS, likely=(0.0, 0.1))
+    # Rubber has some 1 MPa, and the plane of a honeycomb core 10 kPa; a rigid body may have any modulus.
+    MODULUS = Quantity("Pa", "a modulus", "70 GPa", likely=(5e5, inf), below="GPa or MPa")
+    PLY_MODULUS = replace(MODULUS, likely=(1e4, inf))
+    # Foams yield at some 100 kPa, hard steel at 2 GPa.
+    STRENGTH = Quantity("Pa", "a strength", "170 MPa", likely=(1e4, inf), below="MPa or GPa")
+    # 10 MPa in a foil of 10 µm are 100 N/m.
+    FORCE_PER_LENGTH = Quantity(
+        "N/m", "a force per length", "20 kN/m", -inf, likely=(50.0, inf), below="N/mm, or a stress in MPa"
+    )
+    # A balloon has some kPa, a tennis ball 80.
+    PRESSURE = Quantity("Pa", "a pressure", "80 kPa", -inf, likely=(500.0, inf), below="kPa, bar or MPa")
+    # The lightest foams that carry load have about 30 kg/m³; no solid has more than 22.6 g/cm³.
+    DENSITY = Quantity("kg/m³", "a density", "2700 kg/m^3", likely=(25.0, inf), below="g/cm³")
+    # A chain is struck at 1 m/s or less; steel yields above a few m/s. A chain that is slower than the valid range does
+    # nothing, one that is faster is no chain of solids.
+    SPEED = Quantity("m/s", "a speed", "0.31 m/s", 1e-12, 1e5, likely=(0.0, 30.0), above="mm/s")
+    HEIGHT = Quantity("m", "a length", "2.29 mm", likely=(0.0, 3.0), above="mm")
+    # A contact of steel beads lasts 25 to 110 µs, one of soft beads a few ms.
+    FREQUENCY = Quantity("Hz", "a frequency", "40 kHz", likely=(500.0, inf), below="kHz")
+    # A geotechnical centrifuge reaches 2000 m/s².
+    GRAVITY = Quantity("m/s²", "an acceleration", "9.81 m/s^2", or_zero=True, likely=(0.0, 5e3), above="mm/s²")
+    PRELOAD = Quantity("N", "a force", "2 N", or_zero=True, likely=(0.0, 1e6), above="mN")
+    MASS = Quantity("kg", "a mass", "2 g", likely=(0.0, 100.0), above="g")
+    MASS_PER_LENGTH = Quantity("kg/m", "a mass per length", "0.2 kg/m", likely=(0.0, 100.0), above="g/m")
+    # A toy spring has 1 N/m; no actuator compresses its spring by a metre.
+    SPRING = Quantity("N/m", "a stiffness", "200 N/m", likely=(1.0, inf), below="N/mm")
+    WAY = Quantity("m", "a length", "2.29 mm", likely=(0.0, 1.0), above="mm")
+    # A steel bar 30 mm high has 2e4 N m².
+    BENDING = Quantity("N m²", "a stiffness", "20 N m^2", likely=(0.0, 1e6), above="N mm²")
+    # A standard deviation; noise as large as the force leaves nothing to see.
+    NOISE = Quantity(likely=(0.0, 1.0), above="%", counted_in="times the greatest force")
+    # Beads of 1 to 40 mm: 10 mN to some kN.
+    MEASURED_FORCE = Quantity("N", "a force", "2 N", likely=(1e-3, 1e4), below="kN or V", above="mN or mV")
+    # A solitary wave of steel beads lasts 20 to 200 µs, one of soft beads a few ms.
+    WAVE = Quantity("s", "a time", "100 us", likely=(1e-6, 0.01), below="ms or µs", above="µs or ms")
+    # An arm as stiff as the bead itself relaxes half of it; polymers have arms of up to a few times their slow modulus.
+    SHARE = Quantity(likely=(0.0, 10.0), above="%", counted_in="times the modulus")
+    # Part of the critical damping: steel has 0.001, rubber 0.1.
+    RATIO = Quantity(or_zero=True, likely=(0.0, 1.0), above="%", counted_in="times the critical damping")
+    # Oscilloscopes take 1 µs; a contact of soft beads lasts a few ms.
+    SAMPLE = Quantity("s", "a time", "1 us", likely=(0.0, 1e-3), above="µs or ms")
+    # A run lasts a few ms; a process that takes more than a second does not show in it.
+    TIME = Quantity("s", "a time", "1.5 ms", likely=(0.0, 1.0), above="µs or ms")
+
+
+Several = Annotated[int, Count()]
+Length = Annotated[float, Quantity("m", "a length", "2.29 mm")]
+Coordinate = Annotated[float, Quantity("m", "a length", "2.29 mm", -inf)]
+Component = Annotated[float, Quantity(low=-inf)]
+Curvature = Annotated[float, Quantity("1/m", "a curvature", "50 1/m", -inf)]
+Scale = Annotated[float, Quantity("m per unit of the mesh", written="")]
+Place = Annotated[float, Quantity("m", "a length", "2.29 mm", or_zero=True)]
+Side = Annotated[float, Likely.SIDE]
+Thickness = Annotated[float, Likely.THICKNESS]
+Angle = Annotated[float, Quantity("rad", "an angle", "45 deg", -2.0 * pi, 2.0 * pi)]
+Direction = Annotated[float, Quantity("rad", "an angle", "45 deg", -inf)]
+Time = Annotated[float, replace(Likely.TIME, or_zero=True)]
+Moment = Annotated[float, replace(Likely.TIME, low=-inf)]
+RelaxationTime = Annotated[float, Likely.TIME]
+Rate = Annotated[float, Quantity("1/s", "a rate", "100 1/s", or_zero=True)]
+Frequency = Annotated[float, Likely.FREQUENCY]
+Force = Annotated[float, Quantity("N", "a force", "2 N", -inf)]
+ContactForce = Annotated[float, Quantity("N", "a force", "2 N", or_zero=True)]
+Modulus = Annotated[float, Likely.MODULUS]
+PoissonRatio = Annotated[float, Quantity(low=-1.0, high=0.5, ends=False)]
+Density = Annotated[float, Likely.DENSITY]
+Strength = Annotated[float, Likely.STRENGTH]
+Pressure = Annotated[float, Likely.PRESSURE]
+BendingStiffness = Annotated[float, Likely.BENDING]
+MassPerLength = Annotated[float, Likely.MASS_PER_LENGTH]
+Share = Annotated[float, Likely.SHARE]
+WhichModulus = Annotated[str, OneOf("relaxed", "instantaneous")]
