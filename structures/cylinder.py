@@ -41,7 +41,7 @@ INTEGRATION_ORDER = 5
 @described_as(called="cylinder")
 def layered_cylinder(
     layers: Layers,
-    base: Annotated[str, OneOf("fixed", "free", "absorbing")] | Foundation = "fixed",
+    base: Annotated[str, OneOf("fixed", "free", "absorbing", others=" or a Foundation")] | Foundation = "fixed",
     side: Annotated[str, OneOf("free", "absorbing")] = "free",
     patch_radius: Length | None = None,
     highest_frequency: Frequency = HIGHEST_FREQUENCY,

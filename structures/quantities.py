@@ -110,6 +110,8 @@ class OneOf:
     ----------
     *words : str
         The words.
+    others : str
+        The end of the message about a value that is no text.
 
     Examples
     --------
@@ -119,12 +121,17 @@ class OneOf:
     """
 
     words: tuple[str, ...]
+    others: str = ""
 
-    def __init__(self, *words: str) -> None:
+    def __init__(self, *words: str, others: str = "") -> None:
         object.__setattr__(self, "words", words)
+        object.__setattr__(self, "others", others)
 
     def check(self, name: str, value: str) -> str:
         """`value`; a ValueError that lists the words where it is none of them."""
+        if self.others and not isinstance(value, str):
+            words = ", ".join(map(repr, self.words))
+            raise ValueError(f"{name} = {value!r}: must be one of {words}{self.others}")
         return one_of(name, value, self.words)
 
 

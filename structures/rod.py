@@ -36,6 +36,9 @@ MOST_ELEMENTS = 1_000_000
 BASES = ("fixed", "free", "absorbing", "contact")
 
 
+Base = Annotated[str, OneOf(*BASES, others="; cylinder takes a Foundation")]
+
+
 @described
 class Layer:
     """A cylinder of one material.
@@ -85,7 +88,7 @@ Layers = Annotated[
 @described
 def rod(
     layers: Layers,
-    base: Annotated[str, OneOf(*BASES)] = "fixed",
+    base: Base = "fixed",
     elements: Annotated[int, Count()] | None = None,
     cracks: Sequence[int] = (),
 ) -> Structure:
@@ -177,7 +180,7 @@ def rod(
 
 @described
 def rod_parts(
-    layers: Layers, base: Annotated[str, OneOf(*BASES)] = "fixed", elements: Annotated[int, Count()] | None = None
+    layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] | None = None
 ) -> list[sparse.csr_array]:
     """The contribution of each layer to the stiffness matrix of `rod`.
 

@@ -145,7 +145,7 @@ WRONG_RODS = [
     ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is no kind; did you mean rod?'),
     ('kind = "rod"', 'kind = "plate"', 8, '"plate" is no kind; did you mean kirchhoff_plate or mindlin_plate or infinite_plate?'),
     ('kind = "rod"', 'kind = "Cylindr"', 8, '"Cylindr" is no kind; did you mean layered_cylinder?'),
-    ('kind = "rod"', 'kind = "drum"', 8, 'structure.kind: "drum" is no kind; must be one of nothing, half_space'),
+    ('kind = "rod"', 'kind = "drum"', 8, 'structure.kind: "drum" is no kind; must be one of nothing, beam'),
     ('kind = "rod"', "kind = 7", 8, "structure.kind"),
     ('shape = "sphere"', 'shape = "spere"', 3, 'chain.bead.shape: "spere" is no shape; did you mean sphere?'),
     ('kind = "rod"', 'kind = "rod"\nbase = "fix"', 9, 'structure.base: "fix" is not possible; did you mean fixed?'),

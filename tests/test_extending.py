@@ -101,7 +101,7 @@ def test_a_number_of_it_is_identified(cantilever: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words", "said"),
     [
-        ("", "", (), 'case.toml:7: structure.kind: "cantilever" is no kind; must be one of nothing, half_space'),
+        ("", "", (), 'case.toml:7: structure.kind: "cantilever" is no kind; must be one of nothing, beam'),
         ("", "", ("--with", "none.py"), "--with none.py: cannot be read (No such file or directory)"),
         ("@hl.described", "", ("--with", "mine.py"), "--with mine.py: describes no part; write @hl.described above"),
         ("hl.Structure:", "hl.Structure", ("--with", "mine.py"), "--with mine.py:7: expected ':'"),

@@ -143,7 +143,7 @@ def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared]
         if first is not None and first.target.__module__.partition(".")[0] in ROOMS:
             raise ValueError(f"{one.name} of {one.target.__module__}: hertzlink has this kind; give it another name")
         known[one.kind] = one
-    return [table_of(one, tag, SPECIAL.get(one.target, base)) for one in known.values()]
+    return [table_of(known[kind], tag, SPECIAL.get(known[kind].target, base)) for kind in sorted(known)]
 
 
 def data_of(given: Any, path: str, *families: type) -> Data:
