@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -228,6 +228,9 @@ class Rod(Built):
     """A rod, whose cracks close."""
 
     cracks: list[Crack] = Field(default_factory=list)
+
+    if TYPE_CHECKING:
+        elements: int | None
 
     def arguments(self, world: World) -> Data:
         return super().arguments(world) | {
