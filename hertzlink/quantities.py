@@ -2,11 +2,8 @@
 
 from structures.quantities import Angle as Angle
 from structures.quantities import Count as Count
-from structures.quantities import Density as Density
 from structures.quantities import Force as Force
 from structures.quantities import Frequency as Frequency
-from structures.quantities import Modulus as Modulus
 from structures.quantities import OneOf as OneOf
 from structures.quantities import Quantity as Quantity
-from structures.quantities import Rate as Rate
 from structures.quantities import Time as Time
