@@ -109,7 +109,7 @@ WRONG_RODS = [
     ("beads = 8", "", 1, "chain.beads: is missing; give a number of beads, such as 20"),
     ('impact_speed = "0.3 m/s"', "", 1, 'chain.impact_speed: is missing; give a speed, such as "0.31 m/s", or a drop_height'),
     ('bead = { shape = "sphere", diameter = "9.53 mm", material = "steel 440C" }', "", 1, "chain.bead: is missing; give a bead"),
-    ('shape = "sphere", ', "", 3, "chain.bead.shape: is missing; must be one of sphere, hollow_sphere, ellipsoid, cylinder"),
+    ('shape = "sphere", ', "", 3, "chain.bead.shape: is missing; must be one of cylinder, ellipsoid, hollow_sphere, sphere"),
     ('diameter = "9.53 mm", ', "", 3, "chain.bead.radius: is missing; give a radius or a diameter"),
     (', material = "steel 440C" }', " }", 3, 'chain.bead.material: is missing; give a material, such as "aluminium 6061"'),
     ('kind = "rod"', "", 7, "structure.kind: is missing; must be one of nothing"),
@@ -143,7 +143,7 @@ WRONG_RODS = [
     ('"0.1 ms"', '"20 degC"', 15, 'run.until: "20 degC": "degC" is no unit of this quantity'),
     # Kinds.
     ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is no kind; did you mean rod?'),
-    ('kind = "rod"', 'kind = "plate"', 8, '"plate" is no kind; did you mean kirchhoff_plate or mindlin_plate or infinite_plate?'),
+    ('kind = "rod"', 'kind = "plate"', 8, '"plate" is no kind; did you mean infinite_plate or kirchhoff_plate or mindlin_plate?'),
     ('kind = "rod"', 'kind = "Cylindr"', 8, '"Cylindr" is no kind; did you mean layered_cylinder?'),
     ('kind = "rod"', 'kind = "drum"', 8, 'structure.kind: "drum" is no kind; must be one of nothing, beam'),
     ('kind = "rod"', "kind = 7", 8, "structure.kind"),
