@@ -13,7 +13,6 @@ from hertzlink.cases.parts import (
     AnyMaterial,
     Force,
     Length,
-    OwnMaterial,
     World,
     file_of,
     forms,
@@ -129,27 +128,10 @@ class PlateBody(Walled):
         return len(self.at) if isinstance(self.at[0], list) else 1
 
     @property
-    def is_plain(self) -> bool:
-        """Whether the wall is of one material and one point is struck; the next three need that."""
-        return self.wall is None and self.thickness is not None and self.material is not None and self.contacts == 1
-
-    @property
     def place(self) -> tuple[float, float]:
         """The only point that is struck, m."""
         x, y = (one for one in self.at if isinstance(one, float))
         return x, y
-
-    @property
-    def depth(self) -> float:
-        """The thickness, m."""
-        assert self.thickness is not None
-        return self.thickness
-
-    @property
-    def substance(self) -> str | OwnMaterial:
-        """The material."""
-        assert self.material is not None
-        return self.material
 
     @classmethod
     def entries(cls, given: Mapping[str, Any]) -> Data:
