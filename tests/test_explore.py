@@ -165,7 +165,8 @@ def test_the_first_values_are_those_of_the_case(server: Server) -> None:
     assert answer["waves"]["primary"]["amplitude_ratio"] == waves.primary.amplitude_ratio
     starts = {one["name"]: one["start"] for one in server.sliders}
     assert starts == {
-        "structure.distance": "20", "structure.thickness": "2.29", "chain.impact_speed": "0.31", "measure.sensor": "6",
+        "structure.distance": "20", "structure.thickness": "2.29", "structure.material.youngs_modulus": "68.9",
+        "chain.impact_speed": "0.31", "measure.sensor": "6",
     }  # fmt: skip
     status, again = asked(server, **{name.replace(".", "__"): text for name, text in starts.items()})
     assert again["waves"] == answer["waves"]
