@@ -81,7 +81,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.laws.Thornton(300), r"Thornton yield_strength = 300: is read as 300 Pa; is it in MPa or GPa\?"),
     (
         lambda: hl.identifiability(tapped, noise=5.0, sensors=[5], until=2e-4, modulus=3e9),
-        r"information noise = 5: is read as 5 times the greatest force; is it in %\?",
+        r"identifiability noise = 5: is read as 5 times the greatest force; is it in %\?",
     ),
     (lambda: hl.beam(500.0, 300.0, 1.5, STEEL, 200.0), r"beam length = 500: is read as 500 m; is it in mm\?"),
     (lambda: hl.beam(0.5, 3e8, 1.5, STEEL, 0.2), r"beam bending_stiffness = 3e\+08: .* N mm²\?"),
@@ -107,7 +107,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     ),
     (
         lambda: hl.identifiability(tapped, sample_every=1e-2, sensors=[5], until=2e-2, modulus=3e9),
-        r"information sample_every = 0\.01: is read as 0\.01 s; is it in µs or ms\?",
+        r"identifiability sample_every = 0\.01: is read as 0\.01 s; is it in µs or ms\?",
     ),
     (
         lambda: hl.damped(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), hl.damping.StandardLinearSolid(0.1, 30.0)),
