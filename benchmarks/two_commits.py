@@ -75,7 +75,12 @@ def measured(code: str, folder: Path, cache: str) -> float:
     environment |= {"PYTHONPATH": f"{folder}:{environment.get('PYTHONPATH', '')}", "NUMBA_CACHE_DIR": cache}
     environment |= {"OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", code], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-W", "ignore", "-c", code],
+        cwd=folder,  # Python looks there before PYTHONPATH.
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return float(done.stdout.split()[-1])
 

@@ -300,7 +300,7 @@ def test_a_function_may_return_a_law_that_changes() -> None:
     usual = hl.CoSimulation(hl.Chain([BALL] * 4, BALL, 0.4, law=hl.laws.PowerLaw(1e10)), None)
     forces = [one.run(5e-5).contact_force.values for one in (simulation, usual)]
     assert forces[0] == pytest.approx(forces[1], abs=1e-6 * forces[1].max())
-    own, shared = simulation.chain.model.law, kernel_table(hl.laws.PowerLaw(1e10))
+    own, shared = simulation.chain.model.law.own, kernel_table(hl.laws.PowerLaw(1e10))
     assert len(own.rows) == len(shared)
 
 
