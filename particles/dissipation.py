@@ -48,7 +48,8 @@ class Dissipation(ABC):
     A viscoelastic loss whose relaxation time depends on the mass:
 
     >>> import hertzlink as hl
-    >>>     >>> @dataclass(frozen=True)
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
     ... class HeavierIsSlower(hl.Dissipation):
     ...     time_per_mass: float  # s/kg
     ...     piece = "tangent"

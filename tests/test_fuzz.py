@@ -55,6 +55,8 @@ ELSEWHERE = {
     "stepping.StructureState",
     "laws.YieldingLaw",
     *("HertzlinkWarning", "NotConverged", "NoWaveError"),
+    # Of a user's own parts: test_described, test_quantities, test_extending.
+    *("described", "quantities.Quantity", "quantities.Count", "quantities.OneOf"),
     # Takes what plots.picture takes, and draws many pictures.
     "plots.animation",
 }

@@ -140,7 +140,7 @@ def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared]
     known: dict[str, Described] = {}
     for one in many:
         first = known.get(one.kind)
-        if first is not None and first.target.__module__.partition(".")[0] in ROOMS:
+        if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
             raise ValueError(f"{one.name} of {one.target.__module__}: hertzlink has this kind; give it another name")
         known[one.kind] = one
     return [table_of(known[kind], tag, SPECIAL.get(known[kind].target, base)) for kind in sorted(known)]

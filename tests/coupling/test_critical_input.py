@@ -35,7 +35,7 @@ def near(distance: float) -> hl.CoSimulation:
         (lambda: hl.critical_distance(curve([1, 2, 3, 4], "abcd")), "ratio: must hold real numbers"),
         (lambda: hl.critical_distance(curve([1, 2, 3, 4], [1j, 0, 0, 0])), "ratio: must hold real numbers"),
         (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must lie between"),
-        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 1e-300: must lie between"),
+        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 0.0: must be a positive"),
         (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.0), "distance = 0.0: must be a positive"),
         (
             lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "free", 0.02, highest_frequency=1e-300),

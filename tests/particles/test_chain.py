@@ -261,7 +261,7 @@ def test_runs_that_would_not_end_are_refused() -> None:
 def test_a_bead_that_repeats_is_described_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """To describe each of a thousand equal beads took three times as long as their run."""
     seen = []
-    monkeypatch.setattr("particles.chain.described", lambda thing: seen.append(thing) or thing)
+    monkeypatch.setattr("particles.chain.plain_data", lambda thing: seen.append(thing) or thing)
     bead, other = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Sphere(4.76e-3, hl.PTFE)
     beads = hl.Chain([bead] * 30 + [other] * 30, None, 0.4).describe()["beads"]
     assert [thing for thing in seen if isinstance(thing, hl.Sphere)] == [bead, other]

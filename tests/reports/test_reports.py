@@ -257,8 +257,9 @@ def test_new_parts_are_in_words_with_units() -> None:
     assert dict(setup_in_words.rows_of(plate)) == {
         "ply 1": "material carbon (E 135 GPa along, 9 GPa across); thickness 250 µm; angle 0 °"
     }
-    beam = {"bending_stiffness": 1.5, "mass_per_length": 0.08, "axial_force": -300.0, "damping": {"time": 2e-5}}
+    beam = {"kind": "beam", "bending_stiffness": 1.5, "mass_per_length": 0.08, "axial_force": -300.0}
+    beam |= {"damping": {"time": 2e-5}}
     assert dict(setup_in_words.rows_of(beam)) == {
-        "bending stiffness": "1.5 N m²", "mass per length": "0.08 kg/m", "axial force": "-300 N",
+        "kind": "beam", "bending stiffness": "1.5 N m²", "mass per length": "0.08 kg/m", "axial force": "-300 N",
         "damping": "time 20 µs",
     }  # fmt: skip

@@ -33,7 +33,7 @@ SECOND = {
 
 def ours() -> list[Described]:
     case_model()  # loads all parts
-    return [one for one in registered() if one.target.__module__.partition(".")[0] in ROOMS]
+    return [one for one in registered() if str(one.target.__module__).partition(".")[0] in ROOMS]
 
 
 def names_checked(one: Described) -> set[str]:
