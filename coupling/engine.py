@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.interface import FIRST, Interface
 from coupling.kernels import loop
-from coupling.kernels.adaptive import bend_of_last
+from coupling.kernels.adaptive import Adaptation, adapt, bend_of_last
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
 from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
@@ -111,10 +111,14 @@ class Engine:
         self.chains = tuple(chain.model for chain in interface.chains)
         self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
         self.finest = interface.contact_time / FINEST
-        self.kernel: Any = loop.run_windows if clock is None else clock.timed("compiled loop", loop.run_windows)
+        kernels: tuple[Any, Any] = loop.run_windows, adapt
+        self.kernel, self.adapt_kernel = (
+            kernels if clock is None else (clock.timed("compiled loop", k) for k in kernels)
+        )
         self.windows = known or StructureWindows()
         self._lengths: dict[float, tuple[Any, Any]] = {}
         self.trial = self.work_space()
+        self.before = None if adaptive is None else self.start()
 
     @property
     def _state_size(self) -> int:
@@ -186,32 +190,46 @@ class Engine:
         """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
         if first == 0:
             self.save(run, 0)
-        error = self._error(run) if first else 0.0
-        for done in range(first + 1, last + 1):
-            error = self._adapted(run, done, 0, error)
-            if done % self.stride == 0:
-                self.save(run, done)
+        halvings, error = 0, self._error(run) if first else 0.0
+        while self._is_too_long(run, halvings, error):
+            halvings += 1
+        done = first * 2**halvings
+        while done < last * 2**halvings:
+            problem, done, error = self._adapted(run, done, last, halvings, error)
+            if problem != loop.OK:
+                done, halvings = 2 * done, halvings + 1
+            elif halvings and done % 2 == 0 and not self._is_too_long(run, halvings - 1, error):
+                done, halvings = done // 2, halvings - 1
 
-    def _adapted(self, run: Run, done: int, halvings: int, error: float) -> float:
-        """Move on by one window, or by its halves, in place. error: of the last window; returns that of the new one."""
-        assert self.adaptive is not None
-        length = self.length / 2**halvings
-        finest, last = length <= self.finest, float(run.window[0]["length"])
-        longest = next_length(last, error, self.adaptive) if last > 0.0 else np.inf
-        if finest or length <= longest * TAKEN_AS_ONE:
-            before = [part.copy() for part in run]
-            failed = self._try(run, done - 1, done, halvings, 0)
-            if finest and failed is not None:
-                self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
-            if finest or failed is None:
-                found = self._error(run)
-                if finest or found <= self.adaptive:
-                    return found
-            tried = run.totals[0]["tried"]
-            for part, old in zip(run, before, strict=True):
-                part[...] = old
-            run.totals[0]["tried"] = tried
-        return self._adapted(run, 2 * done, halvings + 1, self._adapted(run, 2 * done - 1, halvings + 1, error))
+    def _is_too_long(self, run: Run, halvings: int, error: float) -> bool:
+        """Return whether a window is longer than the last one and its error, in greatest approaches, suggest."""
+        last, length = float(run.window[0]["length"]), self.length / 2**halvings
+        longest = next_length(last, error, self.adaptive or 0.0) if last > 0.0 else np.inf
+        return bool(length > max(longest * TAKEN_AS_ONE, self.finest))
+
+    def _adapted(self, run: Run, done: int, last: int, halvings: int, error: float) -> tuple[int, int, float]:
+        """Move on by windows of one length; return how they ended, how many are behind the run, and the last error.
+
+        done: windows of this length behind the run. last: whole windows of the plan.
+        """
+        length, whole = self.length / 2**halvings, 2**halvings
+        structure, contacts = self.of_length(length)
+        assert self.before is not None
+        finest, interface = length <= self.finest, self.interface
+        adaptation = Adaptation(
+            self.before, interface.static, interface.indentation_scale, self.adaptive or 0.0, finest, whole
+        )
+        pieces = run, self.chains, structure, contacts, self.search, self.recorder, self.trial, interface.begin
+        windows = done, last * whole, self.stride, length, error
+        problem, done, error = self.adapt_kernel(*pieces, adaptation, windows)
+        if problem == loop.NON_FINITE:
+            self._check_finite(done * length)
+        if problem == loop.NOT_CONVERGED and finest:
+            self.advance(run, 2 * done, 2 * (done + 1), halvings + 1)
+            problem, done, error = loop.OK, done + 1, self._error(run)
+            if done % (whole * self.stride) == 0:
+                self.save(run, done // whole)
+        return problem, done, error
 
     def _error(self, run: Run) -> float:
         """The error of the last window, in greatest approaches."""
@@ -227,10 +245,14 @@ class Engine:
         windows = first + 1, last, stride, 0 if first == 0 and stride > 0 else -1
         problem, done, residual = self._move(run, length, windows)
         if problem == loop.NON_FINITE:
-            trial, ends = self.trial, pairwise(self.interface.begin[:, 0])
-            chains = [(trial.y[first:last], trial.v[first:last]) for first, last in ends]
-            check_finite(self.interface, chains, trial.contact["surface"], done * length)
+            self._check_finite(done * length)
         return None if problem == loop.OK else (done, residual)
+
+    def _check_finite(self, time: float) -> None:
+        """Raise a FloatingPointError that names what the last trial made infinite."""
+        trial, ends = self.trial, pairwise(self.interface.begin[:, 0])
+        chains = [(trial.y[first:last], trial.v[first:last]) for first, last in ends]
+        check_finite(self.interface, chains, trial.contact["surface"], time)
 
     def save(self, run: Run, done: int) -> None:
         """Save the end of a whole window in its row."""

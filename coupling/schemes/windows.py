@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.kernels.adaptive import bend_of_last
+from coupling.kernels.adaptive import GROWS_BELOW, bend_of_last
 from coupling.schemes.scheme import Scheme
 from coupling.state import Counts, CoupledState, NotConverged, as_run
 from structures.checks import positive, short
@@ -15,9 +15,6 @@ MOST_HALVINGS = 12
 
 FINEST = 1024
 """Parts of the shortest contact below which an adaptive window is not halved for its error."""
-
-GROWS_BELOW = 0.125
-"""A window is tried twice as long after one whose error was below this part of the tolerance."""
 
 TIME_ROUNDING = 1e-6
 """Of the time that a scheme has to advance: far above rounding, far below a wrong window."""
