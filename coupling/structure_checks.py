@@ -71,8 +71,8 @@ def push_length(force: Vector, interval: float) -> float:
     if top <= 0.0:
         return 0.0
     low = np.flatnonzero(force <= 0.0)
-    before, after = low[low < peak], low[low > peak]
-    push = force[before[-1] if before.size else 0 : after[0] if after.size else force.size]
+    next_low = int(low.searchsorted(peak))
+    push = force[low[next_low - 1] if next_low else 0 : low[next_low] if next_low < low.size else force.size]
     return float(2.0 * interval * push.sum() / top)
 
 

@@ -1,6 +1,8 @@
 """Krylov reduction: a large structure becomes a few hundred oscillators with the same response at the contact."""
 
+from bisect import bisect
 from collections.abc import Callable, Mapping
+from math import log
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -379,11 +381,14 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
     Between the pulses of the estimates the error is interpolated as a power of the length; beyond them the nearest
     counts.
     """
-    known = [(report["pulse"], report["error_estimate"]), *report.get("shorter_pulses", [])]
-    if len(known) == 1:
-        return float(report["error_estimate"])
-    lengths, errors = np.log(np.maximum(np.array(known).T[:, ::-1], 1e-300))
-    return float(np.exp(np.interp(np.log(length), lengths, errors)))
+    first = report["pulse"], report["error_estimate"]
+    estimates = sorted(map(tuple, [first, *report.get("shorter_pulses", [])]))
+    if length <= estimates[0][0] or length >= estimates[-1][0]:
+        return float(estimates[0 if length <= estimates[0][0] else -1][1])
+    place = bisect(estimates, (length,))
+    (below, low), (above, high) = estimates[place - 1 : place + 1]
+    part = log(length / below) / log(above / below)
+    return float(max(low, 1e-300) ** (1.0 - part) * max(high, 1e-300) ** part)
 
 
 def _estimate(before: Modes, modes: Modes, until: float, length: float) -> float:
