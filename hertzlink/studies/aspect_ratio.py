@@ -239,7 +239,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     _without_wave(axis, data)
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     found["amplitude_ratio"] = figure
     figure, axes = draw.panels(2, width=4.0, height=3.6, sharey=False)
     _points(axes[0], data, data.time_of_flight * 1e6)
@@ -249,7 +249,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     longest = float((data.time_of_flight / data.diameter).max()) * 1e3
     axes[1].set(ylabel="time of flight / D (µs/mm)", ylim=(0.0, 1.6 * longest))
     for axis in axes:
-        axis.legend(frameon=False, fontsize="small")
+        axis.legend()
     found["time_of_flight"] = figure
     found["forces"] = _forces(data)
     return found
@@ -258,14 +258,11 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 def _points(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
     """Filled markers for the thesis's plates, hollow ones for infinite plates."""
     for i, diameter in enumerate(data.diameter.values):
-        ratio = diameter / data.thickness.values
-        for body, filled in (("plate", True), ("infinite plate", False)):
-            axis.plot(
-                ratio, values.sel(diameter=diameter, body=body), draw.MARKERS[i], color=draw.COLOURS[i],
-                linestyle="none", clip_on=False, zorder=3.0,
-                markersize=4.5 if filled else 8.0, fillstyle="full" if filled else "none",
-                label=f"D = {diameter * 1e3:.2f} mm" + ("" if filled else ", infinite plate"),
-            )  # fmt: skip
+        label, ratio = f"D = {diameter * 1e3:.2f} mm", diameter / data.thickness.values
+        look = draw.Look(color=draw.COLOURS[i], marker=draw.MARKERS[i], linestyle="none", clip_on=False, zorder=3.0)
+        plate, infinite = (values.sel(diameter=diameter, body=body) for body in BODIES[:2])
+        axis.plot(ratio, plate, markersize=4.5, label=label, **look)
+        axis.plot(ratio, infinite, markersize=8.0, fillstyle="none", label=f"{label}, infinite plate", **look)
     largest = float((data.diameter / data.thickness).max())
     axis.set(xlabel="D/t", xlim=(0.0, 1.15 * largest if Conditions.read(data).own else 9.0))
 
@@ -281,8 +278,7 @@ def _without_wave(axis: draw.Axes, data: xr.Dataset) -> None:
 
 def _lines(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
     for speed, style, name in zip(data.speed.values, ("-", "--"), ("striker's", "wave's"), strict=True):
-        axis.plot(data.ratio, values.sel(speed=speed), style, color="black", linewidth=1.0,
-                  label=f"Zener, the {name} speed")  # fmt: skip
+        draw.theory_line(axis, data.ratio, values.sel(speed=speed), f"Zener, the {name} speed", style)
 
 
 def _forces(data: xr.Dataset) -> draw.Figure:
@@ -291,12 +287,9 @@ def _forces(data: xr.Dataset) -> draw.Figure:
     of = Conditions.read(data)
     diameter = of.bead[len(of.bead) // 2]
     middle = data.sensor_force.sel(body="plate", diameter=diameter)
-    for i, thickness in enumerate(dict.fromkeys((of.thickness[0], of.thickness[-1]))):
-        axis.plot(
-            data.time * 1e6, middle.sel(thickness=thickness), color=draw.COLOURS[i], linewidth=1.2,
-            label=f"t = {thickness * 1e3:.2f} mm",
-        )  # fmt: skip
-    axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)",
-             xlim=(0.0, of.until * 1e6 if of.own else 1500.0), title=f"D = {diameter * 1e3:.2f} mm")  # fmt: skip
-    axis.legend(frameon=False, fontsize="small")
+    for thickness in dict.fromkeys((of.thickness[0], of.thickness[-1])):
+        axis.plot(data.time * 1e6, middle.sel(thickness=thickness), "-", label=draw.thick(thickness))
+    axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)", title=f"D = {diameter * 1e3:.2f} mm")
+    axis.set_xlim(0.0, of.until * 1e6 if of.own else 1500.0)
+    axis.legend()
     return figure

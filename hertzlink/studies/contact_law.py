@@ -375,12 +375,12 @@ def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
     draw.theory_line(laws, approach * 1e6, fitted, f"fit over 0.2 to 10 µm, n = {float(fit.exponent):.3f}")
     draw.points(laws, approach * 1e6, force, 0, "finite elements")
     laws.set(xlabel="approach (µm)", ylabel="contact force (N)")
-    laws.legend(frameon=False, fontsize="small")
+    laws.legend()
     draw.log_x(shares)
     draw.points(shares, approach * 1e6, force / data.theory.sel(contact=SPHERES).values, 0, "finite elements")
     draw.theory_line(shares, approach * 1e6, np.ones(approach.size), "Hertz", "--")
     shares.set(xlabel="approach (µm)", ylabel="force over Hertz's", ylim=(0.98, 1.06))
-    shares.legend(frameon=False, fontsize="small")
+    shares.legend()
     return figure
 
 
@@ -413,14 +413,14 @@ def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
         found = data.exponent.sel(contact=names, fit=fit).values
         repeated = (angles < SHORT_CONTACT_ANGLE) & (abs(found - HERTZ) < HERTZ_EXPONENT_DIFFERENCE)
         draw.points(axis, angles[~repeated], found[~repeated], i, fit)
-        draw.points(axis, angles[repeated], found[repeated], i, "", hollow=True)
-    axis.plot([], [], "o", color="grey", markerfacecolor="white", markersize=4.0, label="half-spaces, not cut")
+        draw.points(axis, angles[repeated], found[repeated], i, hollow=True)
+    axis.plot([], [], "o", color="grey", markerfacecolor="white", label="half-spaces, not cut")
     draw.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
     draw.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")
     axis.set(xlabel="angle between the cylinders (°)", ylabel="exponent n", xscale="symlog", ylim=(1.0, 1.6))
     axis.set_xticks([0.0, *ANGLES], ["0", *(f"{angle:g}" for angle in ANGLES)])
     axis.set_xlim(-0.3, 130.0)
-    axis.legend(frameon=False, fontsize="small", loc="center right")
+    axis.legend(loc="center right")
     return figure
 
 
@@ -447,5 +447,5 @@ def _figure_of_convergence(data: xr.Dataset) -> draw.Figure:
     axis.set(xlabel="size of the cells, over the usual one", ylabel="change of the force by halving it (%)")
     draw.logarithmic(axis)
     axis.set_xticks(sizes, [f"{size:g}" for size in sizes])
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     return figure

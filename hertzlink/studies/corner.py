@@ -179,5 +179,5 @@ def figure(data: xr.Dataset) -> draw.Figure:
     axes[0].plot([], [], "-", color="black", linewidth=1.2, label=f"± {TOLERANCE:g}")
     axes[0].plot([], [], "--", color="black", linewidth=1.0, label=f"± {TOLERANCE:g}, the two edges superposed")
     drawn.colorbar(shown, ax=axes, label="AR − far value", ticks=levels, fraction=0.02)
-    drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+    draw.legend_above(drawn, axes[0], 2)
     return drawn

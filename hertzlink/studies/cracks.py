@@ -176,16 +176,14 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     for axis, one in zip(axes, BODIES, strict=True):
         found = data.sel(body=one.name)
         speeds = found.impact_speed.values
-        for name, style, words in (("closed", "--", "linear, closed"), ("open", ":", "linear, open")):
-            axis.plot(speeds, found.limit_amplitude_ratio.sel(limit=name), style, color="0.3", lw=1.4, label=words)
-        for i, opening in enumerate(data.opening.values[1:]):
-            axis.plot(
-                speeds, found.amplitude_ratio.sel(opening=opening), "os^Dv"[i], ls="-", ms=4.0, lw=1.1,
-                color=draw.COLOURS[i], label=f"{1e6 * opening:g} µm",
-            )  # fmt: skip
+        for name, style in (("closed", "--"), ("open", ":")):
+            limit = found.limit_amplitude_ratio.sel(limit=name)
+            axis.plot(speeds, limit, style, color="0.3", label=f"linear, {name}")
+        for opening in data.opening.values[1:]:
+            axis.plot(speeds, found.amplitude_ratio.sel(opening=opening), label=f"{1e6 * opening:g} µm")
         axis.set_xscale("log")
         axis.set_xticks(SPEEDS, [f"{speed:g}" for speed in SPEEDS])
         axis.minorticks_off()
         axis.set(xlabel="impact speed (m/s)", ylabel="AR", title=f"{one.name} with a {one.flaw}")
-    axes[1].legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return {"amplitude": figure}

@@ -354,26 +354,10 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     return found
 
 
-def _own_collapse(data: xr.Dataset) -> draw.Figure:
-    """AR over the distance for each edge and λ."""
-    from matplotlib import colormaps
-
-    figure, axes = draw.panels(data.sizes["edge"], width=3.6, height=3.4)
-    for axis, edge in zip(axes, data.edge.values, strict=True):
-        for i, one in enumerate(data.inelasticity.values):
-            colour = colormaps["viridis"](0.95 * i / max(1, data.sizes["inelasticity"] - 1))
-            curve = data.amplitude_ratio.sel(edge=edge, inelasticity=one)
-            axis.plot(data.scaled_distance, curve, ".-", color=colour, linewidth=1.2, label=f"λ = {one:g}")
-        axis.set(title=f"{edge} edge", xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0))
-    axes[0].set_ylabel("amplitude ratio AR")
-    axes[0].legend(frameon=False, fontsize="small")
-    return figure
-
-
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """The collapse, the law, its jumps, shear, and corners."""
     from hertzlink.studies import critical_figures
 
     if Conditions.read(data).own:
-        return {"collapse": _own_collapse(data)}
+        return {"collapse": critical_figures.of_pair(data)}
     return {**critical_figures.figures(data), "corner": corner.figure(data)}

@@ -402,31 +402,32 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
 
 
-def _own_decay(data: xr.Dataset) -> draw.Figure:
+def _over_beads(data: xr.Dataset, lines: Iterable[tuple[str, str, str, xr.DataArray]]) -> draw.Figure:
+    """Greatest forces over the beads. lines: colour, style, label and values of each."""
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
-    for i, (law, label) in enumerate(OWN_LAWS.items()):
-        axis.plot(data.sensor, data.peak.sel(law=law), color=draw.COLOURS[i], linewidth=1.2, label=label)
-    axis.set(xlabel="bead number n", ylabel="maximum force (N)")
-    axis.set_xlim(left=0.0)
+    for colour, style, label, values in lines:
+        axis.plot(data.sensor, values, style, color=colour, label=label)
+    axis.set(xlabel="bead number n", ylabel="maximum force (N)", xlim=(0.0, data.sizes["sensor"] + 1))
     axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     return figure
+
+
+def _own_decay(data: xr.Dataset) -> draw.Figure:
+    laws = zip(draw.COLOURS, OWN_LAWS.items(), strict=False)
+    return _over_beads(data, ((colour, "-", label, data.peak.sel(law=law)) for colour, (law, label) in laws))
 
 
 def _decay(data: xr.Dataset) -> draw.Figure:
-    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
-    beads = data.sensor.values
-    for i, speed in enumerate(data.shown_speed.values):
+    lines = []
+    for colour, speed in zip(draw.COLOURS, data.shown_speed.values, strict=False):
         corners = data.corner_peak.sel(shown_speed=speed)
-        colour = draw.COLOURS[i]
-        axis.plot(beads, corners.sel(corner="best fit"), color=colour, label=f"losses of the thesis, {speed:g} m/s")
-        for edge in (corners.min("corner"), corners.max("corner")):
-            axis.plot(beads, edge, "--", color=colour, linewidth=0.9)
-    axis.plot([], [], "--", color="grey", linewidth=0.9, label="extremes of α ± σ and γ ± σ")
-    axis.set(xlabel="bead number n", ylabel="maximum force (N)", xlim=(0.0, BEADS))
-    axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize="small")
-    return figure
+        lines += [
+            (colour, "-", f"losses of the thesis, {speed:g} m/s", corners.sel(corner="best fit")),
+            (colour, "--", "extremes of α ± σ and γ ± σ", corners.min("corner")),
+            (colour, "--", "", corners.max("corner")),
+        ]
+    return _over_beads(data, lines)
 
 
 def _speed_over_force(data: xr.Dataset) -> draw.Figure:
@@ -438,10 +439,10 @@ def _speed_over_force(data: xr.Dataset) -> draw.Figure:
         draw.points(axis, force.ravel(), speed.ravel(), i, label)
     ends = np.array([force.min(), force.max()])
     middle = np.exp(np.log(speed).mean()) * (ends / np.exp(np.log(force).mean())) ** (1.0 / 6.0)
-    axis.plot(ends, middle, "--", color="black", linewidth=1.0, label="slope 1/6")
+    draw.theory_line(axis, ends, middle, "slope 1/6", "--")
     draw.logarithmic(axis)
     axis.set(xlabel="maximum force (N)", ylabel="front speed (m/s)")
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     return figure
 
 
@@ -458,19 +459,15 @@ def _laws(data: xr.Dataset) -> draw.Figure:
     figure, axes = draw.panels(3, width=3.0, sharey=False)
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     for i, (law, label) in enumerate(LAW_NAMES.items()):
-        colour = draw.COLOURS[i]
-        axes[0].plot(
-            SENSORS, steel.sel(law=law), draw.MARKERS[i], linestyle=STYLES[i], color=colour, markersize=4.0,
-            linewidth=1.2, label=label,
-        )  # fmt: skip
+        axes[0].plot(SENSORS, steel.sel(law=law), linestyle=STYLES[i], label=label)
         for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
-            axis.plot(data.time * 1e6, data.force.sel(law=law, shown=sensor), STYLES[i], color=colour, linewidth=1.2)
+            axis.plot(data.time * 1e6, data.force.sel(law=law, shown=sensor), STYLES[i])
     axes[0].set(title="peaks at the sensors", xlabel="bead number n", ylabel="maximum force (N)")
     axes[0].set_ylim(bottom=0.0)
     for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
         _around(axis, data.force.sel(shown=sensor, law=list(LAW_NAMES)))
         axis.set(title=f"n = {sensor}", xlabel="time (µs)", ylabel="force (N)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
+    draw.legend_above(figure, axes[0], 4)
     return figure
 
 

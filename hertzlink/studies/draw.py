@@ -1,6 +1,7 @@
 """Panels and curves that the figures of several studies share."""
 
 from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +18,23 @@ else:
     # Studies name these types; a process that draws nothing does not load matplotlib.
     Axes = Figure = Any
 
+Look = dict[str, Any]
+"""Settings of matplotlib for lines, markers, axes or legends."""
+
 FEW = 6
 """Curves of fewer points have markers."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
+
+STYLE = {"lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False, "legend.fontsize": "small"}
+"""Settings of matplotlib for all figures of studies."""
+
+
+def style() -> AbstractContextManager[None]:
+    """Draw figures in STYLE."""
+    from matplotlib import rc_context
+
+    return rc_context(STYLE)  # type: ignore[arg-type]
 
 
 def blank(figsize: tuple[float, float], dpi: int) -> Figure:
@@ -31,12 +45,32 @@ def blank(figsize: tuple[float, float], dpi: int) -> Figure:
 
 
 def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = True) -> tuple[Figure, list[Axes]]:
-    """A row of panels in one style."""
+    """A row of panels. The curves of a panel take COLOURS and MARKERS in order; the style "-" has no marker."""
     figure = blank(figsize=(width * count + 0.6, height), dpi=200)
     axes = figure.subplots(1, count, sharey=sharey, squeeze=False)[0]
     for axis in axes:
         axis.grid(alpha=0.25, linewidth=0.5)
+        axis.set_prop_cycle(color=COLOURS, marker=MARKERS)
     return figure, list(axes)
+
+
+def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
+    """The legend of one panel, above all panels."""
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center", ncols=columns)
+
+
+def over_distance(data: xr.Dataset, edge: str, ylabel: str, sharey: bool = True) -> tuple[Figure, list[Axes]]:
+    """A panel for each bead, over the distance from the edge."""
+    figure, axes = panels(data.sizes["diameter"], sharey=sharey)
+    for axis, diameter in zip(axes, data.diameter.values, strict=True):
+        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
+    axes[0].set_ylabel(ylabel)
+    return figure, axes
+
+
+def thick(thickness: float) -> str:
+    """The name of a plate in figures. thickness: m."""
+    return f"t = {thickness * 1e3:.2f} mm"
 
 
 def against_distance(
@@ -48,31 +82,23 @@ def against_distance(
     factor of 1.
     """
     ratio, missing = factor == 1.0, False
-    figure, axes = panels(data.sizes["diameter"], sharey=ratio)
+    figure, axes = over_distance(data, edge, label, sharey=ratio)
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         log_x(axis)
         for i, thickness in enumerate(data.thickness.values):
             one = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
             curve = one[name].isel(distance=one.sampled.values) * factor
-            axis.plot(
-                curve.distance * 1e3, curve, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=2.5,
-                linewidth=1.0, label=f"t = {thickness * 1e3:.2f} mm",
-            )  # fmt: skip
+            axis.plot(curve.distance * 1e3, curve, markersize=2.5, label=thick(thickness))
             _mark_crossing(axis, one, COLOURS[i])
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
         if ratio:
             axis.set_ylim(0.0, 1.0)
         here = data.sel(diameter=diameter)
         missing = missing or bool((here.sampled & here[name].isnull()).any())
-    axes[0].set_ylabel(label)
     axes[0].fill_between([], [], color="grey", alpha=0.35, linewidth=0.0, label="critical distance")
     axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
     if missing:
-        axes[0].plot([], [], linestyle="none", label="no marker: no wave in the record")
-    lines = axes[0].get_legend_handles_labels()
-    columns = min(len(lines[0]), 2 * len(axes))
-    size = "small" if missing else "medium"  # to fit beside the others
-    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False, fontsize=size)
+        axes[0].plot([], [], " ", label="no marker: no wave in the record")
+    legend_above(figure, axes[0], 2 * len(axes))
     return figure
 
 
@@ -100,32 +126,22 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     ends = diameters if diameters.size > 1 else diameters * np.array([0.9, 1.1])
     for line, style in zip(data.line.values, ("--", "-"), strict=True):
         speed = "c = 0.2" if line == "A0 Lamb" else "c = 0.57"
-        axis.plot(
-            ends, np.broadcast_to(data.bound.sel(line=line) * 1e3, ends.shape), style, color="black", linewidth=1.0,
-            label=f"path of the {line} wave during a contact, {speed} √(E/ρ)",
-        )  # fmt: skip
+        bound = np.broadcast_to(data.bound.sel(line=line) * 1e3, ends.shape)
+        theory_line(axis, ends, bound, f"path of the {line} wave during a contact, {speed} √(E/ρ)", style)
     for i, thickness in enumerate(data.thickness.values):
         at = data.sel(thickness=thickness, within=tolerance)
         x = diameters + apart * (i - 0.5 * (plates - 1))
         low, high = (at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
-        bound = at.lower_bound.values
+        open_ended = at.lower_bound.values
         # The value between two runs is no better than their distance, so the middle stands for both.
-        middle = np.where(bound, np.nan, 0.5 * (low + high))
-        axis.errorbar(
-            x, middle, np.where(bound, 0.0, high - middle), fmt=MARKERS[i], color=COLOURS[i],
-            markersize=3.5, capsize=5.0, linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
-        )  # fmt: skip
-        axis.errorbar(
-            x[bound], low[bound], 8.0, lolims=True, fmt=MARKERS[i], color=COLOURS[i], markersize=5.0,
-            markerfacecolor="white", linewidth=0.8, capsize=2.5,
-        )  # fmt: skip
-    axis.errorbar(
-        [], [], [], lolims=True, fmt="o", color="grey", markersize=5.0, markerfacecolor="white", label="lower bound"
-    )
-    axis.set(xlabel="bead diameter D (mm), markers set apart")
-    axis.set_ylabel(f"critical distance (mm), AR ± {tolerance:g}")
+        middle = np.where(open_ended, np.nan, 0.5 * (low + high))
+        look = Look(fmt=MARKERS[i], color=COLOURS[i], linewidth=0.8)
+        axis.errorbar(x, middle, np.where(open_ended, 0.0, high - middle), capsize=5.0, label=thick(thickness), **look)
+        axis.errorbar(x[open_ended], low[open_ended], 8.0, lolims=True, markerfacecolor="white", capsize=2.5, **look)
+    axis.errorbar([], [], [], lolims=True, fmt="o", color="grey", markerfacecolor="white", label="lower bound")
+    axis.set(xlabel="bead diameter D (mm), markers set apart", ylabel=f"critical distance (mm), AR ± {tolerance:g}")
     axis.set_ylim(bottom=0.0)
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper left", frameon=False, fontsize="small")
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper left")
     return figure
 
 
@@ -134,35 +150,28 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
 
     Dashed lines: linear interpolation between the samples of the first scan.
     """
-    figure, axes = panels(data.sizes["diameter"])
+    figure, axes = over_distance(data, edge, "|AR − far value|")
     scan = data.sampled.all(["thickness", "diameter"])
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         farthest = 0.0
         for i, thickness in enumerate(data.thickness.values):
             one = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
             if not one.lower_bound:
-                away = abs(one.amplitude_ratio - one.far_value)
-                curve, coarse = (away.isel(distance=kept.values) for kept in (one.sampled, scan))
-                places, ratios = coarse.distance.values, one.amplitude_ratio.isel(distance=scan.values).values
-                fine = np.linspace(places[0], places[-1], 4000)
-                between = np.interp(fine, places, ratios)
-                axis.plot(fine * 1e3, abs(between - float(one.far_value)), "--", color=COLOURS[i], linewidth=0.8)
-                axis.plot(
-                    curve.distance * 1e3, curve, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=3.0,
-                    linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
-                )  # fmt: skip
+                away = abs(one.amplitude_ratio - one.far_value).isel(distance=one.sampled.values)
+                coarse = one.amplitude_ratio.isel(distance=scan.values)
+                fine = np.linspace(float(coarse.distance[0]), float(coarse.distance[-1]), 4000)
+                between = abs(np.interp(fine, coarse.distance, coarse) - float(one.far_value))
+                axis.plot(fine * 1e3, between, "--", color=COLOURS[i], linewidth=0.8)
+                look = Look(color=COLOURS[i], marker=MARKERS[i], linewidth=0.8, label=thick(thickness))
+                axis.plot(away.distance * 1e3, away, **look)
                 low, high = one.bracket.values * 1e3
                 axis.axvspan(low, high, color=COLOURS[i], alpha=0.5, linewidth=0.0)
                 farthest = max(farthest, high)
         axis.axhline(tolerance, color="black", linewidth=0.8)
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)", yscale="log")
-        axis.set(ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
-    axes[0].set_ylabel("|AR − far value|")
+        axis.set(yscale="log", ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
     axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, AR interpolated")
     axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
-    lines = axes[0].get_legend_handles_labels()
-    columns = min(len(lines[0]), 2 * len(axes))
-    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False)
+    legend_above(figure, axes[0], 2 * len(axes))
     axes[0].annotate(f"tolerance {tolerance:g}", (0.0, tolerance), (3, 3), textcoords="offset points", fontsize="small")
     return figure
 
@@ -170,18 +179,15 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
 def curves(axis: Axes, x: np.ndarray, lines: Iterable[tuple[str, np.ndarray, str]], xlabel: str, ylabel: str) -> None:
     """Labelled lines over a logarithmic x; a line's style is matplotlib's short form."""
     for i, (label, y, style) in enumerate(lines):
-        axis.plot(x, y, style, color=COLOURS[i % len(COLOURS)], markersize=4.0, linewidth=1.2, label=label)
+        axis.plot(x, y, style, color=COLOURS[i], label=label)
     axis.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
     axis.xaxis.set_major_formatter("{x:g}")
 
 
 def intensity_map(
-    time: np.ndarray,
-    values: np.ndarray,
-    force: np.ndarray,
-    label: str = "Young's modulus of the rod (GPa)",
-    factor: float = 1e-9,
-) -> Figure:
+    time: np.ndarray, values: np.ndarray, force: np.ndarray,
+    label: str = "Young's modulus of the rod (GPa)", factor: float = 1e-9,
+) -> Figure:  # fmt: skip
     """Force at a sensor over time (s) and Young's modulus (Pa), or another value; rows of `force` belong to values."""
     figure, (axis,) = panels(1, width=5.0, height=3.6)
     mesh = axis.pcolormesh(time * 1e6, values * factor, force, cmap="inferno", shading="nearest", rasterized=True)
@@ -192,19 +198,12 @@ def intensity_map(
     return figure
 
 
-def points(axis: Axes, x: np.ndarray, y: np.ndarray, number: int, label: str, hollow: bool = False) -> None:
+def points(
+    axis: Axes, x: np.ndarray, y: np.ndarray, number: int, label: str = "", hollow: bool = False, size: float = 4.0
+) -> None:
     """Markers without a line, in the marker and colour of this number."""
     face = "white" if hollow else COLOURS[number]
-    axis.plot(
-        x,
-        y,
-        MARKERS[number],
-        color=COLOURS[number],
-        markerfacecolor=face,
-        markersize=4.0,
-        linestyle="none",
-        label=label,
-    )
+    axis.plot(x, y, MARKERS[number], color=COLOURS[number], markerfacecolor=face, markersize=size, label=label)
 
 
 def logarithmic(axis: Axes) -> None:
@@ -215,29 +214,26 @@ def logarithmic(axis: Axes) -> None:
 
 
 def beside_theory(
-    axis: Axes,
-    lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]],
-    xlabel: str,
-    ylabel: str,
-    theory: str,
-    simulation: str = "simulation",
-) -> None:
+    axis: Axes, lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], xlabel: str, ylabel: str,
+    theory: str, simulation: str = "simulation",
+) -> None:  # fmt: skip
     """Curves of (label, x, simulated, theory): markers for what was simulated, a line for the theory.
 
     x increases and is positive, as is the theory, whose line runs between its points as a power law. Axes that are not
     logarithmic begin at zero.
     """
     for i, (label, x, simulated, expected) in enumerate(lines):
-        colour, fine = COLOURS[i % len(COLOURS)], np.geomspace(x[0], x[-1], 200)
-        axis.plot(fine, np.exp(np.interp(np.log(fine), np.log(x), np.log(expected))), color=colour, linewidth=1.0)
-        axis.plot(x, simulated, MARKERS[i % len(MARKERS)], color=colour, markersize=4.0, label=label)
+        fine = np.geomspace(x[0], x[-1], 200)
+        between = np.exp(np.interp(np.log(fine), np.log(x), np.log(expected)))
+        axis.plot(fine, between, "-", color=COLOURS[i], linewidth=1.0)
+        points(axis, x, simulated, i, label)
     axis.plot([], [], "-", color="grey", linewidth=1.0, label=theory)
-    axis.plot([], [], "o", color="grey", markersize=4.0, label=simulation)
+    axis.plot([], [], "o", color="grey", label=simulation)
     axis.set(xlabel=xlabel, ylabel=ylabel)
     if axis.get_xscale() == "linear":
         axis.set_xlim(left=0.0)
         axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
 
 
 def against_angle(
@@ -251,33 +247,32 @@ def against_angle(
     figure, (axis,) = panels(1, width=4.6, height=3.6)
     beyond = (angle > 0.0) & (angle < trusted)
     for i, (label, y) in enumerate(lines):
-        marker, colour, size = MARKERS[i], COLOURS[i], 7.5 - 2.0 * i
-        axis.plot(angle[~beyond], y[~beyond], marker, color=colour, markersize=size, label=label)
-        axis.plot(angle[beyond], y[beyond], marker, color=colour, markersize=size, markerfacecolor="white")
+        size = 7.5 - 2.0 * i  # the points of most angles lie on one another
+        points(axis, angle[~beyond], y[~beyond], i, label, size=size)
+        points(axis, angle[beyond], y[beyond], i, hollow=True, size=size)
         if i == 0:
-            axis.annotate(
-                "line contact", (angle[0], y[0]), (8, 0), textcoords="offset points", va="center", fontsize="small"
-            )
+            first = (angle[0], y[0])
+            axis.annotate("line contact", first, (8, 0), textcoords="offset points", va="center", fontsize="small")
     far, near = theory.sel(angle=slice(trusted, None)), theory.sel(angle=slice(None, trusted))
-    axis.plot(far.angle, far, "-", color="black", linewidth=0.8, zorder=0.5, label="theory of long waves, any force")
+    theory_line(axis, far.angle, far, "theory of long waves, any force")
+    theory_line(axis, near.angle, near, "", "--")
     label = f"below {trusted:.0f}°: beyond half-space theory"
-    axis.plot(near.angle, near, "--", color="black", linewidth=0.8, zorder=0.5)
-    axis.plot([], [], "o--", color="black", linewidth=0.8, markerfacecolor="white", label=label)
+    axis.plot([], [], "o--", color="black", linewidth=0.9, markerfacecolor="white", label=label)
     axis.set(xlabel="angle between neighbours (°)", ylabel=ylabel, xticks=[0, 10, 30, 45, 60, 75, 90])
     axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     return figure
 
 
 def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -> Figure:
     """Force (N) over approach (m), both logarithmic."""
     figure, (axis,) = panels(1, width=4.6, height=3.6)
-    for i, (label, force) in enumerate(laws):
-        axis.plot(approach * 1e6, force, color=COLOURS[i], linewidth=1.2, label=label)
+    for label, force in laws:
+        axis.plot(approach * 1e6, force, "-", label=label)
     axis.set(xscale="log", yscale="log", xlabel="approach (µm)", ylabel="contact force (N)")
     axis.xaxis.set_major_formatter("{x:g}")
     axis.yaxis.set_major_formatter("{x:g}")
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     return figure
 
 
@@ -285,22 +280,12 @@ def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label
     """A curve over x for the middle dashpot (N s/m), and a band that covers all dashpots."""
     ends = values.sortby("dashpot").transpose("dashpot", ...)
     low, high = float(ends.dashpot[0]), float(ends.dashpot[-1])
-    axis.fill_between(
-        x,
-        ends.min("dashpot"),
-        ends.max("dashpot"),
-        color=COLOURS[0],
-        alpha=0.15,
-        linewidth=0.0,
-        label=f"γ = {low:g} to {high:g} N s/m",
-    )
-    marker = MARKERS[0] if len(x) < FEW else None
-    axis.plot(
-        x, values.sel(dashpot=middle), color=COLOURS[0], linewidth=1.2, marker=marker, markersize=4.0, label=label
-    )
+    band = ends.min("dashpot"), ends.max("dashpot")
+    axis.fill_between(x, *band, color=COLOURS[0], alpha=0.15, linewidth=0.0, label=f"γ = {low:g} to {high:g} N s/m")
+    axis.plot(x, values.sel(dashpot=middle), "o-" if len(x) < FEW else "-", color=COLOURS[0], label=label)
 
 
-def theory_line(axis: Axes, x: np.ndarray, y: np.ndarray, label: str, style: str = "-") -> None:
+def theory_line(axis: Axes, x: Any, y: Any, label: str, style: str = "-") -> None:
     """A thin black line of a closed form."""
     axis.plot(x, y, style, color="black", linewidth=0.9, label=label)
 
@@ -320,16 +305,14 @@ def displacements(axis: Axes, displacement: xr.DataArray, thick: int) -> None:
     for bead in displacement.bead.values:
         colour, width = {thick: (COLOURS[0], 1.8), last: (COLOURS[1], 1.8)}.get(int(bead), ("grey", 0.5))
         label = f"bead {bead}" if bead in (thick, last) else None
-        axis.plot(time, displacement.sel(bead=bead) * 1e6, color=colour, linewidth=width, label=label)
+        axis.plot(time, displacement.sel(bead=bead) * 1e6, "-", color=colour, linewidth=width, label=label)
     axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
 
 
 def histories(axis: Axes, force: xr.DataArray) -> None:
     """Force (N) over time (µs) at each sensor."""
-    for i, sensor in enumerate(force.sensor.values):
-        axis.plot(
-            force.time * 1e6, force.sel(sensor=sensor), color=COLOURS[i], linewidth=1.0, label=f"at bead {sensor}"
-        )
+    for sensor in force.sensor.values:
+        axis.plot(force.time * 1e6, force.sel(sensor=sensor), "-", label=f"at bead {sensor}")
     axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
 
 

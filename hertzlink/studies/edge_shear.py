@@ -104,13 +104,10 @@ def table(data: xr.Dataset) -> list[Row]:
 def figure(data: xr.Dataset) -> draw.Figure:
     """AR lost by shear against t/ℓ."""
     drawn, (axis,) = draw.panels(1, width=4.4, height=3.4)
-    for i, place in enumerate(data.place.values):
+    for place in data.place.values:
         label = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
-        axis.plot(
-            data.relative_thickness, lowered(data).sel(place=place), draw.MARKERS[i], color=draw.COLOURS[i],
-            linestyle="-", linewidth=1.0, markersize=4.0, label=label,
-        )  # fmt: skip
+        axis.plot(data.relative_thickness, lowered(data).sel(place=place), label=label)
     axis.axhline(REPORTED_DIFFERENCE, color="black", linewidth=0.8, linestyle=":")
     axis.set(xlabel="thickness t / ℓ", ylabel="AR, Kirchhoff less Mindlin", xlim=(0.0, None), ylim=(0.0, None))
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend()
     return drawn

@@ -322,16 +322,12 @@ def _own_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
         for axis, thickness in zip(axes, data.thickness.values, strict=True):
             at = data.edge_error.sel(diameter=diameter, thickness=thickness, unknown="distance", free="all")
-            for i, what in enumerate(name for name in data.measured.values if name != cases.FEATURES):
-                curve = 100.0 * at.isel(record=0).sel(measured=what)
-                axis.plot(
-                    data.distance * 1e3, curve, draw.MARKERS[i], color=draw.COLOURS[i], linestyle="-", markersize=4.0,
-                    linewidth=1.0, label=str(what),
-                )  # fmt: skip
+            for what in (name for name in data.measured.values if name != cases.FEATURES):
+                axis.plot(data.distance * 1e3, 100.0 * at.isel(record=0).sel(measured=what), label=str(what))
             axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
             axis.set(title=f"D = {diameter * 1e3:.2f} mm, t = {thickness * 1e3:.2f} mm", xscale="log", yscale="log")
             axis.set_xlabel("distance to the edge (mm)")
         axes[0].set_ylabel(f"half-width of the distance (%), {1e3 * float(data.record[0]):g} ms")
-        axes[0].legend(frameon=False, fontsize="small")
+        axes[0].legend()
         found[f"distance_{diameter * 1e3:.2f}_mm"] = figure
     return found

@@ -54,8 +54,10 @@ def bonds(data: xr.Dataset) -> draw.Figure:
             thickness = data.upper_thickness.values
             axis.set_yticks(range(thickness.size), [f"{1e3 * t:.3g}" for t in thickness])
             own = cases.UPPERS[str(upper)].youngs_modulus / thickness * 1e-12
-            axis.plot(own, range(thickness.size), color="white", linewidth=3.5)
-            axis.plot(own, range(thickness.size), color="firebrick", linewidth=1.8, label="stiffness of the layer, E/L")
+            axis.plot(own, range(thickness.size), "-", color="white", linewidth=3.5)
+            axis.plot(
+                own, range(thickness.size), "-", color="firebrick", linewidth=1.8, label="stiffness of the layer, E/L"
+            )
             axis.set_xlim(*_ends(data.bond_stiffness.values * 1e-12)[[0, -1]])
             axis.set_title(f"{upper} on steel, {what}", fontsize=10)
             if place == len(axes) - 1:
@@ -98,4 +100,4 @@ def _legend(figure: draw.Figure, axes: np.ndarray, label: str) -> None:
     bar.set_label(label)
     blind = Patch(facecolor=GREY, hatch=HATCH, edgecolor="0.55", label="blind: more than ± 50 %")
     others = axes[0, 0].get_legend_handles_labels()[0]
-    figure.legend(handles=[blind, *others], loc="outside lower center", frameon=False, ncols=2, fontsize=9)
+    figure.legend(handles=[blind, *others], loc="outside lower center", ncols=2)

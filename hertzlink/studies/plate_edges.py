@@ -114,12 +114,9 @@ def figure(data: xr.Dataset) -> draw.Figure:
         for i, edge in enumerate(data.edge.values):
             curve = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=bead)
             draw.mark_missing(axis, data.edge_distance.values[curve.isnull().values] * 1e3, i)
-            axis.plot(
-                data.edge_distance * 1e3, curve, draw.MARKERS[i], color=draw.COLOURS[i], linestyle="-",
-                markersize=4.0, linewidth=1.0, label=str(edge),
-            )  # fmt: skip
+            axis.plot(data.edge_distance * 1e3, curve, color=draw.COLOURS[i], marker=draw.MARKERS[i], label=str(edge))
         axis.set(title=f"D = {bead * 1e3:.2f} mm, t = {THICKNESS * 1e3:.2f} mm", ylim=(0.0, 1.0))
         axis.set_xlabel("distance from the edge (mm); ×: no wave")
     axes[0].set_ylabel("amplitude ratio AR")
-    axes[-1].legend(frameon=False, fontsize="small")
+    axes[-1].legend()
     return drawn

@@ -175,15 +175,12 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         lambda found: found.amplitude_ratio - found.amplitude_ratio[0],
         lambda found: 100.0 * (found.time_of_flight / found.time_of_flight[0] - 1.0),
     )
-    for i, one in enumerate(SHELLS):
+    for one in SHELLS:
         found = data.sel(shell=one.name)
         words = f"{one.name}, {1e3 * one.radius:.0f} × {1e3 * one.thickness:g} mm"
         for axis, change in zip(axes, read, strict=True):
-            axis.plot(
-                found.relative_pressure, change(found), "os^"[i], ls="-", color=draw.COLOURS[i], ms=4.0, lw=1.1,
-                label=words,
-            )  # fmt: skip
+            axis.plot(found.relative_pressure, change(found), label=words)
     for axis, name in zip(axes, ("AR − AR without pressure", "change of TOF (%)"), strict=True):
         axis.set(xlabel="pressure / buckling pressure", ylabel=name)
-    axes[1].legend(frameon=False, fontsize="small", loc="lower left")
+    axes[1].legend(loc="lower left")
     return {"pressure": figure}

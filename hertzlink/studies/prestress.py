@@ -195,16 +195,16 @@ def table(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR and TOF, less their values without stress, over the stress."""
     figure, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
-    for i, one in enumerate(BODIES):
+    for one in BODIES:
         found = data.sel(body=one.name).dropna("case")
         stress = found.stress.values / MEGA
         for axis, name, factor in zip(axes, ("amplitude_ratio", "time_of_flight"), (1.0, 1e6), strict=True):
             values = factor * found[name].values
             without = np.interp(0.0, stress, values)
             change = values - without
-            axis.plot(stress, change, "os^"[i], ls="-", color=draw.COLOURS[i], ms=4.0, lw=1.1, label=one.name)
+            axis.plot(stress, change, label=one.name)
     for axis, words in zip(axes, ("AR − AR without stress", "TOF − TOF without stress (µs)"), strict=True):
         axis.set(xlabel="stress, tension positive (MPa)", ylabel=words)
         axis.set_yscale("symlog", linthresh=1e-3 if words.startswith("AR") else 0.1)
-    axes[1].legend(frameon=False, fontsize="small", loc="lower left")
+    axes[1].legend(loc="lower left")
     return {"stress": figure}

@@ -152,7 +152,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axes[1].set_ylim(0.6, 0.85)
     for axis in axes:
         # Opaque, as the dotted line may lie below it.
-        axis.legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="lower left" if not of.own else "best")
+        axis.legend(frameon=True, framealpha=1.0, edgecolor="none", loc="lower left" if not of.own else "best")
     force = data.sensor_force.sel(sensor=struck.SENSOR).transpose("length", "time").values
     return {
         "length": figure,

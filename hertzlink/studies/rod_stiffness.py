@@ -329,12 +329,12 @@ def _over_modulus(data: xr.Dataset) -> draw.Figure:
     theory = of.time_of_flight(stiffness) * 1e6
     draw.theory_line(axes[0], modulus * 1e-9, theory, "theory of contact times")
     which = "the given" if of.own else "real"
-    axes[1].plot([], [], "o", color="grey", markersize=4.0, label=f"rods of {which} materials")
-    axes[1].plot([], [], "x", color="grey", markersize=4.0, label="axisymmetric cylinders")
+    axes[1].plot([], [], "o", color="grey", label=f"rods of {which} materials")
+    axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
     draw.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True)
     axes[1].set_ylim(0.0, 1.25)
-    axes[0].legend(frameon=False, fontsize="small")
-    axes[1].legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper left")
+    axes[0].legend()
+    axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")
     return figure
 
 
@@ -344,7 +344,7 @@ def _histories(data: xr.Dataset) -> draw.Figure:
         draw.histories(axis, data.wall_sensor_force.sel(wall=wall))
         axis.set_title(f"against {wall}")
     axes[0].set_ylabel("force above the preload (N)")
-    axes[0].legend(frameon=False, fontsize="small")
+    axes[0].legend()
     return figure
 
 
@@ -355,11 +355,9 @@ def _displacements(data: xr.Dataset) -> draw.Figure:
         axis.set_title(f"against {wall}")
     last = data.wall_displacement.isel(wall=-1).sel(bead=BEADS)
     for i, (time, marker) in enumerate(zip(collisions(data)[1:], ("o", "s"), strict=False)):
-        label = f"{('first', 'second')[i]} collision"
-        axes[-1].plot(
-            time * 1e6, float(last.sel(time=time)) * 1e6, marker, color="black", markerfacecolor="none", label=label
-        )
+        at, label = float(last.sel(time=time)) * 1e6, f"{('first', 'second')[i]} collision"
+        axes[-1].plot(time * 1e6, at, marker, color="black", markerfacecolor="none", markersize=6.0, label=label)
     top = float(data.wall_displacement.max()) * 1e6
     axes[0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
-    axes[-1].legend(frameon=False, fontsize="small")
+    axes[-1].legend()
     return figure

@@ -223,7 +223,7 @@ def layers_figures(
             theory(axis, name, wave, lengths)
             if name == "amplitude_ratio":
                 axis.set_ylim(bottom=0.0)
-            axis.legend(frameon=False, fontsize="small")
+            axis.legend()
         found[name] = figure
     force = data.sensor_force.sel(sensor=SENSOR).transpose("length", "time")
     found["force_intensity"] = draw.intensity_map(data.time.values, data.length.values, force.values, xlabel, 1e3)

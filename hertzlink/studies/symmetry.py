@@ -154,5 +154,5 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.set(title=title, xlim=(0.0, UNTIL * 1e6))
     axes[0].set_ylabel("force at the centre (N)")
     axes[0].set_ylim(0.0, 19.0)
-    axes[0].legend(frameon=False, fontsize="small", loc="upper left", ncols=2)
+    axes[0].legend(loc="upper left", ncols=2)
     return {"waves": figure}

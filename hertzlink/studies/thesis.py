@@ -262,7 +262,7 @@ def _bars(data: xr.Dataset) -> draw.Figure:
     axis.set_axisbelow(True)
     axis.set(xlabel="numbers and statements", ylim=(len(PARTS) - 0.4, -0.6))
     axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
-    axis.legend(frameon=False, fontsize="small", ncols=4, loc="lower center", bbox_to_anchor=(0.4, 1.0))
+    axis.legend(ncols=4, loc="lower center", bbox_to_anchor=(0.4, 1.0))
     return figure
 
 
@@ -276,14 +276,14 @@ def _ratios(data: xr.Dataset) -> draw.Figure:
         ]
         if points:
             ratios, places = zip(*points, strict=True)
-            axis.plot(np.clip(ratios, *LIMITS), places, "o", color=_colour(word), alpha=0.7, markersize=5.0, label=word)
+            axis.plot(np.clip(ratios, *LIMITS), places, "o", color=_colour(word), alpha=0.7, label=word)
     axis.axvline(1.0, color="0.4", linewidth=0.8, zorder=0)
     axis.set(xlabel="hertzlink / thesis; beyond the ends at the ends", ylim=(len(PARTS) - 0.4, -0.6), xscale="log")
     ticks = (0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
     axis.set_xticks(ticks, [f"{one:g}" for one in ticks])
     axis.minorticks_off()
     axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
-    axis.legend(frameon=False, fontsize="small", ncols=3, loc="lower center", bbox_to_anchor=(0.4, 1.0))
+    axis.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.4, 1.0))
     return figure
 
 

@@ -35,7 +35,9 @@ class Written:
         self._comment, self._own = (str(data.attrs.get(name, "")) for name in ("comment", DIFFERS))
         # What marks figures as preliminary. Parameters of the user's are no fault: table and report name them once.
         self._remark = "\n".join(line for line in self._comment.splitlines() if line != self._own)
-        self._rows, self._figures = study.table(data), study.figures(data)
+        self._rows = study.table(data)
+        with draw.style():
+            self._figures = study.figures(data)
         self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(self._rows, not self._own)
         self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
         """What a terminal shows."""

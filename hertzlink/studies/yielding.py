@@ -201,7 +201,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
                 plain = law == "elastic"
                 if not plain or i == 0:
                     colour, label = ("black", law) if plain else (draw.COLOURS[i], f"{pair}, {law}")
-                    axis.plot(speeds, one.sel(law=law) / whole, style, color=colour, linewidth=1.2, label=label)
+                    axis.plot(speeds, one.sel(law=law) / whole, style, color=colour, label=label)
     words = {"incident force at bead 7 / elastic": "beads and wall", "AR at bead 7": "wall under beads of steel 440C"}
     for axis, (says, title) in zip(panels, words.items(), strict=True):
         draw.log_x(axis)
@@ -209,17 +209,14 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
             axis.axvline(speed, color="grey", linewidth=0.6)
             axis.text(speed, 0.82, place, color="grey", fontsize="x-small", rotation=90, va="bottom", ha="right")
         axis.set(xlabel="impact speed (m/s)", ylabel=says, ylim=(0.0, 1.05), xlim=(speeds[0], speeds[-1]))
-        axis.legend(
-            title=title, title_fontsize="small", frameon=False, fontsize="x-small", loc="lower center",
-            bbox_to_anchor=(0.5, 1.0), ncols=2,
-        )  # fmt: skip
+        above = draw.Look(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+        axis.legend(title=title, title_fontsize="small", fontsize="x-small", **above)
     figure, axes = draw.panels(2, width=3.7, height=3.2, sharey=False)
     for axis, section in zip(axes, (IMPACTS[2].section, IMPACTS[7].section), strict=True):
         one = data.force.sel(impact=section)
-        for i, law in enumerate(LAWS):
-            force = one.sel(law=law)
-            axis.plot(1e6 * data.time, force, styles[law], color=draw.COLOURS[i], linewidth=2.0 - 0.4 * i, label=law)
+        for width, (law, style) in zip((2.0, 1.6, 1.2), styles.items(), strict=True):  # curves lie on one another
+            axis.plot(1e6 * data.time, one.sel(law=law), style, linewidth=width, label=law)
         axis.set(title=section.rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
     axes[0].set_ylabel("force at bead 7 (N)")
-    axes[0].legend(frameon=False, fontsize="small")
+    axes[0].legend()
     return {"speed": over, "waves": figure}
