@@ -237,7 +237,7 @@ def _lines(path: Path, name: str, folder: Path, files: list[Path]) -> Iterator[L
 def _keyword(line: Line) -> tuple[str, dict[str, str]]:
     """The keyword in capitals with single blanks, and its parameters."""
     first, *rest = line.text[1:].split(",")
-    pairs = [one.partition("=") for one in rest if one.strip()]
+    pairs = [option.partition("=") for option in rest if option.strip()]
     options = {" ".join(key.upper().split()): value.strip().strip('"') for key, _, value in pairs}
     return " ".join(first.upper().split()), options
 
@@ -341,8 +341,8 @@ class _Reader:
         numbers = [line.integer(line.first) for line in card.rows]
         places = np.zeros((len(numbers), 3))
         for place, line in zip(places, card.rows, strict=True):
-            given = line.floats(line.fields[1:4])
-            place[: len(given)] = given
+            coordinates = line.floats(line.fields[1:4])
+            place[: len(coordinates)] = coordinates
         places = _cartesian(card, places)
         if self.system is not None:
             places = self.system[0] + places @ self.system[1]
@@ -407,9 +407,9 @@ ACTIONS = {"PART", "END PART", "INSTANCE", "END INSTANCE", "SYSTEM", "NODE", "EL
 def _element_type(name: str) -> tuple[str, int]:
     """meshio's name of the type and its number of nodes; an empty name for what is no cell of a mesh."""
     for pattern, kinds in ELEMENTS:
-        found = pattern.fullmatch(name.upper())
-        if found:
-            return kinds.get(next(filter(None, found.groups())), ("", 0))
+        match = pattern.fullmatch(name.upper())
+        if match:
+            return kinds.get(next(filter(None, match.groups())), ("", 0))
     return "", 0
 
 
@@ -510,13 +510,13 @@ class _Flat:
             self.index["NSET"][key], self.index["ELSET"][key] = nodes, {}
             start += len(nodes)
             for number, (kind, corners, line) in scope.elements.items():
-                missing = [one for one in corners if one not in nodes]
+                missing = [node for node in corners if node not in nodes]
                 if missing:
                     raise line.fail(f"element {number} has the node {missing[0]}, which is not defined")
                 self.index["ELSET"][key][number] = len(self.kind_of)
                 block = self.kinds.setdefault(kind, [])
                 self.kind_of.append((kind, len(block)))
-                block.append(tuple(nodes[one] for one in corners))
+                block.append(tuple(nodes[node] for node in corners))
 
     def mesh(self, name: str) -> Any:
         """The meshio.Mesh with the sets of all scopes."""
@@ -551,14 +551,14 @@ class _Flat:
     def _named(self, kind: str) -> dict[str, Any]:
         """The sets by name; a name that several scopes use is that of none alone."""
         every = [(scope, key) for scope in self.scopes.values() for key in scope.sets[kind]]
-        found = {}
+        members_by_name = {}
         for scope, key in every:
             name, members = scope.sets[kind][key].name, self._resolved(scope, kind, key, ())
             if scope.name:
-                found[f"{scope.name}.{name}"] = members
+                members_by_name[f"{scope.name}.{name}"] = members
             if sum(other == key for _, other in every) == 1:
-                found[name] = members
-        return found
+                members_by_name[name] = members
+        return members_by_name
 
     def _resolved(self, scope: Scope, kind: str, key: str, above: tuple[tuple[str, str, str], ...]) -> Any:
         """Indices of the nodes or elements of a set; a warning where some do not exist."""
@@ -567,22 +567,22 @@ class _Flat:
             return self.done[path]
         if path in above or len(above) > DEEPEST_SET:
             raise members.others[0][0].fail(f"the set {members.name!r} contains itself, or sets in sets in sets")
-        found: list[Any] = []
+        pieces: list[Any] = []
         for line, instance, numbers in members.numbers:
             index, unread = self._numbers(line, scope, instance, kind)
-            missing = [one for one in numbers if one not in index and one not in unread]
+            missing = [number for number in numbers if number not in index and number not in unread]
             self._miss(line, members.name, kind, missing[:1], len(missing))
-            found.append(np.array([index[one] for one in numbers if one in index], dtype=np.int64))
+            pieces.append(np.array([index[number] for number in numbers if number in index], dtype=np.int64))
         for line, instance, generated in members.ranges:
             index, unread = self._numbers(line, scope, instance, kind)
-            inside = [one for one in (*index, *unread) if one in generated]
+            inside = [number for number in (*index, *unread) if number in generated]
             lacking = len(generated) - len(inside)
-            first = [next(one for one in generated if one not in index and one not in unread)] if lacking else []
+            first = [next(n for n in generated if n not in index and n not in unread)] if lacking else []
             self._miss(line, members.name, kind, first, lacking)
-            found.append(np.array([index[one] for one in inside if one in index], dtype=np.int64))
+            pieces.append(np.array([index[number] for number in inside if number in index], dtype=np.int64))
         for line, instance, name in members.others:
-            found.append(self._other(line, scope, instance, kind, name, (*above, path)))
-        self.done[path] = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
+            pieces.append(self._other(line, scope, instance, kind, name, (*above, path)))
+        self.done[path] = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *pieces]))
         return self.done[path]
 
     def _numbers(self, line: Line, scope: Scope, instance: str, kind: str) -> tuple[dict[int, int], set[int]]:
@@ -597,7 +597,8 @@ class _Flat:
         """What another set, or a node or element of an instance, adds to a set."""
         if kind == "NSET" and name.startswith("ELSET "):
             elements = self._other(line, scope, instance, "ELSET", name.removeprefix("ELSET "), above)
-            return np.unique([n for one in elements for n in self.kinds[self.kind_of[one][0]][self.kind_of[one][1]]])
+            places = [self.kind_of[element] for element in elements]
+            return np.unique([n for kind, i in places for n in self.kinds[kind][i]])
         place = self.scopes[instance] if instance in self.scopes and instance else scope
         if name.upper() in place.sets[kind]:
             return self._resolved(place, kind, name.upper(), above)
@@ -623,15 +624,15 @@ class _Flat:
     def _surfaces(self) -> dict[str, list[tuple[int, ...]]]:
         """Corners of the facets of each surface; its name as that of a set."""
         every = [(scope, key) for scope in self.scopes.values() for key in scope.surfaces]
-        found: dict[str, list[tuple[int, ...]]] = {}
+        facets_by_name: dict[str, list[tuple[int, ...]]] = {}
         for scope, key in every:
             name, rows = scope.surfaces[key]
             facets = [facet for line in rows for facet in self._facets(scope, line)]
             if facets and scope.name:
-                found[f"{scope.name}.{name}"] = facets
+                facets_by_name[f"{scope.name}.{name}"] = facets
             if facets and sum(other == key for _, other in every) == 1:
-                found[name] = facets
-        return found
+                facets_by_name[name] = facets
+        return facets_by_name
 
     def _facets(self, scope: Scope, line: Line) -> Iterator[tuple[int, ...]]:
         who, face = (*line.fields, "", "")[:2]

@@ -112,7 +112,8 @@ def _inverse_lothe(constants: Vector) -> Vector:
     m = cosine[:, None] * across + sine[:, None] * down
     n = cosine[:, None] * down - sine[:, None] * across
     mm, mn, nn = (
-        np.einsum("pqi,ijkl,pql->pqjk", one, constants, other, optimize=True) for one, other in ((m, m), (m, n), (n, n))
+        np.einsum("pqi,ijkl,pql->pqjk", left, constants, right, optimize=True)
+        for left, right in ((m, m), (m, n), (n, n))
     )
     lothe = (mm - mn @ np.linalg.solve(nn, mn.swapaxes(2, 3))).mean(axis=1)
     inverse: Vector = np.linalg.inv(lothe)[:, 2, 2]
@@ -131,21 +132,21 @@ def _elastic_constants(stiffness: ArrayLike) -> Vector:
     return np.asarray(matrix[VOIGT_INDEX[:, :, None, None], VOIGT_INDEX[None, None]])
 
 
-def _three(name: str, given: ArrayLike) -> Vector:
+def _three(name: str, values: ArrayLike) -> Vector:
     """Three finite numbers; they must be positive unless they are Poisson's ratios."""
     wanted = "finite" if name == "poisson_ratios" else "positive"
-    numbers = _real(name, given, f"three {wanted} numbers")
+    numbers = _real(name, values, f"three {wanted} numbers")
     if numbers.shape != (3,) or not np.isfinite(numbers).all() or (wanted == "positive" and numbers.min() <= 0.0):
-        raise ValueError(f"{name} = {short(given)}: must be three {wanted} numbers")
+        raise ValueError(f"{name} = {short(values)}: must be three {wanted} numbers")
     return numbers
 
 
-def _real(name: str, given: ArrayLike, what: str) -> Vector:
+def _real(name: str, values: ArrayLike, what: str) -> Vector:
     """An array of real numbers, or a ValueError; text, booleans and complex numbers are refused."""
     try:
-        numbers = np.asarray(given)
+        numbers = np.asarray(values)
         if numbers.dtype.kind not in "fiu":
             raise TypeError
     except (TypeError, ValueError):
-        raise ValueError(f"{name} = {short(given)}: must be {what}") from None
+        raise ValueError(f"{name} = {short(values)}: must be {what}") from None
     return numbers.astype(float)

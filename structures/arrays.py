@@ -16,7 +16,7 @@ def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
     """
     array, stated = _parts(values)
     if np.ma.is_masked(array):
-        place = tuple(int(one[0]) for one in np.nonzero(np.ma.getmaskarray(array)))
+        place = tuple(int(index[0]) for index in np.nonzero(np.ma.getmaskarray(array)))
         raise ValueError(f"{name}[{', '.join(map(str, place))}] is masked: must be a finite number")
     try:
         plain = np.asarray(array)

@@ -104,15 +104,15 @@ class BodyMesh:
         self.cells = Tags(groups, hint_of(read, tags))
         self.facets = tagged_facets(read, self.mesh, number, FACET_CORNERS, tags)
 
-    def materials(self, given: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
+    def materials(self, material: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
         """The materials, and for each cell the index of its material."""
         count = self.mesh.nelements
-        if isinstance(given, Material):
-            return [given], np.zeros(count, dtype=np.int64)
-        instance("material", given, Mapping, "a Material, or a dictionary of them by tag of cells")
-        owner, tags = np.full(count, -1), list(given)
+        if isinstance(material, Material):
+            return [material], np.zeros(count, dtype=np.int64)
+        instance("material", material, Mapping, "a Material, or a dictionary of them by tag of cells")
+        owner, tags = np.full(count, -1), list(material)
         for i, tag in enumerate(tags):
-            instance(f"material[{tag!r}]", given[tag], Material, "a Material; MATERIALS[name] gives one by name")
+            instance(f"material[{tag!r}]", material[tag], Material, "a Material; MATERIALS[name] gives one by name")
             cells = self.cells.of("material", tag)
             if np.any(owner[cells] >= 0):
                 other = tags[int(owner[cells].max())]
@@ -122,7 +122,7 @@ class BodyMesh:
         if bare.size:
             missing = [tag for tag, cells in self.cells.groups.items() if np.isin(cells, bare).any()]
             raise ValueError(f"material: {bare.size} of {count} cells have none; their tags are {names(missing)}")
-        return list(given.values()), owner
+        return list(material.values()), owner
 
     def area(self, facets: Numbers) -> float:
         """The area of facets, m²."""

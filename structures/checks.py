@@ -138,16 +138,16 @@ def has_members(
 ) -> None:
     """A ValueError that names the members which a user's object lacks, and methods of another number of arguments."""
     shown, needed = shown or short(value), (*attributes, *methods)
-    lacking = [one for one in needed if not hasattr(value, one)]
+    lacking = [attribute for attribute in needed if not hasattr(value, attribute)]
     if isinstance(value, type) or len(lacking) == len(needed):
         raise ValueError(f"{name} = {shown}: must be {what}{_of_class(value)}")
     if lacking:
         raise ValueError(f"{name} = {shown}: has no {' and no '.join(lacking)}; must be {what}")
     for method, count in methods.items():
-        found, full = getattr(value, method), f"{type(value).__name__}.{method}"
-        if not callable(found):
-            raise ValueError(f"{full} = {short(found)}: must be a method")
-        takes(full, found, count, f"a method of {count} arguments besides self")
+        attribute, full = getattr(value, method), f"{type(value).__name__}.{method}"
+        if not callable(attribute):
+            raise ValueError(f"{full} = {short(attribute)}: must be a method")
+        takes(full, attribute, count, f"a method of {count} arguments besides self")
 
 
 def count_of(number: int, word: str, many: str = "") -> str:
@@ -169,18 +169,18 @@ def near(word: object, choices: Iterable[str]) -> list[str]:
     """The choices that a wrong word may mean, whatever its case: the one most like it; or those that have it, or a word
     like it, as one of their words: steel 316 and steel 440C for "steal".
     """
-    guess, lower = str(word).lower(), {one.lower(): one for one in choices}
-    if found := [guess] if guess in lower else get_close_matches(guess, lower, 1, LIKENESS):
-        return [lower[found[0]]]
-    words = {one: re.split(r"[\W_]+", one) for one in lower}
+    guess, lower = str(word).lower(), {choice.lower(): choice for choice in choices}
+    if matches := [guess] if guess in lower else get_close_matches(guess, lower, 1, LIKENESS):
+        return [lower[matches[0]]]
+    words = {choice: re.split(r"[\W_]+", choice) for choice in lower}
     part = get_close_matches(guess, sorted({part for parts in words.values() for part in parts}), 1, PART_LIKENESS)
-    return [lower[one] for one, parts in words.items() if part and part[0] in parts]
+    return [lower[choice] for choice, parts in words.items() if part and part[0] in parts]
 
 
 def did_you_mean(word: object, choices: Iterable[str], shown: Callable[[str], str] = repr) -> str:
     """The question for the end of a message; empty where nothing is near."""
-    found = near(word, choices)
-    return f"did you mean {' or '.join(map(shown, found))}?" if found else ""
+    matches = near(word, choices)
+    return f"did you mean {' or '.join(map(shown, matches))}?" if matches else ""
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
@@ -221,10 +221,10 @@ def each(
 ) -> NDArray[np.float64]:
     """`value` as an array; a ValueError if one of its numbers fails the check."""
     try:
-        given = np.asarray(value)
-        if value is None or given.dtype.kind not in "iufO" or isinstance(value, Decimal):
+        array = np.asarray(value)
+        if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
             raise TypeError
-        numbers = given.astype(float)
+        numbers = array.astype(float)
     except (TypeError, ValueError, OverflowError):
         in_unit = f", in {unit}" if unit else ""
         raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}") from None

@@ -202,14 +202,14 @@ class Closing:
 
     def _kept_ahead(self, state: ClosingState, window: float) -> _Ahead:
         """The same as `_ahead`, kept for the last state: a co-simulation repeats a window with other forces."""
-        kept = self._kept
-        if kept[0] is not state:
-            kept = self._kept = (state, {})
+        rates = self._kept
+        if rates[0] is not state:
+            rates = self._kept = (state, {})
         if not isinstance(window, float):
             return self._ahead(state, window)
-        if window not in kept[1]:
-            kept[1][window] = self._ahead(state, window)
-        return kept[1][window]
+        if window not in rates[1]:
+            rates[1][window] = self._ahead(state, window)
+        return rates[1][window]
 
     def _ahead(self, state: ClosingState, window: float) -> _Ahead:
         """What follows from a state over a window (s)."""
@@ -227,12 +227,12 @@ class Closing:
             return ClosingState(end, np.zeros(len(self.opening)), state.lost + lost)
         compliance, near = self._compliance(window), ahead.near
         rate = ahead.rate + compliance @ forces
-        own = compliance[:, self._count :]
+        gap_compliance = compliance[:, self._count :]
         if near.all():
-            pressed = _separating(own, rate)
+            pressed = _separating(gap_compliance, rate)
         else:
             pressed = np.zeros(len(self.opening))
-            pressed[near] = _separating(own[np.ix_(near, near)], rate[near])
+            pressed[near] = _separating(gap_compliance[np.ix_(near, near)], rate[near])
         end = self.moving.pushed(ahead.free, np.append(forces[: self._count], forces[self._count :] + pressed), window)
         lost = self.moving.dissipated(state.body, end, window)
         if pressed.any():
@@ -299,8 +299,8 @@ class Closing:
         """The velocity of each gap at the end of a window after 1 N at each contact, m/(N s)."""
         if window not in self._compliances:
             matrix = self._read @ self.moving.response(window).velocity
-            own = matrix[:, self._count :]
-            self._compliances[window] = np.hstack([matrix[:, : self._count], 0.5 * (own + own.T)])
+            gap_compliance = matrix[:, self._count :]
+            self._compliances[window] = np.hstack([matrix[:, : self._count], 0.5 * (gap_compliance + gap_compliance.T)])
         return self._compliances[window]
 
 
@@ -334,16 +334,16 @@ def _separating(compliance: Vector, rate: Vector) -> Vector:
     if scale == 0.0:
         return np.zeros_like(rate)
     lower = np.linalg.cholesky(compliance / np.outer(units, units))
-    found, _ = nnls(lower.T, -solve_triangular(lower, scaled / scale, lower=True))
-    force = found * scale / units
+    solution, _ = nnls(lower.T, -solve_triangular(lower, scaled / scale, lower=True))
+    force = solution * scale / units
     return force
 
 
-def _each(name: str, given: Any, unit: str, largest: float) -> Vector:
+def _each(name: str, values: Any, unit: str, largest: float) -> Vector:
     """One number or more from 0 to the largest."""
-    numbers = np.asarray(each(finite, name, given, unit))  # type: ignore[arg-type]
+    numbers = np.asarray(each(finite, name, values, unit))  # type: ignore[arg-type]
     if numbers.ndim != 1 or not numbers.size:
-        raise ValueError(f"{name} = {short(given)}: must be a list with one number of {unit} for each gap")
+        raise ValueError(f"{name} = {short(values)}: must be a list with one number of {unit} for each gap")
     for i, number in enumerate(numbers):
         _check(f"{name}[{i}]", number, unit, largest)
     return numbers

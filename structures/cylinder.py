@@ -140,13 +140,13 @@ class _Section:
             absorbing.append(self.bottom)
         elif base == "fixed":
             held = np.union1d(held, self.basis.get_dofs(self.bottom).all())
-        kept = np.setdiff1d(np.arange(self.basis.N), held)
+        free = np.setdiff1d(np.arange(self.basis.N), held)
         damping = None
         if absorbing:
-            damping = self._dashpots(np.concatenate(absorbing), rod_like=side == "free")[kept][:, kept]
+            damping = self._dashpots(np.concatenate(absorbing), rod_like=side == "free")[free][:, free]
         contact = patch_vector(self._on(self.top[self.middle[0, self.top] < patch]))
-        field = elastic_field(self.mesh, ElementQuad2, INTEGRATION_ORDER, kept, self.materials, owner)
-        return mass[kept][:, kept], stiffness[kept][:, kept], damping, contact[kept], field
+        field = elastic_field(self.mesh, ElementQuad2, INTEGRATION_ORDER, free, self.materials, owner)
+        return mass[free][:, free], stiffness[free][:, free], damping, contact[free], field
 
     def _dashpots(self, facets: Numbers, rod_like: bool) -> Matrix:
         """Damping of facets that absorb the waves of a rod, or those of a large body."""
@@ -174,16 +174,16 @@ def _faces(layers: list[Layer]) -> Vector:
     return np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
 
 
-def _patch_radius(given: float | None, layers: list[Layer], frequency: float) -> float:
+def _patch_radius(radius: float | None, layers: list[Layer], frequency: float) -> float:
     first = layers[0]
-    if given is None:
+    if radius is None:
         return min(first.radius, first.length, shear_speed(first.material) / frequency) / PATCH_DIVISOR
-    patch = given
+    patch = radius
     if patch > first.radius:
-        raise ValueError(f"patch_radius = {given!r}: must not exceed the cylinder's radius, {first.radius} m")
+        raise ValueError(f"patch_radius = {radius!r}: must not exceed the cylinder's radius, {first.radius} m")
     if patch > first.length * (1.0 + 1e-6):
         raise ValueError(
-            f"patch_radius = {given!r}: must not exceed the first layer's length, {first.length} m, or the patch is "
+            f"patch_radius = {radius!r}: must not exceed the first layer's length, {first.length} m, or the patch is "
             "no spot on a large body of its material"
         )
     return first.radius if isclose(patch, first.radius, rel_tol=1e-6) else patch

@@ -348,17 +348,17 @@ def _parts(structure: Structure) -> list[sparse.csr_array]:
     if "reduction" in origin:
         return []
     if origin.get("kind") == "rod":
-        layers = [Layer(**{**one, "material": Material(**one["material"])}) for one in origin["layers"]]
+        layers = [Layer(**{**layer, "material": Material(**layer["material"])}) for layer in origin["layers"]]
         counts = set(origin["elements"])
         return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
-    known = "layers" in origin or origin.get("kind") == "spherical shell"
-    return stiffness_parts(structure) if known and structure.field is not None else []
+    layered = "layers" in origin or origin.get("kind") == "spherical shell"
+    return stiffness_parts(structure) if layered and structure.field is not None else []
 
 
 def _named(structure: Structure, part: Any) -> dict[str, Any]:
     """How the note of an arm names a part: by its layer, where it is one."""
-    for i, one in enumerate(_parts(structure)):
-        if sparse.issparse(part) and one.shape == part.shape and abs(one - part).max() == 0.0:
+    for i, layer_part in enumerate(_parts(structure)):
+        if sparse.issparse(part) and layer_part.shape == part.shape and abs(layer_part - part).max() == 0.0:
             return {"layer": i}
     return {"part": "given"}
 
@@ -371,12 +371,12 @@ def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffne
     count = root.shape[0]
     root = sparse.csr_array((root.data, root.indices, root.indptr), (count, structure.size))
     held = structure.stiffness + root.T @ root if stiffness is None else stiffness
-    own = sparse.csr_array(structure.mass.shape) if structure.damping is None else structure.damping
+    damping = sparse.csr_array(structure.mass.shape) if structure.damping is None else structure.damping
     return replace(
         structure,
         mass=sparse.csr_array(sparse.block_diag([structure.mass, sparse.csr_array((count, count))])),
         stiffness=sparse.csr_array(sparse.block_array([[held, -root.T], [-root, sparse.eye_array(count)]])),
-        damping=sparse.csr_array(sparse.block_diag([own, time * sparse.eye_array(count)])),
+        damping=sparse.csr_array(sparse.block_diag([damping, time * sparse.eye_array(count)])),
         contact=np.concatenate([structure.contact, np.zeros((count, *structure.contact.shape[1:]))]),
     )
 
@@ -396,7 +396,7 @@ def maxwell_arms(structure: Structure) -> MaxwellArms | None:
     """The Maxwell arms of a structure, or None where it has none."""
     if structure.damping is None:
         return None
-    massless, damped = (abs(one).sum(axis=0).ravel() for one in (structure.mass, structure.damping))
+    massless, damped = (abs(matrix).sum(axis=0).ravel() for matrix in (structure.mass, structure.damping))
     # What is massless and undamped, such as the volumes of a gas, belongs to the body.
     is_arm = (massless == 0.0) & (damped > 0.0)
     if not is_arm.any():
@@ -451,8 +451,8 @@ def _root(matrix: sparse.csr_array) -> sparse.csr_array:
     lower, pivots = _factored(matrix[used][:, used])
     if pivots.min() < -RIGID_PIVOT:
         raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
-    kept = pivots > RIGID_PIVOT
-    root = sparse.diags_array(np.sqrt(pivots[kept])) @ sparse.csc_array(lower)[:, kept].T
+    positive = pivots > RIGID_PIVOT
+    root = sparse.diags_array(np.sqrt(pivots[positive])) @ sparse.csc_array(lower)[:, positive].T
     spread = sparse.csr_array((np.ones(used.size), (np.arange(used.size), used)), (used.size, matrix.shape[0]))
     return sparse.csr_array(root @ spread)
 

@@ -64,11 +64,13 @@ class Described:
         is_class = inspect.isclass(self.target)
         hints = _hints(self.target)
         signature = inspect.signature(self.target.__init__ if is_class else self.target)
-        known = list(signature.parameters.values())[is_class:]
-        of = {one.name: hints.get(one.name, one.annotation) for one in known}
+        arguments = list(signature.parameters.values())[is_class:]
+        of = {argument.name: hints.get(argument.name, argument.annotation) for argument in arguments}
         return {
-            one.name: Parameter(one.name, *noted(of[one.name]), one.default, NoneType in get_args(of[one.name]))
-            for one in known
+            argument.name: Parameter(
+                argument.name, *noted(of[argument.name]), argument.default, NoneType in get_args(of[argument.name])
+            )
+            for argument in arguments
         }
 
     @cached_property
@@ -79,8 +81,11 @@ class Described:
     @cached_property
     def _looks(self) -> list[tuple[str, Parameter, Any, float, float]]:
         """Of each parameter its default, and the ends between which its numbers need no further look."""
-        ends = {name: one.quantity.usual if one.quantity else (inf, -inf) for name, one in self.parameters.items()}
-        return [(name, one, one.default, *ends[name]) for name, one in self.parameters.items()]
+        ends = {
+            name: parameter.quantity.usual if parameter.quantity else (inf, -inf)
+            for name, parameter in self.parameters.items()
+        }
+        return [(name, parameter, parameter.default, *ends[name]) for name, parameter in self.parameters.items()]
 
     def checked(self, values: Mapping[str, Any], owner: str) -> dict[str, Any]:
         """What checks change of the arguments: numbers become floats.
@@ -89,18 +94,18 @@ class Described:
         """
         changed: dict[str, Any] = {}
         odd: list[tuple[Quantity, str, Any]] = []
-        for name, one, default, low, high in self._looks:
+        for name, parameter, default, low, high in self._looks:
             value = values.get(name, default)
             if value is default or (type(value) is float and low < value < high):
                 continue
             # A default that stands for something else, as None or infinity, is no value of the quantity.
-            if _same(value, default) or (value is None and one.may_be_none):
+            if _same(value, default) or (value is None and parameter.may_be_none):
                 continue
-            new = _checked(name, value, one.type, one.notes)
+            new = _checked(name, value, parameter.type, parameter.notes)
             if new is not value:
                 changed[name] = new
-            if one.quantity is not None:
-                odd.append((one.quantity, name, new))
+            if parameter.quantity is not None:
+                odd.append((parameter.quantity, name, new))
         for quantity, name, value in odd:
             quantity.warn(owner, name, value)
         return changed
@@ -151,17 +156,17 @@ def described_as(what: str = "", called: str = "", also: tuple[str, ...] = ()) -
 
     def describe(target: Any) -> Any:
         place = target.__module__, target.__qualname__
-        made = _class(target) if inspect.isclass(target) else _function(target)
-        _ALL[place] = made.__described__ = Described(made, what, called, also)
-        return made
+        product = _class(target) if inspect.isclass(target) else _function(target)
+        _ALL[place] = product.__described__ = Described(product, what, called, also)
+        return product
 
     return describe
 
 
 def description(thing: Any) -> Described | None:
     """What is known of a class or a function; None where it is not described."""
-    found = vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
-    return found if isinstance(found, Described) else None
+    entry = vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
+    return entry if isinstance(entry, Described) else None
 
 
 def registered() -> tuple[Described, ...]:
@@ -171,16 +176,16 @@ def registered() -> tuple[Described, ...]:
 
 def of_family(base: type) -> Iterator[Described]:
     """What makes an object of a class."""
-    for one in registered():
-        if inspect.isclass(one.makes) and base in one.makes.__mro__ and not inspect.isabstract(one.makes):
-            yield one
+    for entry in registered():
+        if inspect.isclass(entry.makes) and base in entry.makes.__mro__ and not inspect.isabstract(entry.makes):
+            yield entry
 
 
 def as_argument(value: Any) -> Any:
     """An argument as plain data."""
     if is_dataclass(value) and not isinstance(value, type):
         return asdict(value)
-    return [as_argument(one) for one in value] if isinstance(value, list | tuple) else value
+    return [as_argument(member) for member in value] if isinstance(value, list | tuple) else value
 
 
 def _class(target: Any) -> Any:
@@ -188,19 +193,19 @@ def _class(target: Any) -> Any:
 
     def __post_init__(self: Any) -> None:
         # Of classes that derive from each other the last one that is described checks all.
-        known: Described = type(self).__described__
-        if known.target is made:
+        entry: Described = type(self).__described__
+        if entry.target is product:
             called = vars(self).get("name", "")
             owner = f"{type(self).__name__} {called!r}" if called else type(self).__name__
-            for name, value in known.checked(vars(self), owner).items():
+            for name, value in entry.checked(vars(self), owner).items():
                 object.__setattr__(self, name, value)
         if before is not None:
             before(self)
 
     target.__post_init__ = __post_init__
     inherited = target.__repr__ is not object.__repr__ and not hasattr(target.__repr__, "__wrapped__")
-    made = dataclass(frozen=True, repr=not inherited)(target)
-    return made
+    product = dataclass(frozen=True, repr=not inherited)(target)
+    return product
 
 
 def _function(target: Any) -> Any:
@@ -208,19 +213,19 @@ def _function(target: Any) -> Any:
 
     @wraps(target)
     def called(*arguments: Any, **named: Any) -> Any:
-        known: Described = called.__described__  # type: ignore[attr-defined]
+        entry: Described = called.__described__  # type: ignore[attr-defined]
         try:
             bound = signature.bind(*arguments, **named)
         except TypeError:
             return target(*arguments, **named)  # Python names what is wrong with the call.
-        bound.arguments.update(known.checked(bound.arguments, known.name))
-        made = target(*bound.args, **bound.kwargs)
-        if hasattr(made, "origin") and made.origin.get("kind", known.called) == known.called:
+        bound.arguments.update(entry.checked(bound.arguments, entry.name))
+        product = target(*bound.args, **bound.kwargs)
+        if hasattr(product, "origin") and product.origin.get("kind", entry.called) == entry.called:
             bound.apply_defaults()
-            plain = {name: as_argument(value) for name, value in bound.arguments.items()} | dict(made.origin)
+            plain = {name: as_argument(value) for name, value in bound.arguments.items()} | dict(product.origin)
             stated = {name: value for name, value in plain.items() if value is not None}
-            object.__setattr__(made, "origin", {"kind": known.called, **stated})
-        return made
+            object.__setattr__(product, "origin", {"kind": entry.called, **stated})
+        return product
 
     return called
 
@@ -235,14 +240,14 @@ def _checked(name: str, value: Any, kind: Any, notes: tuple[Any, ...]) -> Any:
     """An argument that is what its annotation says; a ValueError otherwise."""
     if get_origin(kind) is Union:
         members = [noted(member) for member in get_args(kind)]
-        if any(inspect.isclass(member) and not own and isinstance(value, member) for member, own in members):
+        if any(inspect.isclass(member) and not exact and isinstance(value, member) for member, exact in members):
             return value
         kind, notes = next((member for member in members if member[1]), (Any, ()))
     for note in notes:
         value = note.check(name, value) if hasattr(note, "check") else value
-    known = description(kind) if inspect.isclass(kind) and type(value) is not kind else None
-    if known is not None:
-        instance(name, value, kind, known.what)
+    entry = description(kind) if inspect.isclass(kind) and type(value) is not kind else None
+    if entry is not None:
+        instance(name, value, kind, entry.what)
     elif kind is str and not any(hasattr(note, "check") for note in notes):
         instance(name, value, str, "a text")
     return value

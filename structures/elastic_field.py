@@ -87,11 +87,13 @@ class ElasticSampler:
         """Gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes."""
         scalar = Basis(mesh, element(), intorder=GAUSS_ORDER)
         cells, gauss = scalar.dx.shape
-        functions = [one[0] for one in scalar.basis]
-        self.slopes = np.stack([np.broadcast_to(one.grad, (mesh.dim(), cells, gauss)) for one in functions], axis=-1)
+        functions = [function[0] for function in scalar.basis]
+        self.slopes = np.stack(
+            [np.broadcast_to(function.grad, (mesh.dim(), cells, gauss)) for function in functions], axis=-1
+        )
         if self.revolution:
             radius = np.asarray(scalar.global_coordinates())[0]
-            values = np.stack([np.broadcast_to(np.asarray(one), (cells, gauss)) for one in functions], axis=-1)
+            values = np.stack([np.broadcast_to(np.asarray(value), (cells, gauss)) for value in functions], axis=-1)
             self.hoop = values / radius[:, :, None]
         through = _values(linear, scalar.X)
         carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(through.T)  # type: ignore[attr-defined]
@@ -156,8 +158,10 @@ class ElasticSampler:
 
 def _values(element: type, places: Numbers) -> Numbers:
     """Shape functions of a linear element at places of the reference cell, shapes × places."""
-    one = element()
-    return np.stack([one.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(one.doflocs.shape[0])])
+    functions = element()
+    return np.stack(
+        [functions.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(functions.doflocs.shape[0])]
+    )
 
 
 def _vtk_order(kind: str) -> Whole:

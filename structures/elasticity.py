@@ -121,8 +121,8 @@ class Cells:
         # A cell's degrees of freedom: all components of its first shape function, then all of its second, ...
         functions = [function[0] for function in basis.basis[:: self.dim]]
         # Cells × functions × integration points; of the gradients, `dim` for each function.
-        self.values = np.stack([np.asarray(one)[0] for one in functions], axis=1)
-        slopes = np.stack([one.grad[0] for one in functions]).transpose(2, 0, 1, 3)
+        self.values = np.stack([np.asarray(function)[0] for function in functions], axis=1)
+        slopes = np.stack([function.grad[0] for function in functions]).transpose(2, 0, 1, 3)
         self.slopes = slopes.reshape(len(slopes), -1, slopes.shape[-1])
         self.weight, self.hoops = basis.dx[:, None], None
         if ring:

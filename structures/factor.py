@@ -96,9 +96,9 @@ def shifted_solve(structure: "Structure", shift: float) -> Solve:
     return structure.matrices.shifted_solve(shift)
 
 
-def symmetric(name: str, given: Any) -> sparse.csr_array:
+def symmetric(name: str, value: Any) -> sparse.csr_array:
     """The matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite."""
-    matrix = given
+    matrix = value
     if not isinstance(matrix, sparse.csr_array):
         matrix = matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix))
         matrix = sparse.csr_array(matrix) if matrix.ndim == 2 else matrix

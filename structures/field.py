@@ -109,8 +109,8 @@ class Field:
             raise ValueError(
                 f"u has shape {values.shape}: must be ({self.size},), the degrees of freedom of one moment"
             )
-        own = values[: self.size]
-        return own if self.basis is None else np.asarray(self.basis @ own)
+        moving = values[: self.size]
+        return moving if self.basis is None else np.asarray(self.basis @ moving)
 
     @cached_property
     def _sampler(self) -> Sampler:

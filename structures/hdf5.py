@@ -30,9 +30,9 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
     try:
         with h5py.File(source, "r") as file:
             limit = left = float(max(SMALL, LARGEST_RATIO * size))
-            for path, one in _members(h5py, file, name):
-                fault = _fault_of_dataset(one) if isinstance(one, h5py.Dataset) else ""
-                claimed = 0.0 if fault else _claimed(h5py, one, size, left)
+            for path, member in _members(h5py, file, name):
+                fault = _fault_of_dataset(member) if isinstance(member, h5py.Dataset) else ""
+                claimed = 0.0 if fault else _claimed(h5py, member, size, left)
                 left -= claimed
                 if left < 0.0:
                     fault = f"claims {claimed:.3g} bytes, more than its file can hold{' in all' * (claimed < limit)}"
@@ -57,17 +57,17 @@ def _members(h5py: Any, file: Any, name: str) -> Iterator[tuple[str, Any]]:
             if not isinstance(link, h5py.HardLink):
                 where = f"another file, {link.filename}" if isinstance(link, h5py.ExternalLink) else "another place"
                 raise ValueError(f"{name}: {place} links to {where}; it was not read")
-            one = group[key]
-            address = h5py.h5o.get_info(one.id).addr
-            if isinstance(one, h5py.Group) and address not in seen:
-                groups.append((place, one))
-            if isinstance(one, h5py.Dataset) or address not in seen:
-                yield place, one
+            member = group[key]
+            address = h5py.h5o.get_info(member.id).addr
+            if isinstance(member, h5py.Group) and address not in seen:
+                groups.append((place, member))
+            if isinstance(member, h5py.Dataset) or address not in seen:
+                yield place, member
             seen.add(address)
     for place, group, key in soft:
-        one = group.get(key)
-        if isinstance(one, h5py.Dataset):
-            yield place, one
+        member = group.get(key)
+        if isinstance(member, h5py.Dataset):
+            yield place, member
 
 
 def _fault_of_dataset(dataset: Any) -> str:
@@ -82,25 +82,25 @@ def _fault_of_dataset(dataset: Any) -> str:
     return ""
 
 
-def _claimed(h5py: Any, one: Any, size: int, left: float) -> float:
+def _claimed(h5py: Any, item: Any, size: int, left: float) -> float:
     """Bytes that a dataset or a group takes in memory with its attributes. size: of the file; left: where it matters.
 
     Entries of texts and ragged arrays may share their bytes in the file, and each gets a copy of them.
     """
     claimed = 0.0
-    for name in one.attrs:
-        attribute = one.attrs.get_id(name)
+    for name in item.attrs:
+        attribute = item.attrs.get_id(name)
         if attribute.dtype.hasobject:
             most = prod(attribute.shape or ()) * size
-            claimed += most if most > left else _bytes(one.attrs[name])
-    if not isinstance(one, h5py.Dataset) or one.shape is None:
+            claimed += most if most > left else _bytes(item.attrs[name])
+    if not isinstance(item, h5py.Dataset) or item.shape is None:
         return claimed
-    claimed += one.size * one.dtype.itemsize
-    if one.dtype.hasobject and claimed <= left:
-        rows = one.shape[0] if one.ndim else 1
-        many = max(1, SMALL * rows // max(1, one.size * size))
+    claimed += item.size * item.dtype.itemsize
+    if item.dtype.hasobject and claimed <= left:
+        rows = item.shape[0] if item.ndim else 1
+        many = max(1, SMALL * rows // max(1, item.size * size))
         for begin in range(0, rows, many):
-            claimed += _bytes(one[begin : begin + many] if one.ndim else one[()])
+            claimed += _bytes(item[begin : begin + many] if item.ndim else item[()])
             if claimed > left:
                 break
     return float(claimed)

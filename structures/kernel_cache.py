@@ -90,8 +90,8 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
         if (types := key_of(key[0])) is None:
             return None
         key = types, *key[1:]
-        found = super().load(key)
-        return found[1] if found is not None and found[0] == key else None
+        stored = super().load(key)
+        return stored[1] if stored is not None and stored[0] == key else None
 
     def save(self, key: Any, data: Any) -> None:
         """Keep data under a key, in the private folder where this one is full; else go on without."""
@@ -126,11 +126,11 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
         except OSError as error:
             _say_once(f"The kernel cache in {self._cache_path} cannot be read ({error.strerror}); kernels are compiled")
             return False
-        whole = len(content) > 2 * SUM and sha256(content[:-SUM]).digest() == content[-SUM:]
-        if not whole:
+        complete = len(content) > 2 * SUM and sha256(content[:-SUM]).digest() == content[-SUM:]
+        if not complete:
             _say_once(f"The kernel cache in {self._cache_path} is damaged; what is damaged is compiled anew")
         # Of other sources: their types may not even exist any more.
-        return whole and content[-2 * SUM : -SUM] == self._stamp
+        return complete and content[-2 * SUM : -SUM] == self._stamp
 
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
@@ -151,10 +151,10 @@ def stamp(file: str) -> str:
 
     Numba itself looks at the file of the kernel only, and would not notice that one changed which it calls.
     """
-    root, found = Path(__file__).parent.parent, sha256(numba.__version__.encode())
+    root, digest = Path(__file__).parent.parent, sha256(numba.__version__.encode())
     for source in (*sorted(path for room in OURS for path in root.glob(f"{room}/kernels/*.py")), Path(file)):
-        found.update(source.read_bytes())
-    return found.hexdigest()
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -165,12 +165,12 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def compiled(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**options)(function)
-        kept = kernel._cache._cache_file
+        file = kernel._cache._cache_file
         # Another name than Numba's own, whose files have no checksum; and one for kernels that Python may call: one
         # without the code that takes arguments from Python would end the process.
         kind = "inner" if options.get("no_cpython_wrapper") else "entry"
-        name = f"{kept._index_name.removesuffix('.nbi')}.{kind}.checked"
-        kernel._cache._cache_file = CheckedFile(kept._cache_path, name, stamp(function.__code__.co_filename))
+        name = f"{file._index_name.removesuffix('.nbi')}.{kind}.checked"
+        kernel._cache._cache_file = CheckedFile(file._cache_path, name, stamp(function.__code__.co_filename))
         return kernel
 
     return compiled

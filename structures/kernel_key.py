@@ -41,8 +41,8 @@ def pieces_in(kind: Any) -> Iterator[Any]:
     if isinstance(kind, types.BaseNamedTuple):
         yield kind.instance_class  # type: ignore[attr-defined]
     if isinstance(kind, tuple | types.BaseTuple):
-        for one in kind:  # type: ignore[union-attr]
-            yield from pieces_in(one)
+        for part in kind:  # type: ignore[union-attr]
+            yield from pieces_in(part)
 
 
 def _is_importable(piece: Any) -> bool:
@@ -62,8 +62,8 @@ def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
     if isinstance(thing, np.ndarray):
         yield f"{thing.dtype}{thing.shape}{thing.tobytes().hex()}"
     elif isinstance(thing, tuple):
-        for one in thing:
-            yield from _texts(one, seen)
+        for part in thing:
+            yield from _texts(part, seen)
     elif not isinstance(thing, CodeType | FunctionType | type):
         yield repr(thing)
     elif id(thing) not in seen and not _is_known(thing):
@@ -107,4 +107,6 @@ def _of_function(function: FunctionType, seen: set[int]) -> Iterator[str]:
 
 def _names(code: CodeType) -> set[str]:
     """All names of a code and of what is defined in it."""
-    return set(code.co_names).union(*(_names(one) for one in code.co_consts if isinstance(one, CodeType)))
+    return set(code.co_names).union(
+        *(_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
+    )

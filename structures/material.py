@@ -89,7 +89,7 @@ class MaterialTable(Mapping[str, Material]):
         key = name_key(name)
         if key in self._by_key:
             return [self._by_key[key]]
-        return [one for one in self._by_key.values() if name_key(one.name.split()[0]) == key]
+        return [material for material in self._by_key.values() if name_key(material.name.split()[0]) == key]
 
     def __iter__(self) -> Iterator[str]:
         return (material.name for material in self._by_key.values())
@@ -98,14 +98,14 @@ class MaterialTable(Mapping[str, Material]):
         return len(self._by_key)
 
 
-def check_stress(given: str, stress: float, material: Material, means: str) -> None:
+def check_stress(argument: str, stress: float, material: Material, means: str) -> None:
     """Warn about a stress, Pa, that the material cannot carry. means: what the number is that was given."""
     limit, name = material.yield_strength, "its yield strength of"
     if limit is None:
         limit, name = LARGE_STRAIN * material.youngs_modulus, "a tenth of its Young's modulus,"
     if abs(stress) > limit:
         caution(
-            f"{given}: stresses {material.name or 'the material'} to {1e-6 * abs(stress):.3g} MPa, beyond {name} "
+            f"{argument}: stresses {material.name or 'the material'} to {1e-6 * abs(stress):.3g} MPa, beyond {name} "
             f"{1e-6 * limit:.3g} MPa; {means}"
         )
 

@@ -115,8 +115,8 @@ def _hint(suffix: str) -> str:
 def _words(said: bytes) -> str:
     """What gmsh or meshio said of the file, where it is a sentence for users and no internal error."""
     last = (said.decode("utf-8", errors="replace").strip().splitlines() or [""])[-1]
-    found = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", last)
-    return f" ({found[1][:200]})" if found else ""
+    match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", last)
+    return f" ({match[1][:200]})" if match else ""
 
 
 def _check_start(path: Path, suffix: str, name: str) -> None:
@@ -132,8 +132,8 @@ def _check_start(path: Path, suffix: str, name: str) -> None:
     elif suffix == ".unv":
         _check_systems(path, name)
     elif suffix in (".xdmf", ".xmf"):
-        for found in DATA_ITEM.findall(path.read_bytes()):
-            _check_beside(path, found.decode("utf-8", errors="replace").strip(), name)
+        for match in DATA_ITEM.findall(path.read_bytes()):
+            _check_beside(path, match.decode("utf-8", errors="replace").strip(), name)
 
 
 def _check_beside(path: Path, other: str, name: str) -> None:
@@ -152,17 +152,17 @@ def _check_beside(path: Path, other: str, name: str) -> None:
 def _check_bulk(path: Path, name: str) -> None:
     """A ValueError for Nastran's nodes in coordinate systems of their own, and for included files: none is read."""
     for number, line in enumerate(path.read_bytes().splitlines(), 1):
-        found = BULK_LINE.match(line)
-        if found is None:
+        match = BULK_LINE.match(line)
+        if match is None:
             continue
         text = line.decode("latin-1")
         fields = text.split(",") if "," in text else [text[:8], text[8:16], text[16:24]]
-        if found[1] and "*" in fields[0] and "," not in text:
+        if match[1] and "*" in fields[0] and "," not in text:
             fields = [text[:8], text[8:24], text[24:40]]
         system = fields[2].strip() if len(fields) > 2 else ""
-        if found[1] and system in ("", "0"):
+        if match[1] and system in ("", "0"):
             continue
-        what = f"{fields[0].strip()} in the coordinate system {system}" if found[1] else found[2].decode().upper()
+        what = f"{fields[0].strip()} in the coordinate system {system}" if match[1] else match[2].decode().upper()
         raise ValueError(
             f"mesh = {name!r}, line {number}: {what} is not read; write all nodes in the basic system, in one file"
         )
@@ -180,9 +180,9 @@ def _check_systems(path: Path, name: str) -> None:
         end = next((i for i in range(start, len(lines)) if lines[i].strip() == "-1"), len(lines))
         for i in range(start + 2, end, 6):
             numbers = " ".join(lines[i + 2 : min(i + 6, end)]).split()
-            straight = [float(one == other) for one in range(4) for other in range(3)]
+            straight = [float(row == other) for row in range(4) for other in range(3)]
             try:
-                same = lines[i].split()[1] == "0" and [float(one) for one in numbers] == straight
+                same = lines[i].split()[1] == "0" and [float(number) for number in numbers] == straight
             except (ValueError, IndexError):
                 same = False
             if not same:

@@ -122,7 +122,9 @@ def by_gmsh(path: str) -> dict[str, Any]:
         *((name, dimension, members) for name, dimension, members in named if name),
         *(() if groups else ((entity, dimension, [entity]) for dimension, entity in block_of)),
     ):
-        sets.setdefault(tag, set()).update(i for one in members for i in block_of.get((dimension, int(one)), ()))
+        sets.setdefault(tag, set()).update(
+            i for element in members for i in block_of.get((dimension, int(element)), ())
+        )
     return {
         "points": places.reshape(-1, 3),
         "cells": cells,

@@ -52,7 +52,7 @@ def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
     """
     if isinstance(tag, str | int) and tag in groups:
         return tag
-    folded = [one for one in groups if isinstance(one, str) and one.casefold() == str(tag).casefold()]
+    folded = [name for name in groups if isinstance(name, str) and name.casefold() == str(tag).casefold()]
     if len(folded) == 1:
         return folded[0]
     if not groups:
@@ -88,13 +88,13 @@ def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[
     alias: for each point the one that stands for it.
     """
     first = np.unique(cells[:, :corners])
-    kept = np.concatenate([first, np.setdiff1d(cells, first)])
+    cell_order = np.concatenate([first, np.setdiff1d(cells, first)])
     number = np.full(len(points), -1)
-    number[kept] = np.arange(kept.size)
+    number[cell_order] = np.arange(cell_order.size)
     number = number[alias]
     if (number < 0).any():
         caution(f"mesh: {(number < 0).sum()} of {len(points)} points belong to no cell and are dropped")
-    return points[kept], number[cells], number
+    return points[cell_order], number[cells], number
 
 
 def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
@@ -115,7 +115,7 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
         members = [_members(name, parts[i], len(source.cells[i].data)) for i in blocks if parts[i] is not None]
         offsets = [start for start, i in zip(starts[:-1], blocks, strict=True) if parts[i] is not None]
         if members:
-            groups[name] = np.concatenate([start + one for start, one in zip(offsets, members, strict=True)])
+            groups[name] = np.concatenate([start + order for start, order in zip(offsets, members, strict=True)])
     numbers = _numbers(source, blocks, field)
     groups.update({int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers) if tag != UNTAGGED})
     # gmsh's names: a number and a dimension each. Files of VTK have data of other meanings there.
@@ -140,8 +140,8 @@ def tag_fields(source: Any) -> list[str]:
 
 
 def _are_whole(array: Any) -> bool:
-    whole = array.dtype.kind != "f" or (np.isfinite(array).all() and (array == np.round(array)).all())
-    return bool(whole and (array.size == 0 or np.abs(array.astype(float)).max() < LARGEST_TAG))
+    integral = array.dtype.kind != "f" or (np.isfinite(array).all() and (array == np.round(array)).all())
+    return bool(integral and (array.size == 0 or np.abs(array.astype(float)).max() < LARGEST_TAG))
 
 
 def hint_of(source: Any, field: str | None) -> str:
@@ -192,10 +192,10 @@ def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, i
         halves = triangles(facets) if facets.shape[1] > corners.shape[1] else (facets, facets)
         for part, half in zip(parts, halves, strict=True):
             part += [place.get(tuple(key), -1) for key in np.sort(half).tolist()]
-    found = np.array(parts, dtype=np.int64).T.reshape(-1, 2)
+    pairs = np.array(parts, dtype=np.int64).T.reshape(-1, 2)
     groups, left = {}, {}
     for tag, members in tagged(source, blocks, mesh.dim() - 1, field).items():
-        facets = found[members]
+        facets = pairs[members]
         groups[tag] = np.unique(facets[facets >= 0])
         if (facets < 0).any():
             # Of a quadrilateral that was split there are two.

@@ -53,13 +53,13 @@ def merged(points: Vector, used: Numbers, shortest: float, distance: float | Non
 def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
     """The cells without those that are listed again, and the new number of each cell."""
     _, first, number = _equal(np.sort(cells[:, :corners], axis=1))
-    kept = np.sort(first)
-    if kept.size < len(cells):
+    counted = np.sort(first)
+    if counted.size < len(cells):
         caution(
-            f"mesh: {len(cells) - kept.size} of {len(cells)} cells are listed again with the same points; each counts "
-            "once, with all its tags"
+            f"mesh: {len(cells) - counted.size} of {len(cells)} cells are listed again with the same points; each "
+            "counts once, with all its tags"
         )
-    return cells[kept], np.searchsorted(kept, first[number])
+    return cells[counted], np.searchsorted(counted, first[number])
 
 
 def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float) -> None:
@@ -78,16 +78,16 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
             "not lie on each other"
         )
     ends = np.cumsum(times)[times == 2]
-    one, other = order[ends - 2], order[ends - 1]
-    folded = np.flatnonzero(_sense(facets[one]) == _sense(facets[other]))
+    left, right = order[ends - 2], order[ends - 1]
+    folded = np.flatnonzero(_sense(facets[left]) == _sense(facets[right]))
     if folded.size:
         raise ValueError(
-            f"mesh: both cells of a side lie on the same side of it near {near(points[facets[one[folded[0]]]])}; "
+            f"mesh: both cells of a side lie on the same side of it near {near(points[facets[left[folded[0]]]])}; "
             f"{count_of(folded.size, 'cell overlaps', 'cells overlap')} others"
         )
     boundary = np.unique(facets[first[times == 1]])
-    _check_parts(points, corners, owner[one], owner[other], boundary, shortest)
-    _check_hinges(points, corners, np.tile(place, (len(corners), 1)), facets, owner, one, other)
+    _check_parts(points, corners, owner[left], owner[right], boundary, shortest)
+    _check_hinges(points, corners, np.tile(place, (len(corners), 1)), facets, owner, left, right)
 
 
 def _equal(rows: Numbers) -> tuple[Numbers, Numbers, Numbers]:
@@ -106,17 +106,17 @@ def _sense(facets: Numbers) -> Numbers:
     return np.asarray(facets[rows, (at + 1) % width] > facets[rows, at - 1] if width > 2 else at == 0)
 
 
-def _pieces(size: int, one: Numbers, other: Numbers) -> tuple[int, Numbers]:
-    graph = sparse.coo_array((np.ones(one.size, dtype=bool), (one, other)), shape=(size, size))
+def _pieces(size: int, left: Numbers, right: Numbers) -> tuple[int, Numbers]:
+    graph = sparse.coo_array((np.ones(left.size, dtype=bool), (left, right)), shape=(size, size))
     count, label = connected_components(graph, directed=False)
     return int(count), label
 
 
 def _check_parts(
-    points: Vector, corners: Numbers, one: Numbers, other: Numbers, boundary: Numbers, shortest: float
+    points: Vector, corners: Numbers, left: Numbers, right: Numbers, boundary: Numbers, shortest: float
 ) -> None:
     """Whether all cells are joined by whole sides, and whether points of the boundary coincide."""
-    parts, part = _pieces(len(corners), one, other)
+    parts, part = _pieces(len(corners), left, right)
     distance = COINCIDENT * shortest
     close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < distance
     seam = ""
@@ -144,12 +144,12 @@ def _check_parts(
 
 
 def _check_hinges(
-    points: Vector, corners: Numbers, local: Numbers, facets: Numbers, owner: Numbers, one: Numbers, other: Numbers
+    points: Vector, corners: Numbers, local: Numbers, facets: Numbers, owner: Numbers, left: Numbers, right: Numbers
 ) -> None:
     """Warn where cells about a point do not hang together by sides that contain it."""
     corner = owner[:, None] * corners.shape[1] + local
     corner = np.take_along_axis(corner, np.argsort(facets, axis=1), axis=1)
-    fans = _pieces(corners.size, corner[one].ravel(), corner[other].ravel())[1]
+    fans = _pieces(corners.size, corner[left].ravel(), corner[right].ravel())[1]
     about = np.unique(np.stack([corners.ravel(), fans], axis=1), axis=0)[:, 0]
     hinges = np.flatnonzero(np.bincount(about) > 1)
     if hinges.size:

@@ -58,14 +58,16 @@ def _rates(structure: Structure) -> Vector | None:
         return np.zeros(2)
     # Rows and columns are scaled, because rotations and displacements have different units.
     scale = sparse.diags_array(1.0 / np.sqrt(structure.stiffness.diagonal() + SHIFT * structure.mass.diagonal()))
-    mass, stiffness, damping = (scale @ one @ scale for one in (structure.mass, structure.stiffness, structure.damping))
-    sizes = np.array([max(sparse.linalg.norm(one), np.finfo(float).tiny) for one in (mass, stiffness)])
+    mass, stiffness, damping = (
+        scale @ matrix @ scale for matrix in (structure.mass, structure.stiffness, structure.damping)
+    )
+    sizes = np.array([max(sparse.linalg.norm(matrix), np.finfo(float).tiny) for matrix in (mass, stiffness)])
     pairs = [mass / sizes[0], stiffness / sizes[1]]
-    products = np.array([[(one * other).sum() for other in pairs] for one in pairs])
+    products = np.array([[(left * right).sum() for right in pairs] for left in pairs])
     # Where damping falls with the frequency, β would be negative: such a sum is refused by what is left of it.
-    rates = np.maximum(np.linalg.lstsq(products, [(one * damping).sum() for one in pairs], rcond=None)[0], 0.0)
+    rates = np.maximum(np.linalg.lstsq(products, [(left * damping).sum() for left in pairs], rcond=None)[0], 0.0)
     rest = damping - rates[0] * pairs[0] - rates[1] * pairs[1]
     if sparse.linalg.norm(rest) > PROPORTIONAL * sparse.linalg.norm(damping):
         return None
-    found: Vector = rates / sizes
-    return found
+    result: Vector = rates / sizes
+    return result

@@ -44,7 +44,7 @@ STEPPERS: dict[str, Stepper] = {
 
 def _described(stepper: str | Stepper) -> Any:
     """A stepper as plain data: a partial of one of STEPPERS with its constants, a function of the user's as it is."""
-    names = {made: name for name, made in STEPPERS.items()}
+    names = {stepper: name for name, stepper in STEPPERS.items()}
     if isinstance(stepper, partial) and stepper.func in names and not stepper.args:
         return {"name": names[stepper.func], **stepper.keywords}
     return stepper
@@ -258,11 +258,13 @@ class MovingStructure:
         """
         if not self.structure.size:
             return 0.0, 0.0
-        own = getattr(self.step(window), "energies", None)
-        if own is None:
+        energies_of_step = getattr(self.step(window), "energies", None)
+        if energies_of_step is None:
             return energies(self.structure, state)
-        kept: tuple[float, float] = own(state, self.structure.contact_vectors @ np.broadcast_to(force, self._contacts))
-        return kept
+        result: tuple[float, float] = energies_of_step(
+            state, self.structure.contact_vectors @ np.broadcast_to(force, self._contacts)
+        )
+        return result
 
     def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
         """Energy, J, that damping dissipated between two states a window apart: H v̄ᵀC v̄, v̄ the mean of the two
@@ -296,8 +298,8 @@ class MovingStructure:
                 self._examine()
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
             step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
-            own = type(step) not in (Oscillators, *STEPPERS.values())
-            self._steps[window] = check_step(step, self.structure, self.stepper) if own else step
+            custom = type(step) not in (Oscillators, *STEPPERS.values())
+            self._steps[window] = check_step(step, self.structure, self.stepper) if custom else step
         return self._steps[window]
 
 

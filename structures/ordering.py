@@ -118,7 +118,7 @@ def _cut(graph: sparse.csr_array, sizes: Indices) -> Indices | None:
     """
     near = _from_rim(graph)
     far = _distances(graph, int(np.argmax(near)))
-    found = []
+    sides = []
     for along in (near - TIE * far, near - far + TIE * (near + far)):
         ascending = np.argsort(along, kind="stable")
         share = np.cumsum(sizes[ascending]) / sizes.sum()
@@ -128,8 +128,8 @@ def _cut(graph: sparse.csr_array, sizes: Indices) -> Indices | None:
             side = np.where(before, -1, 1)
             side[_cover(graph, before)] = 0
             if side.min() < 0 < side.max():
-                found.append(side)
-    return min(found, key=lambda side: int(sizes[side == 0].sum()), default=None)
+                sides.append(side)
+    return min(sides, key=lambda side: int(sizes[side == 0].sum()), default=None)
 
 
 def _from_rim(graph: sparse.csr_array) -> NDArray[np.float64]:
@@ -141,28 +141,28 @@ def _from_rim(graph: sparse.csr_array) -> NDArray[np.float64]:
 
 
 def _distances(graph: sparse.csr_array, node: int) -> NDArray[np.float64]:
-    found: NDArray[np.float64] = shortest_path(graph, "D", directed=False, indices=node, unweighted=True)
-    return found
+    distances: NDArray[np.float64] = shortest_path(graph, "D", directed=False, indices=node, unweighted=True)
+    return distances
 
 
 def _cover(graph: sparse.csr_array, before: NDArray[np.bool_]) -> Indices:
     """The fewest nodes that touch every edge from a node `before` to one that is not (König's theorem)."""
-    one, other = np.flatnonzero(before), np.flatnonzero(~before)
-    edges = _with_short_indices(graph[one][:, other])
+    left, right = np.flatnonzero(before), np.flatnonzero(~before)
+    edges = _with_short_indices(graph[left][:, right])
     partner = maximum_bipartite_matching(edges, perm_type="column")
-    partner_of_other = np.full(other.size, -1)
-    partner_of_other[partner[partner >= 0]] = np.flatnonzero(partner >= 0)
+    partner_of_right = np.full(right.size, -1)
+    partner_of_right[partner[partner >= 0]] = np.flatnonzero(partner >= 0)
     # Nodes that a path of edges without and with partners, in turn, joins to a node without a partner.
     new = partner < 0
-    ours, theirs = new.copy(), np.zeros(other.size, dtype=bool)
+    ours, theirs = new.copy(), np.zeros(right.size, dtype=bool)
     while new.any():
         reached = (edges.T @ new.astype(float) > 0.0) & ~theirs
         theirs |= reached
-        new = np.zeros(one.size, dtype=bool)
-        new[partner_of_other[reached]] = True
+        new = np.zeros(left.size, dtype=bool)
+        new[partner_of_right[reached]] = True
         new &= ~ours
         ours |= new
-    return np.concatenate([one[~ours], other[theirs]])
+    return np.concatenate([left[~ours], right[theirs]])
 
 
 def _minimum_degree(graph: sparse.csr_array) -> Indices:

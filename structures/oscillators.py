@@ -85,8 +85,8 @@ def propagators(square: Vector, rate: Vector, window: float, exact: bool = True)
     push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
     lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
     # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
-    kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
-    rows = np.array([kept, window * push, -window * square * push, left])
+    decay = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
+    rows = np.array([decay, window * push, -window * square * push, left])
     return rows, window**2 * lag, window * push, fast
 
 

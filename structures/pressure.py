@@ -81,7 +81,7 @@ def ring_openings(faces: Any, rings: Any, order: Any) -> sparse.csr_array:
 def _following(u: Any, v: Any, w: Any) -> Any:
     # The tangent that leads from the struck pole to the other one; n points into the cavity.
     along_r, along_z = w.n[1], -w.n[0]
-    du, dv = (one.grad[1][0] * along_r + one.grad[1][1] * along_z for one in (u, v))
+    du, dv = (shape.grad[1][0] * along_r + shape.grad[1][1] * along_z for shape in (u, v))
     return -2.0 * pi * w.pressure * (u[0] * v[0] * along_z + w.x[0] * (u[0] * dv + v[0] * du))
 
 

@@ -166,9 +166,9 @@ def reduce(
     modes = krylov.oscillators() if modes is None else modes
     if before is not None and estimate > 0.0:
         shorter = [pulse / 2.0**i for i in range(1, PULSE_HALVINGS + 1)]
-        report["shorter_pulses"] = [(one, _estimate(before, modes, until, one)) for one in shorter]
-    kept = None if field is None else field.in_basis(krylov.shapes(modes))
-    return _made_of(modes, structure, report, until, kept)
+        report["shorter_pulses"] = [(pulse, _estimate(before, modes, until, pulse)) for pulse in shorter]
+    reduced_field = None if field is None else field.in_basis(krylov.shapes(modes))
+    return _made_of(modes, structure, report, until, reduced_field)
 
 
 def expansion_point(pulse: float) -> float:
@@ -251,10 +251,10 @@ class _Body:
         scale = 1.0 / np.sqrt(self.stiffness.diagonal() + self.point**2 * self.mass.diagonal())[:, None]
         probe = scale * np.random.default_rng(0).normal(size=(scale.size, RANDOM_PROBES))
         units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
-        found = (scale * apply(probe)).ravel()
+        image = (scale * apply(probe)).ravel()
         sizes = np.maximum(np.linalg.norm(units, axis=0), np.finfo(float).tiny)
-        rates = np.linalg.lstsq(units / sizes, found, rcond=None)[0] / sizes
-        proportional = np.linalg.norm(units @ rates - found) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(found)
+        rates = np.linalg.lstsq(units / sizes, image, rcond=None)[0] / sizes
+        proportional = np.linalg.norm(units @ rates - image) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(image)
         return _Part(apply, (float(rates[0]), float(rates[1])) if proportional else None)
 
 
@@ -362,17 +362,17 @@ def _matrix(values: Vector) -> sparse.csr_array:
 def _root(stretch: Vector) -> sparse.csr_array:
     """R with RᵀR = stretch, one row for each direction with stiffness."""
     values, vectors = (stretch, np.eye(stretch.size)) if stretch.ndim == 1 else eigh(stretch)
-    kept = values > LEAST_ARM_STIFFNESS * values.max()
-    return sparse.csr_array(np.sqrt(values[kept])[:, None] * vectors[:, kept].T)
+    positive = values > LEAST_ARM_STIFFNESS * values.max()
+    return sparse.csr_array(np.sqrt(values[positive])[:, None] * vectors[:, positive].T)
 
 
 def change(previous: Vector, answer: Vector) -> float:
     """The largest change of the responses, p × p × frequencies, each in units of the direct responses of its two
     contacts.
     """
-    own = [np.linalg.norm(answer[i, i]) for i in range(len(answer))]
+    sizes = [np.linalg.norm(answer[i, i]) for i in range(len(answer))]
     pairs = [(i, j) for i in range(len(answer)) for j in range(i + 1)]
-    return max(float(np.linalg.norm(answer[i, j] - previous[i, j]) / np.sqrt(own[i] * own[j])) for i, j in pairs)
+    return max(float(np.linalg.norm(answer[i, j] - previous[i, j]) / np.sqrt(sizes[i] * sizes[j])) for i, j in pairs)
 
 
 def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
@@ -393,7 +393,7 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
 
 def _estimate(before: Modes, modes: Modes, until: float, length: float) -> float:
     """The change of the displacement after a pulse of a length, s, from a smaller to a larger number of vectors."""
-    return change(*(pulse_answer(one, until, length) for one in (before, modes)))
+    return change(*(pulse_answer(basis, until, length) for basis in (before, modes)))
 
 
 def pulse_answer(modes: Modes, until: float, length: float) -> Vector:
@@ -425,4 +425,4 @@ def _receptance(modes: Modes, s: Any) -> Any:
         for factor, part in terms:
             matrix = matrix + factor[i] * (part if part.ndim == 2 else np.diag(part))
         shapes[i] = np.linalg.solve(matrix, modes.contact)
-    return np.array([[shapes[:, :, i] @ one for i in range(len(columns))] for one in columns])
+    return np.array([[shapes[:, :, i] @ column for i in range(len(columns))] for column in columns])

@@ -169,8 +169,8 @@ def rod(
         contact = np.column_stack([contact, apart])
         surfaces.append(Surface(layers[cut[number]].material))
     if base == "fixed":
-        kept = np.setdiff1d(np.arange(size), [bottom])
-        mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], contact[kept]
+        free = np.setdiff1d(np.arange(size), [bottom])
+        mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], contact[free]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
     origin = {
         "elements": counts, "cracks": cut or None, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing),
@@ -188,13 +188,13 @@ def rod_parts(
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     _, basis, owner = _mesh(layers, elements)
-    kept = np.arange(basis.N)
+    free = np.arange(basis.N)
     if base == "fixed":
-        kept = np.setdiff1d(kept, basis.nodal_dofs[0, -1])
+        free = np.setdiff1d(free, basis.nodal_dofs[0, -1])
     parts = []
     for i, layer in enumerate(layers):
         axial = layer.material.youngs_modulus * layer.area * (owner == i)[:, None] * np.ones_like(basis.dx)
-        parts.append(sparse.csr_array(_stretching.assemble(basis, coefficient=axial))[kept][:, kept])
+        parts.append(sparse.csr_array(_stretching.assemble(basis, coefficient=axial))[free][:, free])
         parts[-1].eliminate_zeros()
     return parts
 
@@ -218,11 +218,11 @@ def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any)
         return whole_matrix
     whole_matrix.resize((basis.N + len(faces),) * 2)
     for i in range(1, len(faces) + 1):
-        one = sparse.coo_array(form.assemble(basis, coefficient=coefficient * (part == i)[:, None]))
+        block = sparse.coo_array(form.assemble(basis, coefficient=coefficient * (part == i)[:, None]))
         place = np.arange(basis.N)
         place[faces[i - 1]] = basis.N + i - 1
-        rows, columns = place[one.row], place[one.col]
-        whole_matrix = whole_matrix + sparse.csr_array((one.data, (rows, columns)), shape=whole_matrix.shape)
+        rows, columns = place[block.row], place[block.col]
+        whole_matrix = whole_matrix + sparse.csr_array((block.data, (rows, columns)), shape=whole_matrix.shape)
     whole_matrix.eliminate_zeros()
     return whole_matrix
 

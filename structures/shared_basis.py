@@ -85,7 +85,7 @@ def shared_basis(
         answers = _answers(modes, until, pulses[0], speeds)
         error = _change(earlier, answers)
     complete = krylov.size == loads.shape[0]
-    errors = [(one, 0.0 if complete else _error(before, modes, until, one, speeds)) for one in pulses]
+    errors = [(pulse, 0.0 if complete else _error(before, modes, until, pulse, speeds)) for pulse in pulses]
     return SharedBasis(modes.square, rows, krylov.basis[: krylov.size, rows].T @ modes.vectors, errors, speeds, point)
 
 
@@ -106,12 +106,12 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
     most, size, pulse = basis.square.size, COMPRESSION_STEP, basis.errors[0][0]
     for contact in contacts.T[:, :, None]:
         vectors = _vectors(basis, contact, most)
-        whole = _answers(Modes(basis.square, contact, None, [], contact), until, pulse, basis.speeds)
+        complete_answers = _answers(Modes(basis.square, contact, None, [], contact), until, pulse, basis.speeds)
         high = most
         while high - size > COMPRESSION_STEP:
             middle = (size + high) // 2
             answers = _answers(_projected(vectors[:middle], basis.square, contact), until, pulse, basis.speeds)
-            size, high = (size, middle) if _change(answers, whole) <= tolerance else (middle, high)
+            size, high = (size, middle) if _change(answers, complete_answers) <= tolerance else (middle, high)
         size = high
     added = np.zeros(len(basis.errors))
     for contact in contacts.T[:, :, None]:
@@ -155,7 +155,7 @@ def _change(earlier: list[Vector], answers: list[Vector]) -> float:
 
 
 def _error(before: Modes, modes: Modes, until: float, pulse: float, speeds: tuple[float, ...]) -> float:
-    return _change(*(_answers(one, until, pulse, speeds) for one in (before, modes)))
+    return _change(*(_answers(basis, until, pulse, speeds) for basis in (before, modes)))
 
 
 class _Block:
@@ -173,9 +173,9 @@ class _Block:
 
     def start(self, loads: Vector) -> None:
         """The first block, from the loads; the response of each counts equally."""
-        found = self.solve(loads).T
-        found /= np.sqrt(np.einsum("ij,ij->i", found, (self.mass @ found.T).T))[:, None]
-        self._take(found, FIRST_SHARE)
+        vectors = self.solve(loads).T
+        vectors /= np.sqrt(np.einsum("ij,ij->i", vectors, (self.mass @ vectors.T).T))[:, None]
+        self._take(vectors, FIRST_SHARE)
 
     def grow(self, steps: int) -> bool:
         """Add blocks; False if none could be added."""
@@ -186,23 +186,23 @@ class _Block:
             self._take(self.solve(self.block.T).T, SHARE)
         return self.size > before
 
-    def _take(self, found: Vector, share: float) -> None:
+    def _take(self, vectors: Vector, share: float) -> None:
         """Add the new directions of solutions (rows), and make them the next block."""
-        longest = np.sqrt(np.linalg.eigvalsh(found @ (self.mass @ found.T))[-1])
+        longest = np.sqrt(np.linalg.eigvalsh(vectors @ (self.mass @ vectors.T))[-1])
         # Lanczos's new block has a part in the last two only, in exact numbers; the whole basis clears the rounding.
         for first in (self.local, 0):
-            found = found - (found @ self.weighted[first : self.size].T) @ self.basis[first : self.size]
-        lengths, turn = np.linalg.eigh(found @ (self.mass @ found.T))
-        kept = lengths > (share * longest) ** 2
-        kept[-1] = lengths[-1] > (LEAST_NEW_PART * longest) ** 2
-        kept[: max(kept.size - len(self.basis) + self.size, 0)] = False
-        if not kept.any():
+            vectors = vectors - (vectors @ self.weighted[first : self.size].T) @ self.basis[first : self.size]
+        lengths, turn = np.linalg.eigh(vectors @ (self.mass @ vectors.T))
+        independent = lengths > (share * longest) ** 2
+        independent[-1] = lengths[-1] > (LEAST_NEW_PART * longest) ** 2
+        independent[: max(independent.size - len(self.basis) + self.size, 0)] = False
+        if not independent.any():
             self.exhausted = True
             return
         self.blocks += 1
-        found = (turn[:, kept] / np.sqrt(lengths[kept])).T @ found
-        new = slice(self.size, self.size + len(found))
-        self.basis[new], self.weighted[new] = found, (self.mass @ found.T).T
+        vectors = (turn[:, independent] / np.sqrt(lengths[independent])).T @ vectors
+        new = slice(self.size, self.size + len(vectors))
+        self.basis[new], self.weighted[new] = vectors, (self.mass @ vectors.T).T
         self.local, self.size, self.block = new.start - len(self.block), new.stop, self.weighted[new]
 
     def modes(self, checks: Vector) -> Modes:

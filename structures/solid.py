@@ -148,7 +148,7 @@ def solid(
         log.warning("mesh: %d degrees of freedom take minutes and gigabytes to reduce; 30 000 mostly do", basis.N)
     mass, stiffness = body_matrices(basis, materials, owner)
     facets = None if fixed is None else body.facets.of("fixed", fixed)
-    kept = _kept(basis, fixed, facets, patch)
+    free = _kept(basis, fixed, facets, patch)
     origin = {
         "mesh": source_of(mesh),
         "material": None,
@@ -159,12 +159,12 @@ def solid(
         "patch_radius": radius,
         "scale": body.scale,
         "highest_frequency": min(map(shear_speed, materials)) / (EDGES_PER_WAVE * body.longest_edge),
-        "materials": [asdict(one) for one in materials],
+        "materials": [asdict(material) for material in materials],
     }
     struck = materials[owner[patch.cell]]
-    mass, stiffness, spread = mass[kept][:, kept], stiffness[kept][:, kept], patch.spread[kept]
+    mass, stiffness, spread = mass[free][:, free], stiffness[free][:, free], patch.spread[free]
     field, surface = (
-        elastic_field(body.mesh, body.element, body.order, kept, materials, owner),
+        elastic_field(body.mesh, body.element, body.order, free, materials, owner),
         Surface(struck, curvature),
     )
     return Structure(mass, stiffness, None, spread, -patch_compliance(struck, radius), surface, origin, field=field)
@@ -217,7 +217,7 @@ class _Patch:
         self.radius, self.corners = radius, np.unique(corners[near].reshape(-1, 3), axis=0)
         self.spread = self._vector(body, self.facets[near], radius)
 
-    def check_curvature(self, given: float) -> None:
+    def check_curvature(self, curvature: float) -> None:
         """Warn if the surface of the mesh has another mean curvature: that of the paraboloid through its corners."""
         offset = self.corners - np.array(self.place)
         along = offset @ self.normal
@@ -225,12 +225,13 @@ class _Patch:
         columns = np.column_stack([-0.5 * (x**2 + y**2), x, y, np.ones_like(x), x * y, x**2 - y**2])
         # Few corners do not tell a saddle.
         columns = columns[:, : 6 if len(x) > 6 else 4]
-        own = round(float(np.linalg.lstsq(columns, along, rcond=None)[0][0]) / self.radius**2, 3) + 0.0  # no -0
-        wrong, (least, part) = abs(own - given), LARGEST_CURVATURE_ERROR
-        if wrong > least and wrong > part * max(abs(own), abs(given)):
+        fitted = float(np.linalg.lstsq(columns, along, rcond=None)[0][0]) / self.radius**2
+        mesh_curvature = round(fitted, 3) + 0.0  # no -0
+        wrong, (least, part) = abs(mesh_curvature - curvature), LARGEST_CURVATURE_ERROR
+        if wrong > least and wrong > part * max(abs(mesh_curvature), abs(curvature)):
             caution(
-                f"solid curvature = {_curved(given)}: the surface of the mesh has {_curved(own)} at the contact, and a "
-                "bead's contact is stiffer on a flat surface than on a convex one; give that curvature"
+                f"solid curvature = {_curved(curvature)}: the surface of the mesh has {_curved(mesh_curvature)} at the "
+                "contact, and a bead's contact is stiffer on a flat surface than on a convex one; give that curvature"
             )
 
     def _vector(self, body: BodyMesh, facets: Numbers, radius: float) -> Vector:
@@ -258,12 +259,12 @@ def _curved(curvature: float) -> str:
 
 def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
     """The nearest point of each facet, f × 3, and its distance, m; corners f × 3 × 3 or f × 4 × 3, in any order."""
-    found, distance = corners[:, 0].copy(), np.full(len(corners), np.inf)
+    nearest, distance = corners[:, 0].copy(), np.full(len(corners), np.inf)
 
     def offer(places: Vector, allowed: Any) -> None:
         away = np.where(allowed, np.linalg.norm(places - point, axis=1), np.inf)
         better = away < distance
-        found[better], distance[better] = places[better], away[better]
+        nearest[better], distance[better] = places[better], away[better]
 
     for i, j in combinations(range(corners.shape[1]), 2):
         start, edge = corners[:, i], corners[:, j] - corners[:, i]
@@ -274,7 +275,7 @@ def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
         frame = np.stack([first, second, np.cross(first, second)], axis=2)
         u, v, _ = np.linalg.solve(frame, (point - start)[:, :, None])[:, :, 0].T
         offer(start + u[:, None] * first + v[:, None] * second, (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0))
-    return found, distance
+    return nearest, distance
 
 
 def _normals(body: BodyMesh, facets: Numbers) -> Vector:
@@ -283,16 +284,16 @@ def _normals(body: BodyMesh, facets: Numbers) -> Vector:
     return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
-def _direction(surface: Vector, given: Vector | None) -> Vector:
-    """The given unit normal, or otherwise that of the surface."""
-    if given is None:
+def _direction(surface: Vector, normal: Vector | None) -> Vector:
+    """Return the unit normal that is stated, or otherwise that of the surface."""
+    if normal is None:
         return surface
-    size = float(np.linalg.norm(given))
+    size = float(np.linalg.norm(normal))
     if size == 0.0:
-        raise ValueError(f"normal = {_text(given)}: must have a length")
-    if given @ surface < LEAST_NORMAL_COSINE * size:
-        raise ValueError(f"normal = {_text(given)}: must point outward; that of the surface is {_text(surface)}")
-    return np.asarray(given / size)
+        raise ValueError(f"normal = {_text(normal)}: must have a length")
+    if normal @ surface < LEAST_NORMAL_COSINE * size:
+        raise ValueError(f"normal = {_text(normal)}: must point outward; that of the surface is {_text(surface)}")
+    return np.asarray(normal / size)
 
 
 def _check_fine(corners: Vector, radius: float) -> None:

@@ -144,10 +144,10 @@ def spherical_shell(
             wall.check_buckling(pressure, mass, elastic, stressed)
         stiffness = sparse.csr_array(elastic + stressed)
     origin = {"seat": wall.seat if base == "fixed" else None, "patch_radius": wall.patch}
-    kept = wall.kept
-    mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], wall.contact()[kept]
+    free = wall.kept
+    mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], wall.contact()[free]
     if ratio > 0.0 and outside + pressure > 0.0:
-        opening = wall.openings()[:, kept]
+        opening = wall.openings()[:, free]
         stiffness = with_gas(stiffness, opening, ratio * (outside + pressure), wall.volume)
         mass.resize(stiffness.shape)
         contact = np.vstack([contact, np.zeros((opening.shape[0], contact.shape[1]))])
@@ -157,7 +157,7 @@ def spherical_shell(
     return Structure(
         mass, stiffness, None, contact, flexibility if several == 1 else [flexibility] * several,
         surface if several == 1 else [surface] * several, origin,
-        field=elastic_field(wall.mesh, ElementQuad2, INTEGRATION_ORDER, kept, [material], wall.owner),
+        field=elastic_field(wall.mesh, ElementQuad2, INTEGRATION_ORDER, free, [material], wall.owner),
     )  # fmt: skip
 
 
@@ -198,20 +198,20 @@ class _Wall:
             held = np.union1d(held, self.basis.get_dofs(on_seat).all())
         self.kept = np.setdiff1d(np.arange(self.basis.N), held)
 
-    def _patch_radius(self, given: float | None) -> float:
-        if given is None:
+    def _patch_radius(self, radius: float | None) -> float:
+        if radius is None:
             return min(self.thickness / PATCH_IN_WALL, shear_speed(self.material) / self.frequency / PATCH_DIVISOR)
-        patch = positive("patch_radius", given, "m")
+        patch = positive("patch_radius", radius, "m")
         if patch > 0.5 * self.radius:
-            raise ValueError(f"patch_radius = {given!r}: must not exceed half the radius, {0.5 * self.radius:g} m")
+            raise ValueError(f"patch_radius = {radius!r}: must not exceed half the radius, {0.5 * self.radius:g} m")
         return patch
 
     def _longest_cell(self) -> float:
         """Length, m, of a cell of which `cells` lie in the shortest wave: shear, flexural, or the wall's own."""
         m = self.material
         flexural = 2.0 * pi * _plate_speed(m, self.thickness) / sqrt(2.0 * pi * self.frequency)
-        own = 2.0 * pi * sqrt(self.radius * self.thickness) / (12.0 * (1.0 - m.poisson_ratio**2)) ** 0.25
-        waves = min(shear_speed(m) / self.frequency, flexural, own) / self.cells
+        decay_length = 2.0 * pi * sqrt(self.radius * self.thickness) / (12.0 * (1.0 - m.poisson_ratio**2)) ** 0.25
+        waves = min(shear_speed(m) / self.frequency, flexural, decay_length) / self.cells
         return float(min(waves, WIDEST_CELL * self.radius))
 
     def _nodes_along(self) -> Vector:
@@ -306,11 +306,11 @@ class _Wall:
 
     def check_buckling(self, pressure: float, mass: Any, elastic: Any, stressed: Any) -> None:
         """Raise a ValueError if the wall buckles under less than this pressure."""
-        kept = self.kept
+        free = self.kept
         if self.base != "fixed":
             # One point of the axis is held, without a force: a motion of the whole ball changes no energy.
-            kept = np.setdiff1d(kept, self.basis.get_dofs(self.inner).all(["u^2"])[:1])
-        mass, elastic, stressed = (one[kept][:, kept] for one in (mass, elastic, stressed))
+            free = np.setdiff1d(free, self.basis.get_dofs(self.inner).all(["u^2"])[:1])
+        mass, elastic, stressed = (matrix[free][:, free] for matrix in (mass, elastic, stressed))
         factor = buckling_factor(mass, elastic, stressed, 0.0)
         refused = f"pressure = {pressure!r}: must be above {factor * pressure:.4g} Pa, at which the wall buckles"
         check_buckling(factor, f"spherical_shell pressure = {readable(pressure, 'Pa', 6)}", refused)

@@ -36,7 +36,7 @@ def triangles(quadrilaterals: Numbers) -> tuple[Numbers, Numbers]:
 
 def tetrahedra(cells: Numbers) -> tuple[Numbers, Numbers]:
     """The tetrahedra of cells with 4, 5, 6 or 8 corners, and the cell of each."""
-    least, found, owner = cells.argmin(axis=1), [], []
+    least, parts, owner = cells.argmin(axis=1), [], []
     for corner in range(cells.shape[1]):
         rows = np.flatnonzero(least == corner)
         for side in BY_CORNERS[cells.shape[1]]:
@@ -44,13 +44,13 @@ def tetrahedra(cells: Numbers) -> tuple[Numbers, Numbers]:
                 continue
             opposite = cells[rows][:, side]
             for base in triangles(opposite) if len(side) == 4 else (opposite,):
-                found.append(np.column_stack([cells[rows, corner], base]))
+                parts.append(np.column_stack([cells[rows, corner], base]))
                 owner.append(rows)
-    return np.concatenate(found), np.concatenate(owner)
+    return np.concatenate(parts), np.concatenate(owner)
 
 
 def edge_lengths(points: Vector, corners: Numbers) -> Vector:
     """Lengths of the edges of cells with 4, 5, 6 or 8 corners, m."""
     pairs = {tuple(sorted((side[i - 1], side[i]))) for side in BY_CORNERS[corners.shape[1]] for i in range(len(side))}
-    one, other = np.array(sorted(pairs)).T
-    return np.asarray(np.linalg.norm(points[corners[:, one]] - points[corners[:, other]], axis=2))
+    first_ends, last_ends = np.array(sorted(pairs)).T
+    return np.asarray(np.linalg.norm(points[corners[:, first_ends]] - points[corners[:, last_ends]], axis=2))

@@ -20,18 +20,18 @@ def check_step(step: Any, structure: Structure, made_by: Any) -> Step:
     moved = float(structure.contact_vectors[:, 0] @ pushed.displacement)
     if moved < 0.0:
         raise ValueError(f"{name}.response.displacement: 1 N moves its contact by {moved:.3g} m; must be 0 or more")
-    given = StructureState(*(part.copy() for part in pushed))
-    end = _answer(f"{name}.free(state)", step.free, given)
+    trial = StructureState(*(part.copy() for part in pushed))
+    end = _answer(f"{name}.free(state)", step.free, trial)
     if not isinstance(end, StructureState):
         raise ValueError(f"{name}.free(state) {_in_words(end)}: must be a StructureState(displacement, velocity)")
     for part in ("displacement", "velocity"):
         _check_numbers(f"{name}.free(state).{part}", getattr(end, part), (structure.size,))
-    if not all(map(np.array_equal, given, pushed)):
+    if not all(map(np.array_equal, trial, pushed)):
         raise ValueError(f"{name}.free(state) changes the state that it takes; must return a new one")
     if getattr(step, "energies", None) is not None:
         load = np.zeros(structure.size)
-        kept = _answer(f"{name}.energies(state, load)", step.energies, given, load)
-        _check_numbers(f"{name}.energies(state, load)", kept, (2,))
+        energies = _answer(f"{name}.energies(state, load)", step.energies, trial, load)
+        _check_numbers(f"{name}.energies(state, load)", energies, (2,))
     return step  # type: ignore[no-any-return]
 
 
@@ -46,12 +46,12 @@ def _pushed(name: str, response: Any, structure: Structure) -> StructureState:
     return StructureState(*columns)
 
 
-def _answer(name: str, method: Any, *given: Any) -> Any:
+def _answer(name: str, method: Any, *arguments: Any) -> Any:
     if not callable(method):
         raise ValueError(f"{name.partition('(')[0]} = {short(method)}: must be a method, {name}")
-    takes(name.partition("(")[0], method, len(given), f"a method, {name}")
+    takes(name.partition("(")[0], method, len(arguments), f"a method, {name}")
     try:
-        return method(*given)
+        return method(*arguments)
     except Exception as error:
         error.add_note(f"raised by {name}")
         raise
@@ -60,12 +60,12 @@ def _answer(name: str, method: Any, *given: Any) -> Any:
 def _check_numbers(name: str, values: Any, *shapes: tuple[int, ...]) -> None:
     """A ValueError unless the values are finite real numbers in an array of one of the shapes."""
     try:
-        found = np.asarray(values)
+        array = np.asarray(values)
     except ValueError:  # lists of different lengths
-        found = np.asarray(None)
-    if found.dtype.kind not in "iuf" or found.shape not in shapes:
+        array = np.asarray(None)
+    if array.dtype.kind not in "iuf" or array.shape not in shapes:
         raise ValueError(f"{name} {_in_words(values)}: must be {' × '.join(map(str, shapes[-1]))} real numbers")
-    if not np.isfinite(found).all():
+    if not np.isfinite(array).all():
         raise ValueError(f"{name}: must hold finite numbers")
 
 

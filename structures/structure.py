@@ -194,25 +194,27 @@ def _columns(contact: Vector) -> Vector:
     return contact if contact.shape[1:] > (1,) else contact.ravel()
 
 
-def surfaces_of(given: Any) -> tuple[Surface, ...]:
+def surfaces_of(structure: Any) -> tuple[Surface, ...]:
     """The surfaces of all contacts of a structure or a participant, whose `surface` is one or a tuple of them."""
-    surface = given.surface
+    surface = structure.surface
     return surface if isinstance(surface, tuple) else (surface,)
 
 
-def _flexibilities(given: object, count: int) -> Vector:
+def _flexibilities(values: object, count: int) -> Vector:
     """One number for each contact, from one for all or from as many."""
-    numbers = each(finite, "flexibility", given, "m/N")  # type: ignore[arg-type]
+    numbers = each(finite, "flexibility", values, "m/N")  # type: ignore[arg-type]
     if numbers.shape not in ((), (count,)):
-        raise ValueError(f"flexibility = {given!r}: must be one number of m/N, or {count}, as there are contacts")
+        raise ValueError(f"flexibility = {values!r}: must be one number of m/N, or {count}, as there are contacts")
     return np.broadcast_to(numbers, count).copy()
 
 
-def _surfaces(given: Any, count: int) -> tuple[Surface, ...]:
+def _surfaces(values: Any, count: int) -> tuple[Surface, ...]:
     """One Surface for each contact, from one for all or from as many."""
-    surfaces = [given] * count if isinstance(given, Surface) else listed("surface", given, Surface, "Surfaces, or one")
+    surfaces = (
+        [values] * count if isinstance(values, Surface) else listed("surface", values, Surface, "Surfaces, or one")
+    )
     if len(surfaces) != count:
-        raise ValueError(f"surface = {given!r}: must be one Surface, or {count}, as there are contacts")
+        raise ValueError(f"surface = {values!r}: must be one Surface, or {count}, as there are contacts")
     return tuple(surfaces)
 
 

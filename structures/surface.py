@@ -67,9 +67,9 @@ def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
     instance("second", second, Surface, "a Surface")
     total, steps = 0.0, []
     for surface in (first, second):
-        one, other = surface.curvature, float(surface.second_curvature or 0.0)
-        total += 0.5 * (one + other)
-        steps.append(one - other)
+        curvature, second_curvature = surface.curvature, float(surface.second_curvature or 0.0)
+        total += 0.5 * (curvature + second_curvature)
+        steps.append(curvature - second_curvature)
     angle = first.direction - second.direction
     square = steps[0] ** 2 + steps[1] ** 2 + 2.0 * steps[0] * steps[1] * cos(2.0 * angle)
     difference = 0.5 * sqrt(max(square, 0.0))

@@ -47,9 +47,9 @@ def factor(text: str, unit: str) -> Decimal:
     if not UNIT_TEXT.fullmatch(text) or LARGEST_POWER.search(text):
         raise ValueError(f'"{text}" is no unit')
     try:
-        found = registry.parse_units(text)
+        parsed = registry.parse_units(text)
         wanted = registry.parse_units(unit) if unit else registry.parse_units("dimensionless")
-        return Decimal(registry.Quantity(Decimal(1), found).to(wanted).magnitude)
+        return Decimal(registry.Quantity(Decimal(1), parsed).to(wanted).magnitude)
     except pint.DimensionalityError:
         raise ValueError(f'"{text}" is no unit of this quantity') from None
     except (pint.PintError, *NO_UNIT):
@@ -73,12 +73,12 @@ def in_si(text: str) -> float:
     """The number in SI units that a text such as "2.29 mm" means; NaN for a text that means none."""
     import pint
 
-    found = NUMBER.fullmatch(text)
-    if found is None or not UNIT_TEXT.fullmatch(found[2] or "m") or LARGEST_POWER.search(found[2]):
+    match = NUMBER.fullmatch(text)
+    if match is None or not UNIT_TEXT.fullmatch(match[2] or "m") or LARGEST_POWER.search(match[2]):
         return math.nan
     registry = _registry()
     try:
-        quantity = registry.Quantity(Decimal(found[1].replace("_", "")), registry.parse_units(found[2]))
+        quantity = registry.Quantity(Decimal(match[1].replace("_", "")), registry.parse_units(match[2]))
         return float(quantity.to_base_units().magnitude)
     except (pint.PintError, *NO_UNIT):
         return math.nan
@@ -86,13 +86,13 @@ def in_si(text: str) -> float:
 
 def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[float, str]:
     """The factor and the unit with a prefix in which the greatest of the values is a handy number, from 1 on."""
-    known = np.abs(np.asarray(values, dtype=float))
-    known = known[np.isfinite(known)]
-    top = float(known.max(initial=0.0))
+    sizes = np.abs(np.asarray(values, dtype=float))
+    sizes = sizes[np.isfinite(sizes)]
+    top = float(sizes.max(initial=0.0))
     # Nor have m/s and kg/m³ one.
     if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0:
         return 1.0, "" if unit == "1" else unit
-    size, letter = next((one for one in PREFIXES if top >= one[0]), PREFIXES[-1])
+    size, letter = next((prefix for prefix in PREFIXES if top >= prefix[0]), PREFIXES[-1])
     return 1.0 / size, f"{letter}{unit}"
 
 

@@ -43,9 +43,9 @@ class Unmeshed(Structure):
     body: Any
     place: Any
 
-    def __new__(cls, *_: Any, **given: Any) -> Any:
+    def __new__(cls, *_: Any, **fields_given: Any) -> Any:
         """Make a Structure of a changed copy, which has its matrices."""
-        return super().__new__(cls) if "make" in given else Structure(**given)
+        return super().__new__(cls) if "make" in fields_given else Structure(**fields_given)
 
     def __init__(self, *, body: Any, place: Any, make: Callable[[], Structure], surface: Any, origin: Any) -> None:
         vars(self).update(body=body, place=place, make=make, surface=surface, origin=origin)
@@ -54,8 +54,8 @@ class Unmeshed(Structure):
     def _meshed(self) -> Structure:
         if is_unmeshed():
             raise NeedsMeshError("structure: its matrices are not made yet")
-        made: Structure = vars(self)["make"]()
-        return made
+        structure: Structure = vars(self)["make"]()
+        return structure
 
     @property
     def rigid(self) -> Structure:
@@ -69,9 +69,9 @@ def _of_mesh(name: str) -> property:
     return property(lambda self: getattr(self._meshed, name))
 
 
-for _one in fields(Structure):
-    if _one.name not in ("surface", "origin"):
-        setattr(Unmeshed, _one.name, _of_mesh(_one.name))
+for _field in fields(Structure):
+    if _field.name not in ("surface", "origin"):
+        setattr(Unmeshed, _field.name, _of_mesh(_field.name))
 
 
 def is_left_out(structure: Structure) -> bool:
