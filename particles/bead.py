@@ -372,13 +372,16 @@ def plain_data(thing: Any) -> Any:
     if speaks or not hasattr(thing, "__dict__"):
         return thing
     cached = {
-        name for kind in type(thing).__mro__ for name, one in vars(kind).items() if isinstance(one, cached_property)
+        name
+        for kind in type(thing).__mro__
+        for name, member in vars(kind).items()
+        if isinstance(member, cached_property)
     }
-    own = {name: value for name, value in vars(thing).items() if name not in cached}
+    attributes = {name: value for name, value in vars(thing).items() if name not in cached}
     # The variables of a variable may lead back to the object.
     return {"class": type(thing).__qualname__} | {
         name: plain_data(value) if isinstance(value, np.ndarray | np.generic) or is_dataclass(value) else value
-        for name, value in own.items()
+        for name, value in attributes.items()
     }
 
 

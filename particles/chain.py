@@ -173,9 +173,9 @@ class Chain:
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
         # Chains repeat their beads; to describe each of them again takes as long as a short run.
-        known = {number: plain_data(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
+        described = {number: plain_data(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
         plain = {field.name: plain_data(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
-        return {"beads": [known[id(bead)] for bead in self.beads], **plain}
+        return {"beads": [described[id(bead)] for bead in self.beads], **plain}
 
     @property
     def _kinds(self) -> str:

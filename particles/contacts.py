@@ -41,26 +41,26 @@ def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> t
 
 
 def laws_of(
-    chain: Chain, pairs: Sequence[Pair | None], found: Callable[[Bead, Bead | Surface], ContactLaw]
+    chain: Chain, pairs: Sequence[Pair | None], law_between: Callable[[Bead, Bead | Surface], ContactLaw]
 ) -> tuple[ContactLaw | None, ...]:
-    """The law of each contact: the user's, or that of `found` where there is none."""
+    """The law of each contact: the user's, or that of `law_between` where there is none."""
     # A contact that yields is elastic at first.
     given = None if isinstance(chain.law, YieldingLaw) else chain.law
     # Chains repeat their beads, and a batch has thousands of chains.
-    known: dict[tuple[int, int], ContactLaw] = {}
+    laws: dict[tuple[int, int], ContactLaw] = {}
     # Keeps what a function returned, or another object could get the same id.
     copies: dict[int, tuple[ContactLaw, ContactLaw]] = {}
 
-    def between(one: Bead, other: Bead | Surface) -> ContactLaw:
-        if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
-            pair = (id(one), id(other))
-            if pair not in known:
-                known[pair] = found(one, other)
-            return known[pair]
+    def between(bead: Bead, facing: Bead | Surface) -> ContactLaw:
+        if given is None or (isinstance(given, ContactLaw) and isinstance(facing, Surface)):
+            pair = (id(bead), id(facing))
+            if pair not in laws:
+                laws[pair] = law_between(bead, facing)
+            return laws[pair]
         if isinstance(given, ContactLaw):
             return given
         what = "a function that returns a contact law such as PowerLaw(k, n)"
-        law = check_contact_law("law", given(one, other), what)
+        law = check_contact_law("law", given(bead, facing), what)
         return copies.setdefault(id(law), (law, unchanging(law)))[1]
 
     return tuple(None if pair is None else between(*pair) for pair in pairs)
@@ -68,33 +68,33 @@ def laws_of(
 
 def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple[YieldingContact | None, ...] | None:
     """How each contact yields, None for one that does not; None for a chain whose law is no YieldingLaw."""
-    given = chain.law
-    if not isinstance(given, YieldingLaw):
+    chain_law = chain.law
+    if not isinstance(chain_law, YieldingLaw):
         return None
-    known: dict[tuple[int, int], YieldingContact | None] = {}
+    by_pair: dict[tuple[int, int], YieldingContact | None] = {}
     for pair, law in zip(pairs, laws, strict=True):
-        if pair is not None and law is not None and (id(pair[0]), id(pair[1])) not in known:
-            known[id(pair[0]), id(pair[1])] = given.of_law(*pair, law)
-    if not any(known.values()):
+        if pair is not None and law is not None and (id(pair[0]), id(pair[1])) not in by_pair:
+            by_pair[id(pair[0]), id(pair[1])] = chain_law.of_law(*pair, law)
+    if not any(by_pair.values()):
         raise ValueError(
-            f"law = {given!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) or "
-            "the law's own yield_strength"
+            f"law = {chain_law!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) "
+            "or the law's own yield_strength"
         )
-    return tuple(None if pair is None else known[id(pair[0]), id(pair[1])] for pair in pairs)
+    return tuple(None if pair is None else by_pair[id(pair[0]), id(pair[1])] for pair in pairs)
 
 
 def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
     """The contacts that yield as a piece of the compiled loops."""
-    yields = [one if one is not None and one.overlap < inf else None for one in contacts]
-    different = list(dict.fromkeys(one for one in yields if one is not None))
-    tables = [table for one in different for table in one.tables] or [np.zeros((1, 6))]
+    yields = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
+    different = list(dict.fromkeys(contact for contact in yields if contact is not None))
+    tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
     starts = np.cumsum([0, *map(len, tables)])
-    first = [0 if one is None else 2 * different.index(one) for one in yields]
+    first = [0 if contact is None else 2 * different.index(contact) for contact in yields]
     memory = np.zeros(0)
     return Yielding(
         stiffness,
-        np.array([NEVER if one is None else one.overlap for one in yields]),
-        np.array([0.0 if one is None else one.yield_force for one in yields]),
+        np.array([NEVER if contact is None else contact.overlap for contact in yields]),
+        np.array([0.0 if contact is None else contact.yield_force for contact in yields]),
         starts[first],
         starts[np.add(first, 1)],
         np.concatenate(tables),
@@ -179,7 +179,7 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
 
     deepest: the greatest approach of each contact, m.
     """
-    known = {f"contact law: {law.caution}": None for law in groups if law.caution}
+    remarks = {f"contact law: {law.caution}": None for law in groups if law.caution}
     beyond = []
     for law, contacts in groups.items():
         worst = contacts[int(deepest[contacts].argmax())]
@@ -195,4 +195,4 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
                 "give a law that is smooth, at least over a thirtieth of its approach"
             )
-    return list(known), beyond
+    return list(remarks), beyond

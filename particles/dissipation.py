@@ -105,21 +105,21 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
     if piece not in PIECES:
         _check_own(name, piece, loss)
-    given = mass.copy()
-    found = np.asarray(loss.coefficients(given))
-    if not np.array_equal(given, mass):
+    argument = mass.copy()
+    answer = np.asarray(loss.coefficients(argument))
+    if not np.array_equal(argument, mass):
         raise ValueError(f"{name}.coefficients: must return new numbers, not change the masses that it receives")
-    if found.dtype.kind not in "fiu" or found.shape != mass.shape:
+    if answer.dtype.kind not in "fiu" or answer.shape != mass.shape:
         raise ValueError(
             f"{name}.coefficients: must return {mass.size} numbers, one for each mass that it receives, "
-            f"not {short(found)}"
+            f"not {short(answer)}"
         )
-    wrong = ~(np.isfinite(found) & (found >= 0.0))
+    wrong = ~(np.isfinite(answer) & (answer >= 0.0))
     if wrong.any():
         raise ValueError(
-            f"{name}.coefficients: must be finite and not negative, or the loss adds energy, not {found[wrong][0]!r}"
+            f"{name}.coefficients: must be finite and not negative, or the loss adds energy, not {answer[wrong][0]!r}"
         )
-    return found.astype(float)
+    return answer.astype(float)
 
 
 def _check_own(name: str, piece: Any, loss: Dissipation) -> None:

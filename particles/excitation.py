@@ -329,8 +329,8 @@ class Piston(Excitation):
         return _history(self.time, self.displacement)
 
     def __repr__(self) -> str:
-        way = f"{max(map(abs, self.displacement)):.4g} m"
-        return f"Piston({len(self.time)} points up to {self.time[-1]:.4g} s, {way}, surface={self.surface!r})"
+        stroke = f"{max(map(abs, self.displacement)):.4g} m"
+        return f"Piston({len(self.time)} points up to {self.time[-1]:.4g} s, {stroke}, surface={self.surface!r})"
 
     @property
     def duration(self) -> float:  # type: ignore[override]
@@ -353,23 +353,23 @@ class Piston(Excitation):
         return self.surface or Surface(bead.surface.material)
 
 
-def check_excitation(own: Excitation, bead: Bead, gravity: float) -> None:
+def check_excitation(excitation: Excitation, bead: Bead, gravity: float) -> None:
     """A ValueError where a member of a user's excitation of a chain is not as `Excitation` describes it."""
-    if type(own) in (FreeStriker, FirstBeadMoves, SpringLoaded, PushedBead, Piston):
+    if type(excitation) in (FreeStriker, FirstBeadMoves, SpringLoaded, PushedBead, Piston):
         return
-    name = type(own).__name__
-    if own.body is not None:
-        check_bead(f"{name}.body", own.body, "a bead, or None")
+    name = type(excitation).__name__
+    if excitation.body is not None:
+        check_bead(f"{name}.body", excitation.body, "a bead, or None")
     for flag in ("bears_preload", "allows_structure_behind"):
-        instance(f"{name}.{flag}", getattr(own, flag), bool, "True or False")
-    not_negative(f"{name}.duration", own.duration, "s")
-    finite(f"{name}.speed(gravity)", own.speed(gravity), "m/s")
-    not_negative(f"{name}.energy(mass, gravity)", own.energy(bead.mass, gravity), "J")
-    faced = own.faces(bead)
+        instance(f"{name}.{flag}", getattr(excitation, flag), bool, "True or False")
+    not_negative(f"{name}.duration", excitation.duration, "s")
+    finite(f"{name}.speed(gravity)", excitation.speed(gravity), "m/s")
+    not_negative(f"{name}.energy(mass, gravity)", excitation.energy(bead.mass, gravity), "J")
+    faced = excitation.faces(bead)
     instance(f"{name}.faces(bead)", faced, Surface | None, "a Surface, or None")  # type: ignore[arg-type]
-    drive = instance(f"{name}.drive", own.drive, Drive, "a Drive(kind, history)")
+    drive = instance(f"{name}.drive", excitation.drive, Drive, "a Drive(kind, history)")
     _check_drive(f"{name}.drive", drive)
-    if drive.kind == FREE and own.body is None:
+    if drive.kind == FREE and excitation.body is None:
         raise ValueError(f"{name}.body = None: must be a bead if the kind of drive is FREE")
     if drive.kind == MOVED and faced is None:
         raise ValueError(f"{name}.faces(bead) = None: must be a Surface, which the first bead touches, for MOVED")

@@ -56,13 +56,13 @@ UNDERFLOW = 1e-300
 MOST_STEPS = 1e13
 """Steps × bodies in a run: some hours."""
 
-MOST_KNOWN = 64
+MOST_CHAINS = 64
 """Chains whose facts are kept at a time."""
 
 OURS = "hertzlink", "particles", "structures"
 """Where parts of a chain are defined that never change."""
 
-_KNOWN: dict[Any, tuple[Any, dict[str, Any]]] = {}
+_CHAINS: dict[Any, tuple[Any, dict[str, Any]]] = {}
 """Parts of the last chains, and their facts: a batch has thousands that differ in the speed only."""
 
 
@@ -76,7 +76,7 @@ def _never_changes(part: Any) -> bool:
     if kind.__module__.partition(".")[0] not in OURS or not is_dataclass(kind):
         return False
     return kind.__dataclass_params__.frozen and all(  # type: ignore[attr-defined]
-        _never_changes(getattr(part, one.name)) for one in fields(kind)
+        _never_changes(getattr(part, field.name)) for field in fields(kind)
     )
 
 
@@ -181,14 +181,14 @@ class MovingChain:
         faced = [end if type(end) is Surface else id(end) for end in ends]
         key = type(self), type(chain), chain.integrator, chain.impact_speed is None, loads, *faced, *map(id, parts[:-2])
         # Other threads may forget it meanwhile.
-        if (known := _KNOWN.get(key)) is not None:
-            return known[1]
+        if (entry := _CHAINS.get(key)) is not None:
+            return entry[1]
         facts = dict[str, Any]()
         if type(self) is MovingChain and all(map(_never_changes, parts)):
-            for old in list(_KNOWN)[: 1 - MOST_KNOWN or None]:
-                _KNOWN.pop(old, None)
+            for old in list(_CHAINS)[: 1 - MOST_CHAINS or None]:
+                _CHAINS.pop(old, None)
             # With the parts: another object could get the number of one that is gone.
-            _KNOWN[key] = parts, facts
+            _CHAINS[key] = parts, facts
         return facts
 
     def _masses(self) -> Vector:
@@ -453,11 +453,11 @@ class MovingChain:
 
     def approach(self, force: Vector) -> Vector:
         """The approach of each contact, m, at a force on each, N, without losses; as it is first loaded."""
-        found = self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
+        overlap = self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
         for i, contact in enumerate(self.yielding or ()):
             if contact is not None and force[i] > contact.yield_force:
-                found[i] = contact.approach(force[i])
-        return found
+                overlap[i] = contact.approach(force[i])
+        return overlap
 
     def force(self, approach: Vector) -> Vector:
         """The force of each contact, N, at an approach of each, m, without losses and springs."""
@@ -476,9 +476,9 @@ class MovingChain:
         )
         return pairs
 
-    def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+    def _found_law(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
         """The law of two bodies where the user gives none."""
-        return contact_law(one, other)
+        return contact_law(bead, facing)
 
     def _at_rest(self) -> Vector:
         """Positions in static equilibrium, m, and behind them what contacts that yield remember."""

@@ -27,21 +27,21 @@ def overloads(chain: MovingChain, force: Vector) -> Vector:
 
 def _pressures(chain: MovingChain) -> Vector:
     """Of each contact the factor and the power of its force in the pressure, and the pressure at which it yields."""
-    found, known = np.tile([[0.0], [1.0], [inf]], len(chain.pairs)), dict[tuple[int, int], Any]()
+    pressures, by_pair = np.tile([[0.0], [1.0], [inf]], len(chain.pairs)), dict[tuple[int, int], Any]()
     for i, pair in enumerate(chain.pairs):
         # Contacts whose law yields leave nothing out.
         if pair is None or (chain.yielding is not None and chain.yielding[i] is not None):
             continue
         key = id(pair[0]), id(pair[1])
-        if key not in known:
-            known[key] = _pressure(*pair)
-        found[:, i] = known[key]
-    return found
+        if key not in by_pair:
+            by_pair[key] = _pressure(*pair)
+        pressures[:, i] = by_pair[key]
+    return pressures
 
 
 def unknown_strengths(chain: MovingChain) -> list[str]:
     """A finding for each contact of a law of yielding that takes the strength of the one body for both."""
-    found = dict[str, None]()
+    materials = dict[str, None]()
     for i, contact in enumerate(chain.yielding or ()):
         pair = chain.pairs[i]
         if pair is None or contact is None or contact.law.yield_strength is not None:
@@ -49,12 +49,12 @@ def unknown_strengths(chain: MovingChain) -> list[str]:
         taken = contact.bodies.material
         for material in _materials(pair):
             if material.yield_strength is None:
-                found[
+                materials[
                     f"strength: that of {material.name or 'a body'} is not known, and that of "
                     f"{taken.name or 'the other body'}, {1e-6 * contact.bodies.strength:.4g} MPa, is taken where they "
                     "touch; give Material(..., yield_strength=)"
                 ] = None
-    return list(found)
+    return list(materials)
 
 
 def _materials(pair: tuple[Side, Side]) -> list[Material]:
@@ -82,23 +82,23 @@ def weaker(chain: MovingChain, contact: int) -> Material:
 
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
     """p₀ = unit · F^power, Pa, of two bodies; and that from which the weaker one yields, infinite where not known."""
-    one, other = (side if isinstance(side, Surface) else side.surface for side in (first, second))
+    surface, facing = (side if isinstance(side, Surface) else side.surface for side in (first, second))
     length = min((side.length for side in (first, second) if isinstance(side, Cylinder)), default=inf)
-    return _pressure_of_surfaces(one, other, length)
+    return _pressure_of_surfaces(surface, facing, length)
 
 
 @lru_cache(maxsize=256)
-def _pressure_of_surfaces(one: Surface, other: Surface, length: float) -> tuple[float, float, float]:
+def _pressure_of_surfaces(surface: Surface, facing: Surface, length: float) -> tuple[float, float, float]:
     """The same; length, m, of a line contact. Kept, as thousands of runs have the same beads."""
-    limit = min(yield_pressure(one.material), yield_pressure(other.material))
+    limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
     if limit == inf:
         return 0.0, 1.0, inf
     try:
-        flat, sharp = relative_curvatures(one, other)
+        flat, sharp = relative_curvatures(surface, facing)
     except ValueError:
         # Bodies that conform have a law of the user's own, and no pressure of Hertz's.
         return 0.0, 1.0, inf
     if flat > 1e-12 * sharp:
-        return hertz_pressure(one, other, 1.0), OF_HERTZ, limit
-    modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
+        return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
+    modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
     return sqrt(modulus * sharp / (pi * length)), 0.5, limit

@@ -189,8 +189,8 @@ def _growing(length: float, first: float, last: float) -> Vector:
     """Nodes from 0 to a length, m: cells of the size first + GROWTH · distance, and of `last` at most."""
     far = min((last - first) / GROWTH, length)
     near = log1p(GROWTH * far / first) / GROWTH
-    whole = near + (length - far) / last
-    steps = np.linspace(0.0, whole, max(ceil(whole), 2) + 1)
+    cells = near + (length - far) / last
+    steps = np.linspace(0.0, cells, max(ceil(cells), 2) + 1)
     nodes: Vector = np.where(
         steps < near, first / GROWTH * np.expm1(GROWTH * np.minimum(steps, near)), far + (steps - near) * last
     )

@@ -140,8 +140,8 @@ class MovingDeformableChain(MovingChain):
         """The vibrations of body 0 and of the beads; None where there is no body."""
         elastic = self.chain.modes - 1
         bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
-        known = {body: self.chain.vibrations(body, elastic) for body in dict.fromkeys(bodies) if body is not None}
-        return tuple(None if body is None else known[body] for body in bodies)
+        vibrations = {body: self.chain.vibrations(body, elastic) for body in dict.fromkeys(bodies) if body is not None}
+        return tuple(None if body is None else vibrations[body] for body in bodies)
 
     @cached_property
     def vibrations(self) -> Vibrating:
@@ -164,32 +164,34 @@ class MovingDeformableChain(MovingChain):
     @cached_property
     def losses(self) -> tuple[Viscous | None, ...]:
         """The losses inside body 0 and the beads; None where there is no body, or no loss."""
-        given = self.chain.damping
-        if given is None or isinstance(given, Viscous):
-            return (given,) * len(self.shapes)
+        damping = self.chain.damping
+        if damping is None or isinstance(damping, Viscous):
+            return (damping,) * len(self.shapes)
         bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
-        known = {body: given(body) for body in dict.fromkeys(bodies) if body is not None}
-        for body, loss in known.items():
+        losses = {body: damping(body) for body in dict.fromkeys(bodies) if body is not None}
+        for body, loss in losses.items():
             if not (loss is None or isinstance(loss, Viscous)):
                 raise ValueError(
                     f"damping: gives {short(loss)} for {short(body)}; must be hl.damping.Modal, Rayleigh or "
                     "StandardLinearSolid, or None"
                 )
-        return tuple(None if body is None else known[body] for body in bodies)
+        return tuple(None if body is None else losses[body] for body in bodies)
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
         """Force against the approach of poles less what the modes hold: the residual flexibility, and Hertz's."""
         if self.chain.modes == 1:
             return self.laws
-        known: dict[tuple[int, float], ContactLaw] = {}
+        contact_laws: dict[tuple[int, float], ContactLaw] = {}
         local: list[ContactLaw | None] = []
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
         for law, in_modes in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
-            if law is not None and (id(law), in_modes) not in known:
-                given = law is self.chain.law or callable(self.chain.law)
-                known[id(law), in_modes] = _without(law, in_modes, self._deepest(law), self.chain.modes, given)
-            local.append(None if law is None else known[id(law), in_modes])
+            if law is not None and (id(law), in_modes) not in contact_laws:
+                as_stated = law is self.chain.law or callable(self.chain.law)
+                contact_laws[id(law), in_modes] = _without(
+                    law, in_modes, self._deepest(law), self.chain.modes, as_stated
+                )
+            local.append(None if law is None else contact_laws[id(law), in_modes])
         return tuple(local)
 
     @property
@@ -281,14 +283,14 @@ class MovingDeformableChain(MovingChain):
         amplitude = self.amplitudes(position)
         return amplitude - position[:, -amplitude[0].size :].reshape(amplitude.shape)
 
-    def _found_law(self, one: Any, other: Any) -> ContactLaw:
+    def _found_law(self, bead: Any, facing: Any) -> ContactLaw:
         """By finite elements; by formulas for surfaces of structures that are curved in one direction only."""
-        analytic = contact_law(one, other)
-        if isinstance(other, Surface) and other.second_curvature != other.curvature:
+        analytic = contact_law(bead, facing)
+        if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
             return analytic
         deepest, speed = self._deepest(analytic), self.chain.impact_speed
         try:
-            return _law_up_to(one, other, _even(deepest))
+            return _law_up_to(bead, facing, _even(deepest))
         except ValueError as error:
             culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
             raise ValueError(
@@ -343,17 +345,17 @@ def _even(approach: float) -> float:
 
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables
-def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, given: bool) -> ContactLaw:
+def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, as_stated: bool) -> ContactLaw:
     """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
 
-    given: whether it is the user's, which may be at fault itself.
+    as_stated: whether it is the user's, which may be at fault itself.
     """
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
     enough = np.append(True, np.diff(local) > LEAST_LEFT * np.diff(approaches))
     count = approaches.size if enough.all() else int(enough.argmin())
-    if approaches[count - 1] < deepest and given:
+    if approaches[count - 1] < deepest and as_stated:
         raise ValueError(
             f"law = {short(law)}: is too stiff for beads that vibrate so, with modes = {modes!r}, beyond "
             f"{approaches[count - 1]:.3g} m; give one for the approach of mid-planes, or take fewer modes"

@@ -157,8 +157,8 @@ def _rings_plane(deep: int, wide: int, rings: int) -> Any:
     above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
     flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + outer + above)
     # scikit-fem rounds the corners of meshes that it joins.
-    whole = np.round(flat.doflocs)
-    return MeshQuad2(np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs), flat.t)
+    rounded = np.round(flat.doflocs)
+    return MeshQuad2(np.where(abs(flat.doflocs - rounded) < JOINED, rounded, flat.doflocs), flat.t)
 
 
 def _in_half_ball(inwards: Vector, outwards: Vector, reach: float, rings: int) -> Vector:

@@ -59,12 +59,12 @@ def _lowest_round(part: Eighth, opposite: SolidEighth, together: SolidEighth, po
     while modes:
         if count > opposite.weight.size // 3:
             raise ValueError(f"modes = {modes}: too many for so large cells; must be fewer, or spacing smaller")
-        found = [
+        halves = [
             (*_round(half, turned, pole, count, shift), sign) for half, sign in ((opposite, -1.0), (together, 1.0))
         ]
         # Beyond the lesser of both highest, modes of the other half, or of the same frequency, may be missing.
-        limit = HIGHEST**2 * min(highest for _, highest, _ in found)
-        rows = np.concatenate([np.column_stack([half, np.full(len(half), sign)]) for half, _, sign in found])
+        limit = HIGHEST**2 * min(highest for _, highest, _ in halves)
+        rows = np.concatenate([np.column_stack([half, np.full(len(half), sign)]) for half, _, sign in halves])
         rows = rows[(rows[:, 0] < limit) & (rows[:, 0] > RIGID * shift)]
         if len(rows) >= modes:
             return rows[np.argsort(rows[:, 0])][:modes]
@@ -82,12 +82,12 @@ def _round(half: SolidEighth, turned: Any, pole: int, count: int, shift: float) 
     squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
     changes, turns = np.linalg.eigh(shapes.T @ (turned[half.kept][:, half.kept] @ shapes))
     round_ones = turns[:, changes < CHANGED]
-    own, mixture = np.linalg.eigh(round_ones.T @ (squares[:, None] * round_ones))
+    squares_of_rings, mixture = np.linalg.eigh(round_ones.T @ (squares[:, None] * round_ones))
     # The whole bead has eight times the mass of the eighth that eigsh normalises.
     shapes = shapes @ round_ones @ mixture / sqrt(EIGHTHS)
     shapes *= np.where(shapes[half.motions[2, pole]] < 0.0, -1.0, 1.0)
     momenta = QUARTERS * (half.weight @ shapes)
-    return np.stack([own, shapes[half.motions[2, pole]], momenta], axis=1), float(squares.max())
+    return np.stack([squares_of_rings, shapes[half.motions[2, pole]], momenta], axis=1), float(squares.max())
 
 
 def _squeeze(half: SolidEighth, pole: int) -> float:

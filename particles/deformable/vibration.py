@@ -90,9 +90,9 @@ def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
     if modes > together.weight.size // 2:
         raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
     shift = lowest_rate(body)  # type: ignore[arg-type]
-    found = [(*mode, -1.0) for mode in _lowest(opposite, modes, shift)]
-    found += [(*mode, 1.0) for mode in _lowest(together, modes + 1, shift)[1:]]
-    return of_modes(np.array(sorted(found)[:modes]).reshape(-1, 4), 0.5 * (_drift(together) - _squeeze(opposite)))
+    modes_found = [(*mode, -1.0) for mode in _lowest(opposite, modes, shift)]
+    modes_found += [(*mode, 1.0) for mode in _lowest(together, modes + 1, shift)[1:]]
+    return of_modes(np.array(sorted(modes_found)[:modes]).reshape(-1, 4), 0.5 * (_drift(together) - _squeeze(opposite)))
 
 
 def of_modes(modes: Vector, between: float) -> Vibration:
@@ -161,14 +161,14 @@ class Section:
         held = [self.across[axis | self.centre], self.along[middle | self.centre] if opposite else self.across[middle]]
         joined = np.arange(self.mass.shape[0])
         joined[self.along[self.centre]] = self.along[self.centre].min(initial=joined.size)
-        kept = np.setdiff1d(joined, np.concatenate(held))
-        moving = np.flatnonzero(np.isin(joined, kept))
-        places = np.searchsorted(kept, joined[moving])
-        spread = sparse.csr_array((np.ones(moving.size), (moving, places)), shape=(joined.size, kept.size))
-        along = np.isin(kept, self.along).astype(float)
+        free = np.setdiff1d(joined, np.concatenate(held))
+        moving = np.flatnonzero(np.isin(joined, free))
+        places = np.searchsorted(free, joined[moving])
+        spread = sparse.csr_array((np.ones(moving.size), (moving, places)), shape=(joined.size, free.size))
+        along = np.isin(free, self.along).astype(float)
         # Taken before the mid-plane is held: its nodes carry momentum of cells that move.
         weight = spread.T @ self.mass[:, self.along].sum(axis=1)
-        pole = int(np.searchsorted(kept, self.along[self.pole]))
+        pole = int(np.searchsorted(free, self.along[self.pole]))
         return Half(spread.T @ self.mass @ spread, spread.T @ self.stiffness @ spread, along, weight, pole, spread)
 
 

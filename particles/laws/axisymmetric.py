@@ -86,9 +86,10 @@ class _Contact(ComputedContact):
         self.beads = ("first", first), ("second", second)
         for name, bead in self.beads:
             body_of(bead, 1.0, name)
-        one, other = first.surface, second if isinstance(second, Surface) else second.surface
-        self.curvature, self.sharpest = relative_curvatures(one, other)[1], max(sharpest_curvatures(one, other))
-        self.below, self.radius = PowerLaw(hertz_stiffness(one, other)), 1.0 / self.sharpest
+        surface, facing = first.surface, second if isinstance(second, Surface) else second.surface
+        self.curvature = relative_curvatures(surface, facing)[1]
+        self.sharpest = max(sharpest_curvatures(surface, facing))
+        self.below, self.radius = PowerLaw(hertz_stiffness(surface, facing)), 1.0 / self.sharpest
         self.theory = contact_law(first, second)
 
     def widest(self, approach: float) -> float:
@@ -105,10 +106,10 @@ class _Contact(ComputedContact):
         if fine[0][0] >= approach:
             raise self._too_coarse(approach, size)
         error, order = error_and_order(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
-        found = self._doubts(approach)
+        doubts = self._doubts(approach)
         if error > LARGE_ERROR:
-            found.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
-        return self.made(fine, approach, error, order, found)
+            doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
+        return self.made(fine, approach, error, order, doubts)
 
     def up_to_force(self, force: float) -> ComputedLaw:
         """The law up to a force, N: a rough law shows how far the bodies approach."""
@@ -167,8 +168,8 @@ class _Contact(ComputedContact):
             drops.append(body.drop(plane.along[plane.surface]))
             if body not in compliances:
                 compliances[body] = surface_compliance(body, plane, self.midplane)
-        one, other = (compliances[body_of(bead, reach, name)] for name, bead in self.beads)
-        return one + other, drops[0] + drops[1]
+        compliance, compliance_of_second = (compliances[body_of(bead, reach, name)] for name, bead in self.beads)
+        return compliance + compliance_of_second, drops[0] + drops[1]
 
     def _doubts(self, approach: float) -> list[str]:
         """Where strains or turns are no longer small."""

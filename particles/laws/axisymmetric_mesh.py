@@ -149,8 +149,8 @@ def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -
 
 def _growing(length: float, first: float, coarser: float) -> Vector:
     """Nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance)."""
-    whole = log1p(GROWTH * length / first)
-    count = max(ceil(whole / GROWTH / coarser), 2)
-    nodes: Vector = first / GROWTH * np.expm1(whole * np.linspace(0.0, 1.0, count + 1))
+    cells = log1p(GROWTH * length / first)
+    count = max(ceil(cells / GROWTH / coarser), 2)
+    nodes: Vector = first / GROWTH * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
     nodes[-1] = length
     return nodes

@@ -42,7 +42,7 @@ def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sp
     held = [across[axis], axial[end]]
     held += [across[end]] if clamped else []
     held += [across[bottom], axial[bottom]] if solid else []
-    kept = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+    free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
     owner = np.zeros(plane.mesh.nelements, dtype=np.int64)
     stiffness = part_stiffnesses(basis, [body.material], owner)[0]
-    return stiffness[kept][:, kept], np.searchsorted(kept, axial[plane.surface])
+    return stiffness[free][:, free], np.searchsorted(free, axial[plane.surface])

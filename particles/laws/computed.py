@@ -136,9 +136,9 @@ class ComputedContact(ABC):
         words = "; ".join(doubts)
         if words:
             caution(f"contact law: {words}")
-        whole = continued_to_zero(points, self.below)
+        points_to_zero = continued_to_zero(points, self.below)
         expected = force_by_formula(self.bodies, float(points[0][-1]))
-        return ComputedLaw(*whole, self.method, words, largest, float(points[0][0]), error, order, expected)  # type: ignore[arg-type]
+        return ComputedLaw(*points_to_zero, self.method, words, largest, float(points[0][0]), error, order, expected)  # type: ignore[arg-type]
 
 
 def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:

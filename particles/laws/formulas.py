@@ -93,13 +93,13 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
 
 
 def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
-    one, other = (body if isinstance(body, Surface) else body.surface for body in (first, second))
-    flat, sharp = relative_curvatures(one, other)
+    surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
+    flat, sharp = relative_curvatures(surface, facing)
     if flat <= LINE * sharp:
         return _line_contact(first, second)
-    stiffness = hertz_stiffness(one, other, axis_ratio)
+    stiffness = hertz_stiffness(surface, facing, axis_ratio)
     # Along a relative curvature c a contact is √(δ/c) wide to either side: as round ones are, and long ones to √2.
-    directions = zip((flat, sharp), sharpest_curvatures(one, other), strict=True)
+    directions = zip((flat, sharp), sharpest_curvatures(surface, facing), strict=True)
     largest = SMALL_CONTACT**2 / max(sharpest * (sharpest / relative) for relative, sharpest in directions)
     shells = [body.shell_flexibility for body in (first, second) if hasattr(body, "shell_flexibility")]
     if shells:

@@ -136,16 +136,16 @@ class _Pair(ComputedContact):
             if hasattr(body, "shell_flexibility"):
                 raise ValueError(f"{name} = {short(body)}: must be {what}")
         self.bodies, self.cells, self.correction, self.midplane = (first, second), cells, correction, midplane
-        one, other = (body if isinstance(body, Surface) else body.surface for body in self.bodies)
-        self.flat, self.sharp = relative_curvatures(one, other)
+        surface, facing = (body if isinstance(body, Surface) else body.surface for body in self.bodies)
+        self.flat, self.sharp = relative_curvatures(surface, facing)
         if self.flat <= 1e-12 * self.sharp:
             raise ValueError(
                 f"second = {second!r}: touches the first along a line; for parallel cylinders use plane strain"
             )
-        self.theory = self.below = PowerLaw(hertz_stiffness(one, other))
-        self.sharpest = sharpest_curvatures(one, other)
+        self.theory = self.below = PowerLaw(hertz_stiffness(surface, facing))
+        self.sharpest = sharpest_curvatures(surface, facing)
         self.radius = 1.0 / max(self.sharpest)
-        self.modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
+        self.modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
 
     def up_to(self, approach: float) -> ComputedLaw:
         """The law up to an approach, m."""
@@ -160,7 +160,7 @@ class _Pair(ComputedContact):
         overlap = self.overlap(max_force, max_approach, softness)
         steps = BEYOND * overlap * np.geomspace(LEAST_PART, 1.0, LOAD_STEPS)
         fine, coarse, coarsest = (self.forces(steps, self.cells // coarser) for coarser in (1, 2, 4))
-        near, far = (float(np.abs(one / other - 1.0).max()) for one, other in ((coarse, fine), (coarsest, coarse)))
+        near, far = (float(np.abs(force / finer - 1.0).max()) for force, finer in ((coarse, fine), (coarsest, coarse)))
         # Either difference may be small by chance.
         error = max(near, far / 2.0**ORDER)
         points: Points = (steps - softness * fine, fine)
@@ -171,8 +171,8 @@ class _Pair(ComputedContact):
         """What is taken off the approach for both bodies, m/N."""
         if midplane and correction is None:
             return sum(self.at_midplane(body) for body in self.bodies)
-        given = 0.0 if correction is None else correction
-        numbers: Sequence[float] = (given,) * 2 if np.ndim(given) == 0 else given  # type: ignore[assignment]
+        value = 0.0 if correction is None else correction
+        numbers: Sequence[float] = (value,) * 2 if np.ndim(value) == 0 else value  # type: ignore[assignment]
         if len(numbers) != 2:
             raise ValueError(f"correction = {correction!r}: must be one number, or one for each body, in m/N")
         shares = [finite("correction", number, "m/N") for number in numbers]
@@ -297,7 +297,7 @@ def unilateral_pressures(coefficients: Vector, gap: Vector, approach: float, beg
     """
     displaced = displacements(coefficients)
     pressures, direction = begin.copy(), np.zeros_like(begin)
-    kept, before = 0.0, 1.0
+    conjugacy, before = 0.0, 1.0
     for _ in range(MOST_ITERATIONS):
         opening = displaced(pressures) + gap - approach
         touching = pressures > 0.0
@@ -305,14 +305,14 @@ def unilateral_pressures(coefficients: Vector, gap: Vector, approach: float, beg
         if float(overlap.max()) < TOLERANCE * approach:
             return pressures
         square = float((opening[touching] ** 2).sum())
-        direction = np.where(touching, opening + kept * square / before * direction, 0.0)
+        direction = np.where(touching, opening + conjugacy * square / before * direction, 0.0)
         turned = displaced(direction)[touching]
         step = float(opening[touching] @ direction[touching]) / float(turned @ direction[touching])
         pressures = np.maximum(pressures - step * direction, 0.0)
         overlapping = (pressures == 0.0) & (opening < 0.0)
         pressures[overlapping] -= step * opening[overlapping]
         # Cells that come into contact belong to no former direction.
-        kept, before = 0.0 if overlapping.any() else 1.0, square
+        conjugacy, before = 0.0 if overlapping.any() else 1.0, square
     raise PressuresNotConverged(
         f"approach = {approach:.4g} m: pressures still changed after {MOST_ITERATIONS} iterations; try another number "
         "of cells",

@@ -154,7 +154,7 @@ class ContactLaw(ABC):
 
     def _repr_html_(self) -> str:
         check_contact_law("law", self)
-        shown = [*(one for one in SHOWN if one < self.largest), *([self.largest] if self.largest < inf else [])]
+        shown = [*filter(lambda overlap: overlap < self.largest, SHOWN)] + [self.largest] * (self.largest < inf)
         forces = [
             (f"F({1e6 * approach:.4g} µm)", f"{force:.4g} N")
             for approach, force in zip(shown, self.force(np.array(shown)), strict=True)
@@ -185,18 +185,18 @@ def check_contact_law(name: str, law: Any, what: str = "a contact law such as Po
 
 def _check_members(name: str, law: ContactLaw) -> None:
     """A ValueError where a method does not return an array like that it takes, or an attribute is of a wrong kind."""
-    own = f"{name}: {type(law).__name__}"
+    owner = f"{name}: {type(law).__name__}"
     for attribute in ("name", "caution"):
         if not isinstance(getattr(law, attribute), str):
-            raise ValueError(f"{own}.{attribute} = {short(getattr(law, attribute))}: must be text")
+            raise ValueError(f"{owner}.{attribute} = {short(getattr(law, attribute))}: must be text")
     if law.largest != inf:
-        positive(f"{own}.largest", law.largest, "m")
+        positive(f"{owner}.largest", law.largest, "m")
     for method, values in PROBES.items():
         if method != "force" and getattr(type(law), method) is getattr(ContactLaw, method):
             continue
-        _check_answer(f"{own}.{method}", getattr(law, method), np.array(values))
+        _check_answer(f"{owner}.{method}", getattr(law, method), np.array(values))
     if law.piece is not None:
-        _check_piece(own, law)
+        _check_piece(owner, law)
 
 
 def filled(piece: Any, laws: Sequence[ContactLaw | None]) -> Any:
@@ -204,16 +204,16 @@ def filled(piece: Any, laws: Sequence[ContactLaw | None]) -> Any:
     return piece(*(np.array([getattr(law, name) if law else 0.0 for law in laws]) for name in piece._fields))
 
 
-def _check_piece(own: str, law: ContactLaw) -> None:
+def _check_piece(owner: str, law: ContactLaw) -> None:
     """A ValueError where the law's piece is none, or contradicts the law."""
     piece: Any = law.piece
     if not isinstance(piece, type) or not hasattr(piece, "_fields"):
-        raise ValueError(f"{own}.piece = {short(piece)}: must be a NamedTuple with static methods {', '.join(PIECE)}")
+        raise ValueError(f"{owner}.piece = {short(piece)}: must be a NamedTuple with static methods {', '.join(PIECE)}")
     for name in PIECE:
         if not isinstance(getattr_static(piece, name, None), staticmethod):
-            raise ValueError(f"{own}.piece = {piece.__name__}: has no static method {name}(law, i, overlap)")
+            raise ValueError(f"{owner}.piece = {piece.__name__}: has no static method {name}(law, i, overlap)")
     for name in piece._fields:
-        finite(f"{own}.{name}, a field of its piece {piece.__name__},", getattr(law, name, None))  # type: ignore[arg-type]
+        finite(f"{owner}.{name}, a field of its piece {piece.__name__},", getattr(law, name, None))  # type: ignore[arg-type]
     alone = filled(piece, [law])
     for name, (method, tolerance) in PIECE.items():
         for approach in (*PROBES["force"], 0.0, -1e-6):
@@ -221,16 +221,16 @@ def _check_piece(own: str, law: ContactLaw) -> None:
             answer = getattr(piece, name)(alone, 0, approach)
             if not abs(finite(f"{piece.__name__}.{name}", answer) - expected) <= tolerance * abs(expected):
                 raise ValueError(
-                    f"{own}.piece: {piece.__name__}.{name} gives {answer:.6g} at an overlap of {approach:.3g} m, where "
-                    f"{type(law).__name__}.{method} gives {expected:.6g}"
+                    f"{owner}.piece: {piece.__name__}.{name} gives {answer:.6g} at an overlap of {approach:.3g} m, "
+                    f"where {type(law).__name__}.{method} gives {expected:.6g}"
                 )
 
 
 def _check_answer(name: str, method: Callable[[Vector], Vector], values: Vector) -> None:
-    given = values.copy()
+    argument = values.copy()
     try:
-        answer = method(given)
-        found = np.asarray(answer)
+        answer = method(argument)
+        array = np.asarray(answer)
     except (TypeError, ValueError) as error:
         raise ValueError(
             f"{name} fails for an array: {error}; use np.where in place of if, np.sqrt in place of math.sqrt"
@@ -238,9 +238,9 @@ def _check_answer(name: str, method: Callable[[Vector], Vector], values: Vector)
     except Exception as error:
         error.add_note(f"raised by {name}({short(values)})")
         raise
-    if found.dtype.kind not in "iuf" or found.shape != values.shape:
+    if array.dtype.kind not in "iuf" or array.shape != values.shape:
         raise ValueError(f"{name} returned {short(answer)} for an array of {values.size}: must return as many numbers")
-    if not np.array_equal(given, values):
+    if not np.array_equal(argument, values):
         raise ValueError(f"{name} changes the array that it takes; must return a new one")
 
 
@@ -249,12 +249,12 @@ def unchanging(law: ContactLaw) -> ContactLaw:
     if is_dataclass(law) and type(law).__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return law
     try:
-        kept = deepcopy(law)
+        copied = deepcopy(law)
     except TypeError:  # of attributes such as open files
-        kept = copy(law)
+        copied = copy(law)
     for cached in CACHED:
-        vars(kept).pop(cached, None)
-    return kept
+        vars(copied).pop(cached, None)
+    return copied
 
 
 @described
@@ -419,7 +419,7 @@ def kernel_table(law: ContactLaw) -> Vector:
     zero.
     """
     edges = kernels.table_edges()
-    force, slope = (np.asarray(found, float) for found in (law.force(edges), law.tangent(edges)))
+    force, slope = (np.asarray(values, float) for values in (law.force(edges), law.tangent(edges)))
     step = np.diff(edges)
     rise = np.diff(force) / step
     if not isinstance(law, PowerLaw | TabulatedLaw):
@@ -444,8 +444,8 @@ def _check_curve(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) ->
         "force does not rise with the approach": not np.all(rise > 0.0),
         "tangent is not the slope of its force": not np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5),
     }
-    for fault, found in faults.items():
-        if found:
+    for fault, wrong in faults.items():
+        if wrong:
             low, *_, high = kernels.table_edges()
             raise ValueError(f"law: {type(law).__name__}.{fault} between {low:.1g} and {high:.3g} m")
 
@@ -467,8 +467,8 @@ def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
     low, part = np.full(asked.size, log(SMALLEST_APPROACH)), log(LARGEST_APPROACH / SMALLEST_APPROACH)
     for _ in range(DIVISIONS):
         part /= PARTS
-        found = np.reshape(increasing(np.exp(low + part * ends).reshape(-1)), (PARTS - 1, -1))
-        low = low + part * (found < asked).sum(axis=0)
+        overlaps = np.reshape(increasing(np.exp(low + part * ends).reshape(-1)), (PARTS - 1, -1))
+        low = low + part * (overlaps < asked).sum(axis=0)
     approach = np.exp(low + 0.5 * part).reshape(wanted.shape)
     return np.where(wanted > 0.0, approach, np.maximum(wanted, 0.0))
 
@@ -476,10 +476,10 @@ def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
 def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
     columns = []
     for name in ("approaches", "forces"):
-        given = getattr(law, name)
-        if not isinstance(given, Sequence | np.ndarray):
-            raise ValueError(f"{name} = {short(given)}: must be a list of numbers")
-        values = np.atleast_1d(np.asarray(given, dtype=object))
+        raw = getattr(law, name)
+        if not isinstance(raw, Sequence | np.ndarray):
+            raise ValueError(f"{name} = {short(raw)}: must be a list of numbers")
+        values = np.atleast_1d(np.asarray(raw, dtype=object))
         if values.ndim != 1:
             raise ValueError(f"{name}: must be a list of numbers")
         columns.append(list(values))

@@ -155,12 +155,12 @@ def section_compliance(material: Material, plane: HalfPlane, state: str, length:
         np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1)
     )
     symmetric, end, centre = plane.along == 0.0, plane.along == plane.along.max(), plane.depth == plane.depth.max()
-    kept = np.setdiff1d(np.arange(basis.N), np.concatenate([across[symmetric | centre], upright[end | centre]]))
+    free = np.setdiff1d(np.arange(basis.N), np.concatenate([across[symmetric | centre], upright[end | centre]]))
     lame, shear = first_lame_parameter(material), shear_modulus(material)
     if state == "stress":
         lame *= 2.0 * shear / (lame + 2.0 * shear)
-    stiffness = 2.0 * length * plane_stiffness(basis, lame, shear)[kept][:, kept]
-    pressed = np.searchsorted(kept, upright[plane.surface])
+    stiffness = 2.0 * length * plane_stiffness(basis, lame, shear)[free][:, free]
+    pressed = np.searchsorted(free, upright[plane.surface])
     compliance = compliance_at(stiffness, pressed)
     both: Vector = 0.5 * (compliance + compliance.T)
     return both

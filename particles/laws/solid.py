@@ -131,14 +131,14 @@ class _Pair(ComputedContact):
         approaches = np.geomspace(self.approach(FEWEST * size), approach, STEPS)
         forces, coarse = (self.forces(approaches, size, coarser) for coarser in (1.0, 2.0))
         error = float(np.abs(coarse / forces - 1.0).max()) / (2.0**ORDER - 1.0)
-        found = []
+        doubts = []
         if self.width(approach) > SMALL_CONTACT * 0.5 * self.bead.radius:
-            found.append(
+            doubts.append(
                 f"a contact of {readable(self.width(approach), 'm')} to its edge is too wide for small strains"
             )
         if error > LARGE_ERROR:
-            found.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
-        return self.made((approaches, forces), approach, error, nan, found)
+            doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
+        return self.made((approaches, forces), approach, error, nan, doubts)
 
     def up_to_force(self, force: float) -> ComputedLaw:
         """The law up to a force, N, which may need a larger approach than theory expects."""

@@ -144,9 +144,9 @@ def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth
 
 def graded(length: float, first: float, growth: float, coarser: float = 1.0) -> Vector:
     """Nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance)."""
-    whole = log1p(growth * length / first)
-    count = ceil(whole / growth / coarser)
-    nodes: Vector = first / growth * np.expm1(whole * np.linspace(0.0, 1.0, count + 1))
+    cells = log1p(growth * length / first)
+    count = ceil(cells / growth / coarser)
+    nodes: Vector = first / growth * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
     nodes[-1] = length
     return nodes
 
@@ -166,8 +166,8 @@ def _placed(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vecto
         return np.stack([radius * s * np.sqrt(1.0 - t**2 / 2.0), along, radius * t * np.sqrt(1.0 - s**2 / 2.0)])
     r = along / (CORNER * radius)
 
-    def squeezed(one: Vector, other: Vector) -> Vector:
-        shrunk: Vector = np.sqrt(1.0 - one**2 / 2.0 - other**2 / 2.0 + one**2 * other**2 / 3.0)
+    def squeezed(x: Vector, y: Vector) -> Vector:
+        shrunk: Vector = np.sqrt(1.0 - x**2 / 2.0 - y**2 / 2.0 + x**2 * y**2 / 3.0)
         return shrunk
 
     return radius * np.stack([s * squeezed(r, t), r * squeezed(t, s), t * squeezed(s, r)])
@@ -207,10 +207,10 @@ def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
     motions, middle = part.motions, part.box[2] == part.bead.radius
     held = [motions[0][part.box[0] == 0.0], motions[1][part.box[1] == 0.0]]
     held += [motions[2][middle]] if midplane == "symmetric" else [motions[0][middle], motions[1][middle]]
-    kept = np.setdiff1d(np.arange(motions.size), np.concatenate(held))
+    free = np.setdiff1d(np.arange(motions.size), np.concatenate(held))
     places = np.full(motions.size, -1, dtype=np.int64)
-    places[kept] = np.arange(kept.size)
-    return SolidEighth(part, part.stiffness[kept][:, kept], places[motions], kept)
+    places[free] = np.arange(free.size)
+    return SolidEighth(part, part.stiffness[free][:, free], places[motions], free)
 
 
 def turning(part: Eighth) -> sparse.csr_array:
@@ -223,8 +223,8 @@ def turning(part: Eighth) -> sparse.csr_array:
 
 @BilinearForm
 def _turned(u: Any, v: Any, w: Any) -> Any:
-    one, other = (
+    forward, backward = (
         w.x[0] * field.grad[:, 1] - w.x[1] * field.grad[:, 0] - np.stack([-field[1], field[0], 0.0 * field[2]])
         for field in (u, v)
     )
-    return dot(one, other)
+    return dot(forward, backward)

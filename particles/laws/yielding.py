@@ -125,11 +125,11 @@ class YieldingLaw(ABC):
 
     def of_law(self, first: Bead, second: Bead | Surface, law: ContactLaw) -> "YieldingContact | None":
         """The same, where their elastic law is known."""
-        one, other = (body if isinstance(body, Surface) else body.surface for body in (first, second))
-        bodies = self._bodies(one, other)
+        surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
+        bodies = self._bodies(surface, facing)
         if bodies is None:
             return None
-        flat, sharp = relative_curvatures(one, other)
+        flat, sharp = relative_curvatures(surface, facing)
         if not isinstance(law, PowerLaw) or law.exponent != HERTZ or sharp > NEARLY_ROUND_CONTACT * flat:
             raise ValueError(
                 f"law = {short(self)}: needs solid bodies that touch in a circle; between {short(first)} and "
@@ -137,18 +137,18 @@ class YieldingLaw(ABC):
             )
         return _yielding(self, bodies, law)
 
-    def _bodies(self, one: Surface, other: Surface) -> RoundContact | None:
+    def _bodies(self, surface: Surface, facing: Surface) -> RoundContact | None:
         """The pair; None where nothing is known of its strength."""
-        material = min((one.material, other.material), key=yield_pressure)
+        material = min((surface.material, facing.material), key=yield_pressure)
         strength = self.yield_strength or material.yield_strength
         if strength is None:
             return None
-        flat, sharp = relative_curvatures(one, other)
+        flat, sharp = relative_curvatures(surface, facing)
         if not flat > 0.0:
             raise ValueError(f"law = {short(self)}: needs bodies that touch in a circle, not along a line")
-        modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
-        own = material.youngs_modulus, material.poisson_ratio, material.density, material.name
-        return RoundContact((flat * sharp) ** -0.5, modulus, material, strength, _onset(*own, strength))
+        modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
+        elastic = material.youngs_modulus, material.poisson_ratio, material.density, material.name
+        return RoundContact((flat * sharp) ** -0.5, modulus, material, strength, _onset(*elastic, strength))
 
 
 @described
@@ -346,8 +346,8 @@ class YieldingContact:
 
     def _beyond(self, overlap: Vector) -> Vector:
         """x, zero before yield."""
-        found: Vector = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
-        return found
+        excess: Vector = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
+        return excess
 
     def _loading(self, overlap: Vector) -> Vector:
         if self.overlap == inf:
@@ -364,8 +364,8 @@ class _Curve(ContactLaw):
     name = "loading curve or dent of a yielding law"
 
     def force(self, approach: Vector) -> Vector:
-        found: Vector = self.scale * self.of(np.asarray(approach) / self.unit)  # type: ignore[operator]
-        return found
+        force: Vector = self.scale * self.of(np.asarray(approach) / self.unit)  # type: ignore[operator]
+        return force
 
 
 @lru_cache(maxsize=256)
