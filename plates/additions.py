@@ -207,7 +207,7 @@ class Delamination:
         counts = listed("points", self.points, object, "two numbers, (columns, rows), such as (3, 3)")
         if len(counts) != 2:
             raise ValueError(f"points = {self.points!r}: must be (columns, rows), such as (3, 3)")
-        object.__setattr__(self, "points", tuple(whole(f"points[{i}]", one) for i, one in enumerate(counts)))
+        object.__setattr__(self, "points", tuple(whole(f"points[{i}]", count) for i, count in enumerate(counts)))
         if self.count > MOST_POINTS:
             raise ValueError(f"points = {self.points!r}: must be at most {MOST_POINTS} together")
 
@@ -247,24 +247,24 @@ def check_additions(additions: object, box: tuple[float, float, float, float]) -
         )
     left, right, bottom, top = box
     spare = ROUNDING * max(right - left, top - bottom)
-    for i, one in enumerate(additions):
-        name = f"additions[{i}] = {one!r}"
-        if not isinstance(one, Addition):
+    for i, addition in enumerate(additions):
+        name = f"additions[{i}] = {addition!r}"
+        if not isinstance(addition, Addition):
             raise ValueError(f"{name}: must be a PointMass, a Stiffener, a Weakened, a Delamination or a Prestress")
-        if isinstance(one, Prestress):
+        if isinstance(addition, Prestress):
             continue  # everywhere
-        xs, ys = extent(one)
+        xs, ys = extent(addition)
         across = left - spare <= min(xs) and max(xs) <= right + spare
         if not (across and bottom - spare <= min(ys) and max(ys) <= top + spare):
             raise ValueError(
                 f"{name}: must lie on the plate, between x = {left:.4g} and {right:.4g}, y = {bottom:.4g} and "
                 f"{top:.4g} m"
             )
-        if isinstance(one, Region) and any(
-            isinstance(other, Region) and _overlap(one, other) for other in additions[:i]
+        if isinstance(addition, Region) and any(
+            isinstance(other, Region) and _overlap(addition, other) for other in additions[:i]
         ):
             raise ValueError(f"{name}: overlaps an earlier one; give regions side by side, each with its own factor")
-        if not isinstance(one, Delamination):
+        if not isinstance(addition, Delamination):
             continue
         if not (
             left + spare < min(xs) and max(xs) < right - spare and bottom + spare < min(ys) < max(ys) < top - spare
@@ -277,59 +277,61 @@ def check_additions(additions: object, box: tuple[float, float, float, float]) -
 
 def passed_through(additions: Sequence[Addition], places: Sequence[Place]) -> list[str]:
     """Of each place, m, inside a delamination but beside its points: words that say so."""
-    found = []
-    for i, one in enumerate(additions):
-        if not isinstance(one, Delamination):
+    remarks = []
+    for i, addition in enumerate(additions):
+        if not isinstance(addition, Delamination):
             continue
-        left, right, bottom, top = one.region
-        near = BESIDE * np.array([(right - left) / (one.points[0] + 1), (top - bottom) / (one.points[1] + 1)])
+        left, right, bottom, top = addition.region
+        near = BESIDE * np.array([(right - left) / (addition.points[0] + 1), (top - bottom) / (addition.points[1] + 1)])
         for x, y in places:
             inside = left < x < right and bottom < y < top
-            if inside and not (abs(np.array(one.places) - (x, y)) <= near).all(axis=1).any():
-                found.append(
+            if inside and not (abs(np.array(addition.places) - (x, y)) <= near).all(axis=1).any():
+                remarks.append(
                     f"additions[{i}]: no point of this delamination lies at ({x:.4g}, {y:.4g}) m, where a chain "
                     "strikes, so its parts pass through each other there; choose points of which one lies there, such "
                     "as odd numbers for the middle"
                 )
-    return found
+    return remarks
 
 
 def weakest(additions: Sequence[Addition]) -> float:
     """The least factor of the bending stiffness anywhere; of the parts of a delamination, which are lighter too, the
     one that has the same flexural waves."""
-    factors = [float(one.factor) for one in additions if isinstance(one, Weakened)]
-    parts = [min(one.depth, 1.0 - one.depth) ** 2 for one in additions if isinstance(one, Delamination)]
+    factors = [float(addition.factor) for addition in additions if isinstance(addition, Weakened)]
+    parts = [
+        min(addition.depth, 1.0 - addition.depth) ** 2 for addition in additions if isinstance(addition, Delamination)
+    ]
     return min([*factors, *parts], default=1.0)
 
 
 def forces_in_plane(additions: Sequence[Addition]) -> Vector:
     """The sum of all prestress, N_ij, 2 × 2, N/m."""
-    return sum((one.forces for one in additions if isinstance(one, Prestress)), start=np.zeros((2, 2)))
+    return sum((addition.forces for addition in additions if isinstance(addition, Prestress)), start=np.zeros((2, 2)))
 
 
 def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
     across: list[float] = []
     along: list[float] = []
-    for one in additions:
-        if isinstance(one, Region):
-            across += one.region[:2]
-            along += one.region[2:]
-        elif isinstance(one, Stiffener):
-            across += [one.start[0]] if one.along_y else []
-            along += [one.start[1]] if one.along_x else []
+    for addition in additions:
+        if isinstance(addition, Region):
+            across += addition.region[:2]
+            along += addition.region[2:]
+        elif isinstance(addition, Stiffener):
+            across += [addition.start[0]] if addition.along_y else []
+            along += [addition.start[1]] if addition.along_x else []
     return tuple(across), tuple(along)
 
 
-def extent(one: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def extent(addition: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The x and the y, m, at which an addition begins and ends; none for what is everywhere."""
-    if isinstance(one, Prestress):
+    if isinstance(addition, Prestress):
         return (), ()
-    if isinstance(one, PointMass):
-        return (one.x,), (one.y,)
-    if isinstance(one, Stiffener):
-        return (one.start[0], one.end[0]), (one.start[1], one.end[1])
-    return one.region[:2], one.region[2:]
+    if isinstance(addition, PointMass):
+        return (addition.x,), (addition.y,)
+    if isinstance(addition, Stiffener):
+        return (addition.start[0], addition.end[0]), (addition.start[1], addition.end[1])
+    return addition.region[:2], addition.region[2:]
 
 
 def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ...]:
@@ -348,7 +350,7 @@ def _rectangle(region: object) -> tuple[float, float, float, float]:
     return left, right, bottom, top
 
 
-def _overlap(one: Region, other: Region) -> bool:
+def _overlap(region: Region, other: Region) -> bool:
     """Whether the two have more than an edge in common."""
-    (l1, r1, b1, t1), (l2, r2, b2, t2) = one.region, other.region
+    (l1, r1, b1, t1), (l2, r2, b2, t2) = region.region, other.region
     return max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2)

@@ -181,8 +181,8 @@ def beam_buckling_force(
     shapes = Beam(np.linspace(0.0, length, count + 1), supports[0], supports[1])
     parts, size = shapes.integrals(), shapes.size
     mass, plain, pressed = (
-        sparse.csr_array((one, (shapes.row, shapes.column)), shape=(size, size))
-        for one in (parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0], -(stiff / length**2) * parts[1, 1])
+        sparse.csr_array((values, (shapes.row, shapes.column)), shape=(size, size))
+        for values in (parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0], -(stiff / length**2) * parts[1, 1])
     )
     factor = buckling_factor(mass, plain, pressed, GROUND * stiff / length**4)
     return factor * stiff / length**2 if factor < inf else inf
@@ -191,5 +191,5 @@ def beam_buckling_force(
 def _check_ends(supports: object) -> None:
     if not isinstance(supports, tuple | list) or len(supports) != 2:
         raise ValueError(f'supports = {supports!r}: must be two words, one for each end, such as ("simple", "free")')
-    for i, one in enumerate(supports):
-        one_of(f"supports[{i}]", one, ENDS)
+    for i, support in enumerate(supports):
+        one_of(f"supports[{i}]", support, ENDS)

@@ -245,10 +245,10 @@ def kirchhoff_panel(
     'Kirchhoff panel'
     """
     section = section_of(thickness, material)
-    found = _shape(shape, section, scale, merge, tags, supports)
-    if isinstance(found, FlatMesh) and found.quadrilateral:
+    panel = _shape(shape, section, scale, merge, tags, supports)
+    if isinstance(panel, FlatMesh) and panel.quadrilateral:
         raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
-    return Plate(found, section, _named(supports), Morley(), highest_frequency, additions, _made_of(material))
+    return Plate(panel, section, _named(supports), Morley(), highest_frequency, additions, _made_of(material))
 
 
 @described_as(called="Mindlin panel")
@@ -317,51 +317,51 @@ def mindlin_panel(
     0.002
     """
     section = section_of(thickness, material, shear_correction)
-    found = _shape(shape, section, scale, merge, tags, supports)
+    panel = _shape(shape, section, scale, merge, tags, supports)
     element = Mindlin(_patch(section, patch_radius))
-    return Plate(found, section, _named(supports), element, highest_frequency, additions, _made_of(material))
+    return Plate(panel, section, _named(supports), element, highest_frequency, additions, _made_of(material))
 
 
-def _cells(given: tuple[int, int] | None) -> tuple[int, int] | None:
-    if given is None:
+def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
+    if cells is None:
         return None
-    if not several(given) or len(given) != 2:
-        raise ValueError(f"cells = {short(given)}: must be two whole numbers, along x and along y")
-    along, across = whole("cells[0]", given[0]), whole("cells[1]", given[1])
+    if not several(cells) or len(cells) != 2:
+        raise ValueError(f"cells = {short(cells)}: must be two whole numbers, along x and along y")
+    along, across = whole("cells[0]", cells[0]), whole("cells[1]", cells[1])
     if along * across > MOST_CELLS:
-        raise ValueError(f"cells = {given!r}: must be at most {MOST_CELLS} in all")
+        raise ValueError(f"cells = {cells!r}: must be at most {MOST_CELLS} in all")
     return along, across
 
 
-def _patch(section: Section, given: float | None) -> float:
+def _patch(section: Section, radius: float | None) -> float:
     """The radius of the disc that is pushed, m; a ValueError where it is not small compared with the plate."""
-    if given is None:
+    if radius is None:
         return PATCH * section.thickness
-    patch, widest = given, WIDEST * section.thickness
+    patch, widest = radius, WIDEST * section.thickness
     if patch > widest:
-        raise ValueError(f"patch_radius = {given!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
+        raise ValueError(f"patch_radius = {radius!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
     return patch
 
 
 def _shape(
-    given: PanelShape,
+    shape: PanelShape,
     section: Section,
     scale: float | None,
     merge: float | None,
     tags: str | None,
     supports: Mapping[Tag, Support] | None,
 ) -> Outline | FlatMesh:
-    if isinstance(given, tuple | list):
-        raise ValueError(f"shape = {short(given)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
-    if not isinstance(given, Outline):
-        found = FlatMesh(given, section.thickness, scale, merge, tags)
+    if isinstance(shape, tuple | list):
+        raise ValueError(f"shape = {short(shape)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
+    if not isinstance(shape, Outline):
+        mesh = FlatMesh(shape, section.thickness, scale, merge, tags)
         for name in _named(supports):
-            found.check_edge(name)
-        return found
+            mesh.check_edge(name)
+        return mesh
     for name, value in (("scale", scale), ("merge", merge), ("tags", tags)):
         if value is not None:
             raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
-    return given
+    return shape
 
 
 def _named(supports: Mapping[Tag, Support] | None) -> Mapping[Tag, Support]:

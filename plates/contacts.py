@@ -37,23 +37,23 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
     """
     if not (_many(x) or _many(y)):
         return [Contact(finite("x", x, "m"), finite("y", y, "m"), one_of("face", face, FACES))]
-    xs, ys = (_numbers(name, given) for name, given in (("x", x), ("y", y)))
+    xs, ys = (_numbers(name, coordinates) for name, coordinates in (("x", x), ("y", y)))
     if len(xs) != len(ys):
         raise ValueError(f"x, y: {len(xs)} and {len(ys)} numbers; must be equally many, one of each for each contact")
     faces = [face] * len(xs) if isinstance(face, str) else listed("face", face, str, "faces, one for each contact")
     if len(faces) != len(xs):
         raise ValueError(f"face = {face!r}: must be one face, or {len(xs)}, as there are contacts")
-    found: list[Contact] = []
+    contacts: list[Contact] = []
     for i, (one_x, one_y, one_face) in enumerate(zip(xs, ys, faces, strict=True)):
         contact = Contact(one_x, one_y, one_of(f"face[{i}]", one_face, FACES), f"[{i}]" if len(xs) > 1 else "")
-        for j, other in enumerate(found):
+        for j, other in enumerate(contacts):
             if other.face == contact.face and _same(contact, other):
                 raise ValueError(
                     f"x, y: contacts {j} and {i} are at one place, {one_x:.6g}, {one_y:.6g} m, on the {one_face}; "
                     "must be apart, or on opposite faces"
                 )
-        found.append(contact)
-    return found
+        contacts.append(contact)
+    return contacts
 
 
 def contacts_data(contacts: Sequence[Contact]) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def contacts_data(contacts: Sequence[Contact]) -> dict[str, Any]:
     if len(contacts) == 1:
         only = contacts[0]
         return {"at": [only.x, only.y], **({} if only.face == "front" else {"face": only.face})}
-    return {"at": [[one.x for one in contacts], [one.y for one in contacts]], "face": [one.face for one in contacts]}
+    return {"at": [[c.x for c in contacts], [c.y for c in contacts]], "face": [c.face for c in contacts]}
 
 
 def common_copies(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
@@ -79,8 +79,8 @@ def one_or_all(values: list[Any]) -> Any:
     return values[0] if len(values) == 1 else values
 
 
-def _many(given: Any) -> bool:
-    return isinstance(given, Iterable) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) > 0
+def _many(values: Any) -> bool:
+    return isinstance(values, Iterable) and not isinstance(values, str | bytes) and getattr(values, "ndim", 1) > 0
 
 
 def _numbers(name: str, given: Any) -> list[float]:
@@ -88,5 +88,5 @@ def _numbers(name: str, given: Any) -> list[float]:
     return [finite(f"{name}[{i}]", value, "m") for i, value in enumerate(values)]
 
 
-def _same(one: Contact, other: Contact) -> bool:
-    return isclose(one.x, other.x, rel_tol=SAME) and isclose(one.y, other.y, rel_tol=SAME)
+def _same(contact: Contact, other: Contact) -> bool:
+    return isclose(contact.x, other.x, rel_tol=SAME) and isclose(contact.y, other.y, rel_tol=SAME)

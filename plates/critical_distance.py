@@ -119,7 +119,7 @@ def critical_distance_law(
     _check_yield(bead, plate, wall, impact_speed)
     length = edge_length(bead, plate, impact_speed)
     scaled = scaled_critical_distance(edge, stiffness_ratio, parameter, tolerance)
-    return CriticalDistanceEstimate(*(length * one for one in scaled))
+    return CriticalDistanceEstimate(*(length * distance for distance in scaled))
 
 
 def _check_yield(bead: Bead, plate: Plate, wall: Material, impact_speed: float) -> None:
@@ -144,7 +144,7 @@ def scaled_critical_distance(
     hold those of the table's λ on both sides as well.
     """
     error, sides = (ERROR, [inelasticity]) if inelasticity <= DECAYING else (ERROR_MERGING, _around(inelasticity))
-    curves = [edge_difference(edge, stiffness_ratio, one) for one in sides]
+    curves = [edge_difference(edge, stiffness_ratio, side) for side in sides]
     low, high = ([last_crossing(*curve, tolerance + sign * error) for curve in curves] for sign in (1.0, -1.0))
     share = _between(stiffness_ratio)
     return CriticalDistanceEstimate(
@@ -154,18 +154,18 @@ def scaled_critical_distance(
 
 def _between(stiffness_ratio: float) -> float:
     """Part of c by which it may be off between the stiffness ratios of the table: a parabola between each two."""
-    known = np.log(_table().ratios)
-    place = int(np.clip(np.searchsorted(known, log(stiffness_ratio)), 1, known.size - 1))
-    left, right = known[place - 1 : place + 1]
+    logarithms = np.log(_table().ratios)
+    place = int(np.clip(np.searchsorted(logarithms, log(stiffness_ratio)), 1, logarithms.size - 1))
+    left, right = logarithms[place - 1 : place + 1]
     part = float(np.clip((log(stiffness_ratio) - left) / (right - left), 0.0, 1.0))
     return 4.0 * part * (1.0 - part) * BETWEEN
 
 
 def _around(inelasticity: float) -> list[float]:
     """λ, and those of the table on both sides of it."""
-    known = _table().parameters
-    place = int(np.clip(np.searchsorted(known, inelasticity), 1, known.size - 1))
-    return [inelasticity, *known[place - 1 : place + 1].tolist()]
+    inelasticities = _table().parameters
+    place = int(np.clip(np.searchsorted(inelasticities, inelasticity), 1, inelasticities.size - 1))
+    return [inelasticity, *inelasticities[place - 1 : place + 1].tolist()]
 
 
 def edge_length(bead: Bead, plate: Plate, impact_speed: float) -> float:
@@ -188,11 +188,11 @@ def _table() -> _Table:
     head, *lines = csv.reader((files("plates") / TABLE).read_text(encoding="utf-8").splitlines())
     distances = np.array(head[4:], dtype=float)
     ratios, parameters = (np.array(sorted({float(line[i]) for line in lines})) for i in (1, 2))
-    found = {edge: np.full((ratios.size, parameters.size, distances.size), np.nan) for edge in EDGES}
+    differences = {edge: np.full((ratios.size, parameters.size, distances.size), np.nan) for edge in EDGES}
     for edge, ratio, parameter, far, *values in lines:
         place = np.searchsorted(ratios, float(ratio)), np.searchsorted(parameters, float(parameter))
-        found[edge][place] = np.array(values, dtype=float) - float(far)
-    return _Table(ratios, parameters, distances, found)
+        differences[edge][place] = np.array(values, dtype=float) - float(far)
+    return _Table(ratios, parameters, distances, differences)
 
 
 @lru_cache(maxsize=64)  # several tolerances read one curve
@@ -207,17 +207,17 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
         ("inelasticity parameter", inelasticity, table.parameters, ""),
         ("stiffness ratio", stiffness_ratio, table.ratios, " of the contacts bead on plate and bead on bead"),
     )
-    for name, value, known, what in named:
-        if not known[0] * (1.0 - SLACK) <= value <= known[-1] * (1.0 + SLACK):
+    for name, value, ends, what in named:
+        if not ends[0] * (1.0 - SLACK) <= value <= ends[-1] * (1.0 + SLACK):
             raise ValueError(
-                f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {known[0]:.3g} and "
-                f"{known[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
+                f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {ends[0]:.3g} "
+                f"and {ends[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
             )
     at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ _by_parameter(edge)(log(inelasticity))
     fine = np.linspace(0.0, table.distances[-1], FINE)
     difference = np.asarray(PchipInterpolator(table.distances, at_nodes)(fine))
-    for one in (fine, difference):
-        one.setflags(write=False)
+    for array in (fine, difference):
+        array.setflags(write=False)
     return fine, difference
 
 

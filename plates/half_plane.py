@@ -65,7 +65,7 @@ PANEL, TERMS = 8.0, 48
 """Length, in kd, of the intervals on which Re Y is a Chebyshev series, and its number of terms: exact to 1e-13.
 All plates with the same kind of edge and the same ν share them, so that a second plate costs a fifth of the first."""
 
-MOST_PANELS, KEPT = 64, 1024
+MOST_PANELS, SERIES_IN_MEMORY = 64, 1024
 """Series of one plate, beyond which each distance has its own quadrature, and those kept for others, of 0.4 kB each."""
 
 
@@ -218,17 +218,19 @@ def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
     if distance.max(initial=0.0) > MOST_PANELS * PANEL:
         return exact_conductance(distance, edge, nu)
     number = (distance / PANEL).astype(int)
-    found = np.empty(distance.size)
+    values = np.empty(distance.size)
     for panel in np.unique(number):
         inside = number == panel
-        found[inside] = chebyshev.chebval(2.0 * (distance[inside] / PANEL - panel) - 1.0, _series(edge, nu, int(panel)))
+        values[inside] = chebyshev.chebval(
+            2.0 * (distance[inside] / PANEL - panel) - 1.0, _series(edge, nu, int(panel))
+        )
     # A series has a constant absolute error; close to a clamped edge Re Y is smaller than that.
     close = distance < 0.5
-    found[close] = exact_conductance(distance[close], edge, nu)
-    return found
+    values[close] = exact_conductance(distance[close], edge, nu)
+    return values
 
 
-@lru_cache(KEPT)
+@lru_cache(SERIES_IN_MEMORY)
 def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
     """Re Y on an interval of kd."""
 
@@ -241,14 +243,14 @@ def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
 
 def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
     """The same by quadrature at each distance."""
-    found = np.empty(distance.size)
+    values = np.empty(distance.size)
     order = np.argsort(distance)
     # Sorted, so that near contacts use fewer directions than far ones.
     for start in range(0, order.size, CHUNK):
         part = order[start : start + CHUNK]
         angle, width = _gauss(_angles(float(distance[part[-1]])))
-        found[part] = 4.0 / pi * _shape(distance[part, None], angle, edge, poisson_ratio) ** 2 @ width
-    return found + (_edge_wave(distance, poisson_ratio) if edge == "free" else 0.0)
+        values[part] = 4.0 / pi * _shape(distance[part, None], angle, edge, poisson_ratio) ** 2 @ width
+    return values + (_edge_wave(distance, poisson_ratio) if edge == "free" else 0.0)
 
 
 def _shape(distance: Vector, angle: Vector, edge: str, poisson_ratio: float) -> Vector:

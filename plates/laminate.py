@@ -242,9 +242,9 @@ def section_of(
     for None with a material.
     """
     if isinstance(material, Laminate | Section):
-        own, what = material.thickness, "laminate" if isinstance(material, Laminate) else "section"
-        if thickness is not None and abs(positive("thickness", thickness, "m") - own) > SAME_THICKNESS * own:
-            raise ValueError(f"thickness = {thickness!r}: must be None or the {what}'s own, {own:.9g} m")
+        total, what = material.thickness, "laminate" if isinstance(material, Laminate) else "section"
+        if thickness is not None and abs(positive("thickness", thickness, "m") - total) > SAME_THICKNESS * total:
+            raise ValueError(f"thickness = {thickness!r}: must be None or the {what}'s own, {total:.9g} m")
         positive("shear_correction", shear_correction)
         return material if isinstance(material, Section) else material.section(shear_correction)
     if not isinstance(material, Material):

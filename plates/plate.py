@@ -124,8 +124,10 @@ class Plate:
         box, section = self.shape.box, self.section
         object.__setattr__(self, "highest_frequency", positive("highest_frequency", self.highest_frequency, "Hz"))
         if not isinstance(self.supports, Supports):
-            given = instance("supports", self.supports, Mapping, 'Supports, or a dictionary such as {"rim": "clamped"}')
-            named = {known("supports", name, self.shape.names): support for name, support in given.items()}
+            supports = instance(
+                "supports", self.supports, Mapping, 'Supports, or a dictionary such as {"rim": "clamped"}'
+            )
+            named = {known("supports", name, self.shape.names): support for name, support in supports.items()}
             object.__setattr__(self, "supports", named)
         for name, support in self._edges.items():
             check_support(f"supports[{name!r}]", support)
@@ -148,9 +150,9 @@ class Plate:
                 "side; Kirchhoff's theory is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
             )
         object.__setattr__(self, "additions", check_additions(self.additions, box))
-        for i, one in enumerate(self.additions):
-            if objection := self.element.objection(one):
-                raise ValueError(f"additions[{i}] = {one!r}: {objection}")
+        for i, addition in enumerate(self.additions):
+            if objection := self.element.objection(addition):
+                raise ValueError(f"additions[{i}] = {addition!r}: {objection}")
         means = "Prestress takes forces per length, N/m: stress × thickness"
         for material, stress in self._stresses():
             check_stress("additions", stress, material, means)
@@ -163,7 +165,7 @@ class Plate:
             layers = self.material.stresses(forces)
         else:
             layers = [(self.section.struck, forces / self.section.thickness)]
-        return [(one, sqrt(x**2 - x * y + y**2 + 3.0 * s**2)) for one, (x, y, s) in layers]
+        return [(layer, sqrt(x**2 - x * y + y**2 + 3.0 * s**2)) for layer, (x, y, s) in layers]
 
     @property
     def kind(self) -> str:
@@ -237,13 +239,13 @@ class Plate:
         """
         contacts = contacts_at(x, y, face)
         if is_unmeshed():
-            surface = one_or_all([Surface(self.wall(one.face).struck) for one in contacts])
+            surface = one_or_all([Surface(self.wall(contact.face).struck) for contact in contacts])
             make = partial(self.at, x, y, face)
             return Unmeshed(body=self, place=contacts, make=make, surface=surface, origin=self.data(contacts))
         _, assembled, matrices, touches = self.meshed(contacts)
-        columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
+        columns = [contact.sign * assembled.contact(touch) for contact, touch in zip(contacts, touches, strict=True)]
         contact = np.column_stack([*columns, *assembled.gaps])
-        for words in passed_through(self.additions, [(one.x, one.y) for one in contacts]):
+        for words in passed_through(self.additions, [(contact.x, contact.y) for contact in contacts]):
             caution(words)
         if self.shape.fixed and len(contact) > MANY:
             caution(f"mesh: its {len(contact)} degrees of freedom take minutes and gigabytes to reduce")
@@ -263,7 +265,7 @@ class Plate:
         factor = self.buckling_factor
         refused = f"additions: the plate buckles at {factor:.4g} times this prestress; give less than that"
         check_buckling(factor, "additions: a plate with this prestress", refused)
-        mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
+        mesh = self.shape.mesh([contact.x for contact in contacts], [contact.y for contact in contacts], self._cells)
         count = self.element.unknowns * mesh.mesh.nelements
         self._check_size(count)
         if count > MANY and not self.shape.fixed:
@@ -271,16 +273,16 @@ class Plate:
                 f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom, which "
                 f"take minutes and some {ceil(1e-9 * BYTES_PER_UNKNOWN * count)} GB"
             )
-        held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
-        touches = [self._touch(mesh, held, one) for one in contacts]
-        copies = common_copies(contacts, [2 ** len(one.mirrors) for one in touches])
+        held = {name: support for name, support in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
+        touches = [self._touch(mesh, held, contact) for contact in contacts]
+        copies = common_copies(contacts, [2 ** len(touch.mirrors) for touch in touches])
         return mesh, *self._assembled(mesh, held, copies), touches
 
     @property
     def _edges(self) -> dict[Tag, Support]:
         """How edges are held, the free ones left out."""
-        given = self.supports
-        pairs = {name: getattr(given, name) for name in SIDES} if isinstance(given, Supports) else given
+        stated = self.supports
+        pairs = {name: getattr(stated, name) for name in SIDES} if isinstance(stated, Supports) else stated
         return {
             name: support for name, support in pairs.items() if not (isinstance(support, str) and support == "free")
         }
@@ -295,14 +297,14 @@ class Plate:
         if not np.linalg.eigvalsh(forces)[0] < 0.0:
             return inf
         side, softest = min(self.length, self.width), float(all_around(self.section).min())
-        fixed = [one for one in self.additions if not isinstance(one, Prestress)]
+        fixed = [addition for addition in self.additions if not isinstance(addition, Prestress)]
         cells = self.element.cells(side / BUCKLES, fixed)
         cells = replace(cells, finest=cells.coarsest, halved=(False, False))
         mesh = self.shape.mesh([], [], cells)
-        held = {name: one for name, one in self._edges.items() if _has(mesh, name)}
+        held = {name: support for name, support in self._edges.items() if _has(mesh, name)}
         with collected():  # the user was warned of each part
-            whole = [Prestress(forces[0, 0], forces[1, 1], forces[0, 1]), *fixed]
-        plain, pressed = (self.element.assemble(mesh, self.section, held, some) for some in (fixed, whole))
+            additions = [Prestress(forces[0, 0], forces[1, 1], forces[0, 1]), *fixed]
+        plain, pressed = (self.element.assemble(mesh, self.section, held, some) for some in (fixed, additions))
         ground = GROUND * softest / (self.section.mass * side**4)
         return buckling_factor(plain.mass, plain.stiffness, pressed.stiffness - plain.stiffness, ground)
 
@@ -328,7 +330,7 @@ class Plate:
     def _cells(self) -> Cells:
         """The cells that the element requires; halves where only the contacts may differ between them."""
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
-        equal = self._sheared == 0.0 and all(isinstance(one, Prestress) for one in self.additions)
+        equal = self._sheared == 0.0 and all(isinstance(addition, Prestress) for addition in self.additions)
         equal = equal and mirrors_itself(self.section, 0.0)
         cells = self.element.cells(self.shortest_wavelength, self.additions)
         return replace(cells, halved=(equal and left == right, equal and bottom == top))
@@ -365,15 +367,15 @@ class Plate:
             assembled = next(iter(self._kept.values()))[0]
         else:
             assembled = self.element.assemble(mesh, self.section, held, self.additions)
-        found = assembled, Matrices(copies * assembled.mass, copies * assembled.stiffness)
+        entry = assembled, Matrices(copies * assembled.mass, copies * assembled.stiffness)
         if self.shape.fixed:
-            self._kept[copies] = found
-        return found
+            self._kept[copies] = entry
+        return entry
 
     def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
         """How the plate was made and where it is struck, as plain data."""
         edges = asdict(self.supports) if isinstance(self.supports, Supports) else {
-            name: asdict(one) if isinstance(one, ElasticEdge) else one for name, one in self._edges.items()
+            name: asdict(edge) if isinstance(edge, ElasticEdge) else edge for name, edge in self._edges.items()
         }  # fmt: skip
         return {
             "kind": self.kind,
@@ -385,7 +387,7 @@ class Plate:
             "patch_radius": self.element.patch_radius or None,
             **self.element.described(),
             "highest_frequency": None if self.shape.fixed else self.highest_frequency,
-            "additions": [asdict(one) for one in self.additions],
+            "additions": [asdict(addition) for addition in self.additions],
             **contacts_data(contacts),
         }
 

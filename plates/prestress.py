@@ -53,7 +53,7 @@ class Prestress:
     xy: ForcePerLength = 0.0
 
     def __post_init__(self) -> None:
-        name = max(("xx", "yy", "xy"), key=lambda one: abs(getattr(self, one)))
+        name = max(("xx", "yy", "xy"), key=lambda component: abs(getattr(self, component)))
         Likely.FORCE_PER_LENGTH.warn("Prestress", name, round(getattr(self, name), 6))  # no rest of rounding
 
     @property

@@ -129,7 +129,7 @@ class ReducedPlate:
         ):
             object.__setattr__(self, name, value)
         Likely.TIME.warn("ReducedPlate", "pulse", self.pulse)
-        if any(isinstance(one, Delamination) for one in plate.additions):
+        if any(isinstance(addition, Delamination) for addition in plate.additions):
             raise ValueError("plate: has a delamination; reduce(plate.at(x, y), until) keeps its gaps, for one place")
         ranges = [_range(name, getattr(self, name)) for name in ("x", "y")]
         for name, (low, high), size in zip("xy", ranges, (plate.length, plate.width), strict=True):
@@ -140,7 +140,7 @@ class ReducedPlate:
             object.__setattr__(self, name, low if low == high else (low, high))
         speeds = self._speeds()
         grid = [np.linspace(low, high, self._count(low, high)) for low, high in ranges]
-        counts = [_in_cells(one).size for one in grid]
+        counts = [_in_cells(axis).size for axis in grid]
         if counts[0] * counts[1] > MOST_PLACES:
             raise ValueError(
                 f"x, y: the basis would start from {counts[0]} × {counts[1]} positions, at most {MOST_PLACES} fit; "
@@ -149,15 +149,15 @@ class ReducedPlate:
         basis = self._basis(speeds, *grid)
         size = basis.square.size
         if isinstance(self.x, tuple) or isinstance(self.y, tuple):  # one place needs all vectors of its basis
-            checks = basis.contact(self._vectors(*(_between(one, CHECKS) for one in grid)))
+            checks = basis.contact(self._vectors(*(_between(axis, CHECKS) for axis in grid)))
             size, basis = needed_size(basis, checks, self.until, self.tolerance)
         object.__setattr__(self, "size", size)
         object.__setattr__(self, "basis", basis)
 
     def _speeds(self) -> tuple[float, ...]:
         """Of the waves for which the basis is, in units of those of the thickest plate, which is reduced."""
-        plate, given = self.plate, self.plate.thickness if self.thickness is None else self.thickness
-        thin, thick = _range("thickness", given)
+        plate, thickness = self.plate, self.plate.thickness if self.thickness is None else self.thickness
+        thin, thick = _range("thickness", thickness)
         positive("thickness", thin, "m")
         if not thin == thick == plate.thickness:
             section = homogeneous_section(thick, scalable("plate", plate.data([]), False).struck)
@@ -181,19 +181,19 @@ class ReducedPlate:
         contacts = [Contact(float(x), float(y), "front") for x, y in product(xs, ys)]
         mesh, assembled, matrices, _ = self._reference.meshed(contacts)
         object.__setattr__(self, "_read", assembled.contact)
-        nodes = (patch(np.unique(mesh.mesh.p[i]), one[0], one[-1]) for i, one in enumerate((xs, ys)))
+        nodes = (patch(np.unique(mesh.mesh.p[i]), axis[0], axis[-1]) for i, axis in enumerate((xs, ys)))
         object.__setattr__(self, "_own", self_displacement(self._reference.section, *nodes))
         loads = self._vectors(*map(_in_cells, (xs, ys)))
         rows = np.flatnonzero((loads != 0.0).any(axis=1))
-        checks = self._vectors(*(_between(one, CHECKS) for one in (xs, ys)))
+        checks = self._vectors(*(_between(axis, CHECKS) for axis in (xs, ys)))
         pulses = [self.pulse / 2.0**i for i in range(PULSE_HALVINGS + 1)]
-        found = shared_basis(matrices, loads, checks, rows, self.until, self.tolerance, pulses, self.largest, speeds)
-        if found.errors[0][1] > self.tolerance:
+        basis = shared_basis(matrices, loads, checks, rows, self.until, self.tolerance, pulses, self.largest, speeds)
+        if basis.errors[0][1] > self.tolerance:
             caution(
-                f"reduction: {found.square.size} vectors leave an error of {found.errors[0][1]:.1e}; raise largest or "
+                f"reduction: {basis.square.size} vectors leave an error of {basis.errors[0][1]:.1e}; raise largest or "
                 "tolerance, or take a smaller range"
             )
-        return found
+        return basis
 
     def _vectors(self, xs: Vector, ys: Vector) -> Vector:
         """Contact vectors of a grid of positions, n × positions."""
@@ -236,18 +236,20 @@ class ReducedPlate:
             For positions outside the range; for another thickness or material where the plate does not scale.
         """
         contacts = contacts_at(x, y, face)
-        for one in contacts:
-            for name, value in (("x", one.x), ("y", one.y)):
-                self._check_inside(name + one.number, value, getattr(self, name))
-        loads = self.basis.contact(np.column_stack([one.sign * self._vector(one.x, one.y) for one in contacts]))
+        for contact in contacts:
+            for name, value in (("x", contact.x), ("y", contact.y)):
+                self._check_inside(name + contact.number, value, getattr(self, name))
+        loads = self.basis.contact(
+            np.column_stack([contact.sign * self._vector(contact.x, contact.y) for contact in contacts])
+        )
         modes = compressed(self.basis, loads, self.size * len(contacts))
         structure = Structure(
             sparse.csr_array(sparse.eye_array(modes.square.size)),
             sparse.csr_array(sparse.diags_array(modes.square)),
             None,
             modes.contact,
-            one_or_all([self._own.missing(one.x, one.y) for one in contacts]),
-            one_or_all([Surface(self._reference.wall(one.face).struck) for one in contacts]),
+            one_or_all([self._own.missing(contact.x, contact.y) for contact in contacts]),
+            one_or_all([Surface(self._reference.wall(contact.face).struck) for contact in contacts]),
             self._reference.data(contacts),
         )
         faster, new = 1.0, self.plate.thickness if thickness is None else thickness
@@ -273,7 +275,7 @@ class ReducedPlate:
             raise ValueError(f"{name} = {value!r}: the plate was reduced for contacts at {where}; must lie there")
 
     def __repr__(self) -> str:
-        x, y = (f"{one:g}" if isinstance(one, float) else f"{one[0]:g} to {one[1]:g}" for one in (self.x, self.y))
+        x, y = (f"{axis:g}" if isinstance(axis, float) else f"{axis[0]:g} to {axis[1]:g}" for axis in (self.x, self.y))
         return (
             f"<ReducedPlate for x = {x} m, y = {y} m and {self.until:g} s: {self.size} oscillators for a contact, of "
             f"{self.basis.square.size}; {self.plate!r}>"
@@ -286,14 +288,14 @@ def covers(allowed: Range, value: float) -> bool:
     return low <= value <= high
 
 
-def _range(name: str, given: Any) -> tuple[float, float]:
+def _range(name: str, values: Any) -> tuple[float, float]:
     """The least and the greatest number, m, or a ValueError."""
-    ends = tuple(given) if several(given) else (given, given)
+    ends = tuple(values) if several(values) else (values, values)
     if len(ends) != 2:
-        raise ValueError(f"{name} = {short(given)}: must be one number, or the least and the greatest, m")
-    low, high = (finite(name, one, "m") for one in ends)
+        raise ValueError(f"{name} = {short(values)}: must be one number, or the least and the greatest, m")
+    low, high = (finite(name, end, "m") for end in ends)
     if low > high:
-        raise ValueError(f"{name} = {short(given)}: the least number comes first")
+        raise ValueError(f"{name} = {short(values)}: the least number comes first")
     return low, high
 
 

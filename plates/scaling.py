@@ -120,7 +120,7 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
     """The wall of a homogeneous Kirchhoff plate, or a ValueError that says why the plate does not scale."""
     kind = str(origin.get("kind", "user's structure"))
     material = origin.get("material")
-    names = {one.name for one in fields(Material)}
+    names = {field.name for field in fields(Material)}
     supports = origin.get("supports")
     held = supports.values() if isinstance(supports, Mapping) else ()
     if not kind.startswith("Kirchhoff "):
@@ -129,7 +129,7 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
         why = "its wall is not of one isotropic material"
     elif origin.get("additions"):
         why = "its additions keep their own mass and stiffness"
-    elif any(isinstance(one, Mapping) for one in held):
+    elif any(isinstance(value, Mapping) for value in held):
         why = "its elastic edges keep their stiffness"
     elif damped or origin.get("damping"):
         why = "its damping does not scale; scale first, then add damping"
@@ -170,7 +170,7 @@ def _origin(origin: Mapping[str, Any], section: Section, faster: float) -> dict[
         if "until" in report:
             report["until"] /= faster
         if "shorter_pulses" in report:
-            report["shorter_pulses"] = [(one / faster, error) for one, error in report["shorter_pulses"]]
+            report["shorter_pulses"] = [(pulse / faster, error) for pulse, error in report["shorter_pulses"]]
         changed["reduction"] = report
     return changed
 

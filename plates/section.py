@@ -79,14 +79,14 @@ class Section:
         return f"<Section: {1e3 * self.thickness:.4g} mm, {stiffness}, {self.mass:.4g} kg/m²; {struck} is struck>"
 
 
-def _positive_definite(name: str, given: object, size: int) -> Vector:
+def _positive_definite(name: str, values: object, size: int) -> Vector:
     """A stiffness as an array; a ValueError for anything else."""
     try:
-        matrix = np.asarray(given, dtype=float)
+        matrix = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         matrix = np.zeros(0)
     if matrix.shape != (size, size) or not np.isfinite(matrix).all():
-        shown = matrix.tolist() if matrix.size else given
+        shown = matrix.tolist() if matrix.size else values
         raise ValueError(f"{name} = {shown!r}: must be {size} × {size} finite numbers")
     if abs(matrix - matrix.T).max() > ROUNDING * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
         raise ValueError(f"{name} = {matrix.tolist()!r}: must be symmetric and positive definite")

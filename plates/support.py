@@ -82,5 +82,7 @@ def check_support(name: str, support: object) -> None:
 
 def summary(supports: Mapping[Any, Support]) -> str:
     """The supports in a few words: "left clamped, right on springs"."""
-    texts = [f"{name} {'on springs' if isinstance(one, ElasticEdge) else one}" for name, one in supports.items()]
+    texts = [
+        f"{name} {'on springs' if isinstance(support, ElasticEdge) else support}" for name, support in supports.items()
+    ]
     return ", ".join(texts[:SHOWN]) + (f" and {len(texts) - SHOWN} more" if len(texts) > SHOWN else "")

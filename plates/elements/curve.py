@@ -44,7 +44,7 @@ def curve(mesh: Any, facets: Numbers, parts: Vector) -> Curve:
     side, before, angle = _sides(start, end, along, lengths)
     total = np.bincount(side, lengths)[side]
     place = (before[:, None] + lengths[:, None] * np.where(turned[:, None], 1.0 - parts, parts)) / total[:, None]
-    first, last = (one[side][:, None] / 2.0 for one in angle)
+    first, last = (ends[side][:, None] / 2.0 for ends in angle)
     beyond = total[:, None] * place * (1.0 - place) * (first * (1.0 - place) + last * place)
     slope = first * (1.0 - 4.0 * place + 3.0 * place**2) + last * (2.0 * place - 3.0 * place**2)
     outward = along @ QUARTER_TURN

@@ -79,8 +79,8 @@ class PlateSampler:
         return [self.stiffness]
 
 
-def mesh_sampler(mesh: Any, functions: Sampled, kept: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
-    """The sampler of a plate on a mesh of scikit-fem. kept: all degrees of freedom from those of a Structure."""
+def mesh_sampler(mesh: Any, functions: Sampled, expansion: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
+    """The sampler of a plate on a mesh of scikit-fem. expansion: all degrees of freedom from those of a Structure."""
     corners = mesh.t.shape[0]
     quads = THREE_QUADS if corners == 3 else FOUR_QUADS
     places, local = np.unique(np.round(_bilinear(quads), 12), axis=0, return_inverse=True)
@@ -98,8 +98,8 @@ def mesh_sampler(mesh: Any, functions: Sampled, kept: Matrix, section: Section, 
     return PlateSampler(
         points[first],
         _upright(points[first], cells),
-        deflection[first] @ kept,
-        spread @ curvature @ kept,
+        deflection[first] @ expansion,
+        spread @ curvature @ expansion,
         section,
         stiffness,
     )
@@ -138,6 +138,6 @@ def _bilinear(quads: Vector) -> Vector:
 def _upright(points: Vector, cells: Numbers) -> Numbers:
     """The cells anticlockwise."""
     at = points[cells[:, [0, 1, 3]]]
-    one, other = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
-    inverted = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
+    first_side, second_side = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+    inverted = first_side[:, 0] * second_side[:, 1] < first_side[:, 1] * second_side[:, 0]
     return np.where(inverted[:, None], cells[:, [0, 3, 2, 1, 7, 6, 5, 4, 8]], cells)

@@ -76,7 +76,7 @@ class Hermite:
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
         """Lines where additions make the curvature jump."""
-        places = [extent(one) for one in additions]
+        places = [extent(addition) for addition in additions]
         xs, ys = (tuple(place for both in places for place in both[axis]) for axis in (0, 1))
         return Cells(wavelength / FINEST, GROWTH, wavelength / COARSEST, geometric=True, lines=(xs, ys))
 
@@ -95,7 +95,7 @@ class Hermite:
             raise ValueError("mesh: must consist of rows and columns of rectangles parallel to x and y")
         check_free(x.size * y.size)
         mass, stiffness = plate_matrices(x, y, section, additions)
-        split = [one for one in additions if isinstance(one, Delamination)]
+        split = [addition for addition in additions if isinstance(addition, Delamination)]
         if not split:
             return Assembled(
                 mass, stiffness, partial(_contact, x, y, None, None), partial(_sampler, x, y, section, None)
@@ -107,7 +107,7 @@ class Hermite:
         front_mass, front_stiffness = _front_parts(x, y, section, split)
         mass = back.T @ (mass - front_mass) @ back + front.T @ front_mass @ front
         stiffness = back.T @ (stiffness - front_stiffness) @ back + front.T @ front_stiffness @ front
-        gaps = [(back - front).T @ np.outer(x.at(p), y.at(q)).ravel() for one in split for p, q in one.places]
+        gaps = [(back - front).T @ np.outer(x.at(p), y.at(q)).ravel() for addition in split for p, q in addition.places]
         read, draw = partial(_contact, x, y, front, back), partial(_sampler, x, y, section, front)
         return Assembled(sparse.csr_array(mass), sparse.csr_array(stiffness), read, draw, gaps)
 
@@ -146,7 +146,9 @@ class Beam:
         number = np.full(2 * self.nodes.size, -1)
         number[self.kept] = np.arange(self.kept.size)
         local = number[2 * np.arange(self.nodes.size - 1)[:, None] + np.arange(4)]
-        rows, columns = (np.broadcast_to(one, (*local.shape, 4)).ravel() for one in (local[:, :, None], local[:, None]))
+        rows, columns = (
+            np.broadcast_to(indices, (*local.shape, 4)).ravel() for indices in (local[:, :, None], local[:, None])
+        )
         there = np.flatnonzero((rows >= 0) & (columns >= 0))
         code, slot = np.unique(rows[there] * self.size + columns[there], return_inverse=True)
         row, column = np.divmod(code, max(self.size, 1))
@@ -195,12 +197,14 @@ class Beam:
         """Nodes and midpoints of cells, m, mirror images included, and the matrices that read deflection, slope and
         curvature there, points × size each."""
         points = np.sort(np.concatenate([self.nodes, 0.5 * (self.nodes[1:] + self.nodes[:-1])]))
-        found = [np.array([self.at(point, derivative) for point in points]) for derivative in range(3)]
+        readings = [np.array([self.at(point, derivative) for point in points]) for derivative in range(3)]
         if self.mirrored:
             points = np.concatenate([points, 2.0 * points[-1] - points[-2::-1]])
             signs = (1.0, -1.0, 1.0)
-            found = [np.concatenate([one, sign * one[-2::-1]]) for one, sign in zip(found, signs, strict=True)]
-        return points, [sparse.csr_array(one) for one in found]
+            readings = [
+                np.concatenate([reading, sign * reading[-2::-1]]) for reading, sign in zip(readings, signs, strict=True)
+            ]
+        return points, [sparse.csr_array(reading) for reading in readings]
 
     def point(self, position: float, derivative: int = 0) -> Vector:
         """v⁽ⁱ⁾ u⁽ⁱ⁾ at a position as a beam matrix; i: the derivative."""
@@ -262,10 +266,12 @@ def _sampler(
 def _openings(x: Beam, y: Beam, split: Sequence[Delamination]) -> sparse.csr_array:
     """Which of the plate's degrees of freedom each opening motion of a delamination is, as columns of ones."""
     inside = []
-    for one in split:
-        left, right, bottom, top = one.region
+    for addition in split:
+        left, right, bottom, top = addition.region
         if not (x.has_lines(left, right) and y.has_lines(bottom, top)):
-            raise ValueError(f"additions: {one!r} must end at lines of cells; leave out cells, so that the mesh fits")
+            raise ValueError(
+                f"additions: {addition!r} must end at lines of cells; leave out cells, so that the mesh fits"
+            )
         columns, rows = x.inside(left, right), y.inside(bottom, top)
         inside.append((columns[:, None] * y.size + rows).ravel())
     chosen = np.concatenate(inside)
@@ -279,10 +285,10 @@ def _front_parts(
     """M and K of the front parts of all delaminations alone."""
     inertia: list[Term] = []
     elastic: list[Term] = []
-    for one in split:
-        along, across = x.integrals(*one.region[:2]), y.integrals(*one.region[2:])
-        inertia.append((one.depth * section.mass, along[0, 0], across[0, 0]))
-        elastic += _bending(one.depth**3 * section.bending, along, across)
+    for addition in split:
+        along, across = x.integrals(*addition.region[:2]), y.integrals(*addition.region[2:])
+        inertia.append((addition.depth * section.mass, along[0, 0], across[0, 0]))
+        elastic += _bending(addition.depth**3 * section.bending, along, across)
     mass, stiffness = _assembled(x, y, inertia, elastic)
     return mass, stiffness
 
@@ -295,20 +301,20 @@ def plate_matrices(
     inertia: list[Term] = [(section.mass, along[0, 0], across[0, 0])]
     elastic = _bending(section.bending, along, across)
     elastic += [(1.0, x.springs, across[0, 0]), (1.0, along[0, 0], y.springs)]
-    for one in additions:
-        if isinstance(one, PointMass):
-            inertia.append((one.mass, x.point(one.x), y.point(one.y)))
-        elif isinstance(one, Stiffener):
-            more_inertia, more_elastic = _stiffener(one, x, y)
+    for addition in additions:
+        if isinstance(addition, PointMass):
+            inertia.append((addition.mass, x.point(addition.x), y.point(addition.y)))
+        elif isinstance(addition, Stiffener):
+            more_inertia, more_elastic = _stiffener(addition, x, y)
             inertia.append(more_inertia)
             elastic += more_elastic
-        elif isinstance(one, Region):
-            left, right, bottom, top = one.region
-            lost = (one.factor - 1.0) * section.bending
+        elif isinstance(addition, Region):
+            left, right, bottom, top = addition.region
+            lost = (addition.factor - 1.0) * section.bending
             elastic += _bending(lost, x.integrals(left, right), y.integrals(bottom, top))
-        elif isinstance(one, Prestress):
-            elastic += [(one.xx, along[1, 1], across[0, 0]), (one.yy, along[0, 0], across[1, 1])]
-            elastic += [(one.xy, along[1, 0], across[0, 1]), (one.xy, along[0, 1], across[1, 0])]
+        elif isinstance(addition, Prestress):
+            elastic += [(addition.xx, along[1, 1], across[0, 0]), (addition.yy, along[0, 0], across[1, 1])]
+            elastic += [(addition.xy, along[1, 0], across[0, 1]), (addition.xy, along[0, 1], across[1, 0])]
     mass, stiffness = _assembled(x, y, inertia, elastic)
     return mass, stiffness
 
@@ -341,16 +347,16 @@ def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
     return terms
 
 
-def _stiffener(one: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
+def _stiffener(stiffener: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
     """Inertia, and bending and twist, of a stiffener along x or along y: it bends and twists with the plate."""
-    (x1, y1), (x2, y2) = one.start, one.end
-    if one.along_x:
+    (x1, y1), (x2, y2) = stiffener.start, stiffener.end
+    if stiffener.along_x:
         line, value, slope = x.integrals(min(x1, x2), max(x1, x2)), y.point(y1), y.point(y1, 1)
         ordered = [(line[0, 0], value), (line[2, 2], value), (line[1, 1], slope)]
     else:
         line, value, slope = y.integrals(min(y1, y2), max(y1, y2)), x.point(x1), x.point(x1, 1)
         ordered = [(value, line[0, 0]), (value, line[2, 2]), (slope, line[1, 1])]
-    factors = (one.mass_per_length, one.bending_stiffness, one.torsion_stiffness)
+    factors = (stiffener.mass_per_length, stiffener.bending_stiffness, stiffener.torsion_stiffness)
     inertia, *elastic = [(factor, *pair) for factor, pair in zip(factors, ordered, strict=True)]
     return inertia, elastic
 

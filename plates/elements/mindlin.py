@@ -99,7 +99,7 @@ class Mindlin:
         """What bending and shear under the patch, and Hertz's half-space, leave out of the indentation, m/N."""
         return remaining_flexibility(wall, self.patch_radius)
 
-    def _patch_force(self, mesh: PlateMesh, functions: "MindlinFunctions", kept: Matrix, touch: Touch) -> Vector:
+    def _patch_force(self, mesh: PlateMesh, functions: "MindlinFunctions", expansion: Matrix, touch: Touch) -> Vector:
         """The force spread over the patch, and the displacement's mean over it."""
         if (size := cell_size(mesh, touch.place)) > COARSEST_PATCH * self.patch_radius:
             caution(
@@ -108,7 +108,9 @@ class Mindlin:
                 f"{readable(COARSEST_PATCH * self.patch_radius, 'm')}"
             )
         points, weights = disc(touch.place, self.patch_radius, touch.mirrors)
-        return np.asarray(functions.mean(points, weights, bending_by_poisson(touch.wall, self.patch_radius)) @ kept)
+        return np.asarray(
+            functions.mean(points, weights, bending_by_poisson(touch.wall, self.patch_radius)) @ expansion
+        )
 
 
 class MindlinFunctions:
@@ -191,25 +193,25 @@ class MindlinFunctions:
             if support != "symmetry":
                 still[dofs] = True
             ways = {"clamped": (bend.along, bend.outward), "simple": (bend.along,), "symmetry": (bend.outward,)}
-            for way in ways.get(support, ()):
-                np.add.at(held, dofs, way[..., :, None] * way[..., None, :])
+            for direction in ways.get(support, ()):
+                np.add.at(held, dofs, direction[..., :, None] * direction[..., None, :])
         return _remaining(still, held, follows)
 
     def deflection(self, points: Vector) -> Matrix:
         """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
         return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
 
-    def stiffener(self, one: Stiffener) -> tuple[Matrix, Matrix]:
+    def stiffener(self, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
         """M and K of a beam that bends and twists with the plate, size × size."""
-        return beam_on_space(self.space, one)
+        return beam_on_space(self.space, stiffener)
 
     def mean(self, points: Vector, weights: Vector, bend: float) -> Vector:
         """The mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""
-        reading, found = self.space.at(points), np.zeros(self.size)
-        found[0::3], found[1::3], found[2::3] = (
-            weights @ one for one in (reading.value, bend * reading.slope_x, bend * reading.slope_y)
+        reading, mean = self.space.at(points), np.zeros(self.size)
+        mean[0::3], mean[1::3], mean[2::3] = (
+            weights @ values for values in (reading.value, bend * reading.slope_x, bend * reading.slope_y)
         )
-        return found
+        return mean
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
         """What reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in turn."""
@@ -243,8 +245,10 @@ def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector) -> Matri
         rows += [3 * turns + 1, 3 * turns + 2, 3 * turns]
         columns += [3 * turns + 1 + axis] * 3
         entries += [into[:, 0], into[:, 1], np.where(still[turns], (follows[turns] * into).sum(axis=1), 0.0)]
-    kept, column = np.unique(np.concatenate(columns), return_inverse=True)
+    remaining, column = np.unique(np.concatenate(columns), return_inverse=True)
     places = np.concatenate(rows), column
-    matrix = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(3 * still.size, kept.size)))
+    matrix = sparse.csr_array(
+        sparse.coo_array((np.concatenate(entries), places), shape=(3 * still.size, remaining.size))
+    )
     matrix.eliminate_zeros()
     return matrix

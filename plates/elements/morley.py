@@ -114,10 +114,10 @@ class MorleyFunctions:
         """
         extent = self.extent[cells][:, None]
         x, y = ((points - self.middle[cells][:, None]) / extent[:, :, None]).transpose(2, 0, 1)
-        zero, one = np.zeros_like(x), np.ones_like(x)
-        values = np.stack([one, x, y, x**2 / 2.0, y**2 / 2.0, x * y], axis=-1)
-        along_x = np.stack([zero, one, zero, x, zero, y], axis=-1)
-        along_y = np.stack([zero, zero, one, zero, y, x], axis=-1)
+        zero, unit = np.zeros_like(x), np.ones_like(x)
+        values = np.stack([unit, x, y, x**2 / 2.0, y**2 / 2.0, x * y], axis=-1)
+        along_x = np.stack([zero, unit, zero, x, zero, y], axis=-1)
+        along_y = np.stack([zero, zero, unit, zero, y, x], axis=-1)
         return values, np.stack([along_x, along_y]) / extent[:, :, None]
 
     def _curvatures(self) -> Vector:
@@ -132,8 +132,8 @@ class MorleyFunctions:
         corners = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0)
         shares = np.stack([1.0 - places.sum(axis=0), *places])
         points = np.einsum("cij,iq->cqj", corners, shares)
-        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        return points, np.abs(one[:, :1] * other[:, 1:] - one[:, 1:] * other[:, :1]) * weights
+        right, left = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        return points, np.abs(right[:, :1] * left[:, 1:] - right[:, 1:] * left[:, :1]) * weights
 
     def tension(self, forces: Vector) -> Matrix:
         """Stiffness of constant forces in the plane, N/m."""
@@ -162,18 +162,18 @@ class MorleyFunctions:
 
     def _jumps(self, curved: Vector, area: Vector, factors: Vector) -> Matrix:
         """Stiffness of the curvature's jumps; see `matrices`. area, m², and factor of the stiffness of each cell."""
-        one, other = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
-        equal = np.abs(factors[one] - factors[other]) <= SAME_STIFFNESS * factors[one]
-        one, other = one[equal], other[equal]
-        squares = ((self.middle[one] - self.middle[other]) ** 2).sum(axis=1)
-        around = np.bincount(np.append(one, other), np.append(squares, squares), self.mesh.nelements)
+        cell, neighbour = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
+        equal = np.abs(factors[cell] - factors[neighbour]) <= SAME_STIFFNESS * factors[cell]
+        cell, neighbour = cell[equal], neighbour[equal]
+        squares = ((self.middle[cell] - self.middle[neighbour]) ** 2).sum(axis=1)
+        around = np.bincount(np.append(cell, neighbour), np.append(squares, squares), self.mesh.nelements)
         away = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0) - self.middle[:, None]
         spread = factors * area * (away**2).sum(axis=(1, 2)) / 12.0
         share = np.divide(spread, around, out=np.zeros_like(around), where=around > 0.0)
-        jump = np.concatenate([curved[one], -curved[other]], axis=2)
-        weights = JUMPS * (share[one] + share[other])
+        jump = np.concatenate([curved[cell], -curved[neighbour]], axis=2)
+        weights = JUMPS * (share[cell] + share[neighbour])
         blocks = weights[:, None, None] * (jump.swapaxes(1, 2) @ self.section.bending @ jump)
-        return self._assembled(np.concatenate([self.cell_dofs[one], self.cell_dofs[other]], axis=1), blocks)
+        return self._assembled(np.concatenate([self.cell_dofs[cell], self.cell_dofs[neighbour]], axis=1), blocks)
 
     def _assembled(self, dofs: Numbers, blocks: Vector) -> Matrix:
         return sum_of_cells(dofs, blocks, self.size)

@@ -36,7 +36,9 @@ class SelfDisplacement:
 
     def missing(self, x: float, y: float) -> float:
         """At a place in any of the cells, which repeat in x and y from this one; m/N."""
-        place = [ends[0] + (one - ends[0]) % (ends[1] - ends[0]) for one, ends in ((x, self.x), (y, self.y))]
+        place = [
+            ends[0] + (coordinate - ends[0]) % (ends[1] - ends[0]) for coordinate, ends in ((x, self.x), (y, self.y))
+        ]
         return self._own(self.x[0], self.y[0]) - self._own(*place)
 
     def _own(self, x: float, y: float) -> float:
@@ -76,7 +78,7 @@ def patch(nodes: Vector, low: float, high: float) -> Vector:
     # A mesh that ends at the place continues as its mirror image; one that ends nearby, with cells of its last size.
     if above.size == 0 or below.size == 0:
         above = below = above if below.size == 0 else below
-    sides = [_extended(one) for one in (below, above)]
+    sides = [_extended(side) for side in (below, above)]
     return np.concatenate([low - sides[0][REACH - 1 :: -1], [low], low + sides[1][: REACH + 1]])
 
 

@@ -97,7 +97,7 @@ class Space:
             chord = tangents(self.mesh, facets)[:, None]
             bend.beyond[:, 2:], bend.along[:, 2:] = 0.0, chord
             bend.outward[:, 2:] = chord @ QUARTER_TURN
-        return dofs, Curve(*(one.swapaxes(0, 1) for one in bend))
+        return dofs, Curve(*(values.swapaxes(0, 1) for values in bend))
 
     def at(self, points: Vector) -> Reading:
         """Reads functions at points, p × 2; a ValueError where one lies outside."""

@@ -18,12 +18,12 @@ ROUNDING = 1e-9
 """Parts of a line, or of a side, that are below rounding."""
 
 
-def beam_on_space(space: Space, one: Stiffener) -> tuple[Matrix, Matrix]:
+def beam_on_space(space: Space, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
     """M and K of a beam that bends and twists with the plate: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it.
 
     Degrees of freedom 3 i, 3 i + 1 and 3 i + 2 are w, s_x and s_y of function i.
     """
-    start, end = np.array(one.start, dtype=float), np.array(one.end, dtype=float)
+    start, end = np.array(stiffener.start, dtype=float), np.array(stiffener.end, dtype=float)
     step = end - start
     length = float(np.hypot(*step))
     (x, y), stops = step / length, _crossings(space.mesh, start, step)
@@ -35,22 +35,22 @@ def beam_on_space(space: Space, one: Stiffener) -> tuple[Matrix, Matrix]:
     slope = x * reading.slope_x + y * reading.slope_y
     bent, twisted = (sparse.kron(slope, np.array([[0.0, *into]])) for into in ((x, y), (-y, x)))
     value = sparse.kron(reading.value, np.array([[1.0, 0.0, 0.0]]))
-    stiffness = one.bending_stiffness * (bent.T @ weight @ bent)
-    stiffness = stiffness + one.torsion_stiffness * (twisted.T @ weight @ twisted)
-    return sparse.csr_array(one.mass_per_length * (value.T @ weight @ value)), sparse.csr_array(stiffness)
+    stiffness = stiffener.bending_stiffness * (bent.T @ weight @ bent)
+    stiffness = stiffness + stiffener.torsion_stiffness * (twisted.T @ weight @ twisted)
+    return sparse.csr_array(stiffener.mass_per_length * (value.T @ weight @ value)), sparse.csr_array(stiffness)
 
 
 def _crossings(mesh: Any, start: Vector, step: Vector) -> Vector:
     """The parts of the way from start, ascending from 0 to 1, at which it passes from cell to cell."""
-    one, other = mesh.p[:, mesh.facets].transpose(1, 2, 0)
-    side = other - one
+    first_ends, last_ends = mesh.p[:, mesh.facets].transpose(1, 2, 0)
+    side = last_ends - first_ends
     turn = step[0] * side[:, 1] - step[1] * side[:, 0]
-    away = one - start
+    away = first_ends - start
     with np.errstate(divide="ignore", invalid="ignore"):
         on_way = (away[:, 0] * side[:, 1] - away[:, 1] * side[:, 0]) / turn
         on_side = (away[:, 0] * step[1] - away[:, 1] * step[0]) / turn
     met = (on_way > 0.0) & (on_way < 1.0) & (on_side > -ROUNDING) & (on_side < 1.0 + ROUNDING)
-    found = np.unique(np.concatenate([[0.0, 1.0], on_way[met]]))
-    kept: Vector = found[np.concatenate([[True], np.diff(found) > ROUNDING])]
-    kept[-1] = 1.0
-    return kept
+    crossings = np.unique(np.concatenate([[0.0, 1.0], on_way[met]]))
+    distinct: Vector = crossings[np.concatenate([[True], np.diff(crossings) > ROUNDING])]
+    distinct[-1] = 1.0
+    return distinct

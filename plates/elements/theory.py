@@ -179,28 +179,28 @@ def on_mesh(
             check_straight(mesh.mesh, mesh.edges[name], name)
         if isinstance(support, ElasticEdge):
             stiffness = stiffness + functions.springs(mesh.edges[name], support)
-    for i, one in enumerate(additions):
-        if isinstance(one, Prestress):
-            stiffness = stiffness + functions.tension(one.forces)
+    for i, addition in enumerate(additions):
+        if isinstance(addition, Prestress):
+            stiffness = stiffness + functions.tension(addition.forces)
         try:
-            if isinstance(one, PointMass):
-                reading = functions.deflection(np.array([[one.x, one.y]]))
-                mass = mass + one.mass * (reading.T @ reading)
-            elif isinstance(one, Stiffener) and stiffener is not None:
-                more, stiffer = stiffener(one)
+            if isinstance(addition, PointMass):
+                reading = functions.deflection(np.array([[addition.x, addition.y]]))
+                mass = mass + addition.mass * (reading.T @ reading)
+            elif isinstance(addition, Stiffener) and stiffener is not None:
+                more, stiffer = stiffener(addition)
                 mass, stiffness = mass + more, stiffness + stiffer
         except ValueError as error:
-            raise ValueError(f"additions[{i}] = {one!r}: {error}") from error
-    kept = functions.kept(mesh.edges, supports)
-    check_free(kept.shape[1])
-    mass, stiffness = (sparse.csr_array(kept.T @ sparse.csr_array(one) @ kept) for one in (mass, stiffness))
-    sampler = partial(mesh_sampler, mesh.mesh, functions, kept, section)
+            raise ValueError(f"additions[{i}] = {addition!r}: {error}") from error
+    expansion = functions.kept(mesh.edges, supports)
+    check_free(expansion.shape[1])
+    mass, stiffness = (sparse.csr_array(expansion.T @ sparse.csr_array(m) @ expansion) for m in (mass, stiffness))
+    sampler = partial(mesh_sampler, mesh.mesh, functions, expansion, section)
     at_point = partial(_point_force, functions)
-    return Assembled(mass, stiffness, partial(force or at_point, kept), sampler)
+    return Assembled(mass, stiffness, partial(force or at_point, expansion), sampler)
 
 
-def _point_force(functions: ShapeFunctions, kept: Matrix, touch: Touch) -> Vector:
-    return np.asarray(functions.deflection(touch.place[None]).toarray()[0] @ kept)
+def _point_force(functions: ShapeFunctions, expansion: Matrix, touch: Touch) -> Vector:
+    return np.asarray(functions.deflection(touch.place[None]).toarray()[0] @ expansion)
 
 
 def one_part_only(addition: Addition) -> str:
@@ -216,13 +216,13 @@ def check_free(count: int) -> None:
 
 def weakening(additions: Sequence[Addition]) -> Callable[[Vector], Vector] | None:
     """The factor of the bending stiffness at points 2 × …, m; None where there is no weakened region."""
-    regions = [one for one in additions if isinstance(one, Weakened)]
+    regions = [addition for addition in additions if isinstance(addition, Weakened)]
 
     def factor(points: Vector) -> Vector:
-        (x, y), found = points, np.ones(points.shape[1:])
-        for one in regions:
-            left, right, bottom, top = one.region
-            found[(x > left) & (x < right) & (y > bottom) & (y < top)] *= one.factor
-        return found
+        (x, y), stiffness_factor = points, np.ones(points.shape[1:])
+        for addition in regions:
+            left, right, bottom, top = addition.region
+            stiffness_factor[(x > left) & (x < right) & (y > bottom) & (y < top)] *= addition.factor
+        return stiffness_factor
 
     return factor if regions else None

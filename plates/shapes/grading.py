@@ -36,7 +36,7 @@ def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequenc
 
 def stops(side: float, positions: Sequence[float], finest: float, lines: Sequence[float] = ()) -> list[float]:
     """From 0 to `side`: the positions, the middles between them, and the lines; those that nearly coincide merged."""
-    middles = [0.5 * (one + other) for one, other in pairwise(sorted(positions))]
+    middles = [0.5 * (low + high) for low, high in pairwise(sorted(positions))]
     places = np.unique(np.concatenate([[0.0, *positions, *middles, side], np.asarray(lines, dtype=float)]))
     places = places[(places >= 0.0) & (places <= side)]
     places = places[np.append(True, np.diff(places) > SAME * finest)]

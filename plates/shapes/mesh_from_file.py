@@ -160,15 +160,15 @@ def _faces(source: Any) -> Numbers:
         raise ValueError("mesh: has neither triangles nor quadrilaterals; mesh the surface, and save it")
     for kind in sorted(kinds - {"triangle", "quad"}):
         caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
-    found: dict[int, list[Numbers]] = {3: [], 4: []}
+    faces: dict[int, list[Numbers]] = {3: [], 4: []}
     for i, block in enumerate(source.cells):
         if block.type in kinds:
-            found[CELLS[block.type]].append(cells_of(source, i)[:, : CELLS[block.type]])
-    if not (found[3] and found[4]):
-        return np.concatenate(found[3] or found[4])
-    quadrilaterals = np.concatenate(found[4])
+            faces[CELLS[block.type]].append(cells_of(source, i)[:, : CELLS[block.type]])
+    if not (faces[3] and faces[4]):
+        return np.concatenate(faces[3] or faces[4])
+    quadrilaterals = np.concatenate(faces[4])
     caution(f"mesh: its {len(quadrilaterals)} quadrilaterals are split, as it has triangles as well")
-    return np.concatenate([*found[3], *triangles(quadrilaterals)])
+    return np.concatenate([*faces[3], *triangles(quadrilaterals)])
 
 
 def _edges(points: Vector, cells: Numbers) -> Vector:

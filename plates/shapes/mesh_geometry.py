@@ -27,8 +27,8 @@ def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
     both = np.concatenate([ends[0], ends[1]])
     order = np.argsort(both, kind="stable")
     met = np.flatnonzero(np.diff(both[order]) == 0)
-    one, other = order[met] % facets.size, order[met + 1] % facets.size
-    turn = abs(ways[one, 0] * ways[other, 1] - ways[one, 1] * ways[other, 0])
+    facet, following = order[met] % facets.size, order[met + 1] % facets.size
+    turn = abs(ways[facet, 0] * ways[following, 1] - ways[facet, 1] * ways[following, 0])
     if ((turn > STRAIGHT) & (turn < CURVED)).any():
         raise ValueError(
             f"supports[{name!r}]: a curve of quadrilaterals cannot be simple, which would clamp it; mesh with triangles"
@@ -58,16 +58,16 @@ def find_cells(mesh: Any, points: Vector) -> Numbers:
         near &= corners[axis].max(axis=0) >= points[:, axis].min() - margin
         near &= corners[axis].min(axis=0) <= points[:, axis].max() + margin
     candidates = np.flatnonzero(near)
-    found = np.full(len(points), -1)
+    cells_found = np.full(len(points), -1)
     for part in np.array_split(np.arange(len(points)), 1 + candidates.size * len(points) // PAIRS):
         if candidates.size and part.size:
             depth = _depth(corners[:, :, candidates], points[part])
             best = depth.argmax(axis=1)
-            found[part] = np.where(depth[np.arange(part.size), best] >= -OUTSIDE, candidates[best], -1)
-    if np.any(found < 0):
-        x, y = points[np.flatnonzero(found < 0)[0]]
+            cells_found[part] = np.where(depth[np.arange(part.size), best] >= -OUTSIDE, candidates[best], -1)
+    if np.any(cells_found < 0):
+        x, y = points[np.flatnonzero(cells_found < 0)[0]]
         raise ValueError(f"({x:.6g}, {y:.6g}) m lies outside of the plate")
-    return found
+    return cells_found
 
 
 def _depth(corners: Vector, points: Vector) -> Vector:

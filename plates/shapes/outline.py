@@ -129,29 +129,29 @@ class Outline:
 
     def directions(self, name: Tag) -> Vector:
         """Angles of the sides of an edge from the x axis, rad."""
-        found = []
+        directions = []
         for ring in self._named_rings():
             corners = np.array(ring.corners)
             steps = np.roll(corners, -1, axis=0) - corners
-            found += [
+            directions += [
                 np.arctan2(step[1], step[0]) for step, edge in zip(steps, ring.edges, strict=True) if edge == name
             ]
-        return np.array(found)
+        return np.array(directions)
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
         """Triangles, finest at the contacts (x, y), m, which are corners of them unless they lie near an edge.
 
         Raises ValueError for a contact outside or in a hole.
         """
-        xs, ys = (np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y))
+        xs, ys = (np.atleast_1d(np.asarray(values, dtype=float)).tolist() for values in (x, y))
         places: list[Place] = []
-        for one, other in zip(xs, ys, strict=True):
-            if not self.contains(one, other) and self.distance(one, other) > COINCIDE * self.size:
+        for at_x, at_y in zip(xs, ys, strict=True):
+            if not self.contains(at_x, at_y) and self.distance(at_x, at_y) > COINCIDE * self.size:
                 raise ValueError(
-                    f"x, y = {one!r}, {other!r}: lies outside of the outline, or in a hole; strike the plate"
+                    f"x, y = {at_x!r}, {at_y!r}: lies outside of the outline, or in a hole; strike the plate"
                 )
-            if all(hypot(one - x, other - y) > SAME * cells.finest for x, y in places):
-                places.append((one, other))
+            if all(hypot(at_x - x, at_y - y) > SAME * cells.finest for x, y in places):
+                places.append((at_x, at_y))
         corners = [place for place in places if self.distance(*place) > ON_EDGE * cells.finest]
         # gmsh ends the process at sizes that it cannot read.
         cells = replace(cells, finest=min(cells.finest, self.size), coarsest=min(cells.coarsest, self.size))
@@ -244,28 +244,28 @@ def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> t
     return tuple((x + reach * cos(i * angle), y + reach * sin(i * angle)) for i in range(count))
 
 
-def _corners(name: str, given: Any) -> tuple[Place, ...]:
-    if not several(given) or len(given) < 3:
-        raise ValueError(f"{name} = {short(given)}: must be three corners (x, y) in m, or more")
-    if len(given) > MOST_CORNERS:
-        raise ValueError(f"{name}: {len(given)} corners, must be at most {MOST_CORNERS}")
-    return tuple(_place(f"{name}[{i}]", corner) for i, corner in enumerate(given))
+def _corners(name: str, corners: Any) -> tuple[Place, ...]:
+    if not several(corners) or len(corners) < 3:
+        raise ValueError(f"{name} = {short(corners)}: must be three corners (x, y) in m, or more")
+    if len(corners) > MOST_CORNERS:
+        raise ValueError(f"{name}: {len(corners)} corners, must be at most {MOST_CORNERS}")
+    return tuple(_place(f"{name}[{i}]", corner) for i, corner in enumerate(corners))
 
 
-def _place(name: str, given: Any) -> Place:
-    if not several(given) or len(given) != 2:
-        raise ValueError(f"{name} = {short(given)}: must be (x, y) in m")
-    return finite(f"{name}[0]", given[0], "m"), finite(f"{name}[1]", given[1], "m")
+def _place(name: str, values: Any) -> Place:
+    if not several(values) or len(values) != 2:
+        raise ValueError(f"{name} = {short(values)}: must be (x, y) in m")
+    return finite(f"{name}[0]", values[0], "m"), finite(f"{name}[1]", values[1], "m")
 
 
-def _names(given: Any, count: int) -> tuple[str, ...]:
-    if isinstance(given, str):
-        return (given,) * count
-    names = tuple(given) if isinstance(given, Iterable) else (given,)
+def _names(edges: Any, count: int) -> tuple[str, ...]:
+    if isinstance(edges, str):
+        return (edges,) * count
+    names = tuple(edges) if isinstance(edges, Iterable) else (edges,)
     if not names:
         return tuple(f"side {i + 1}" for i in range(count))
     if len(names) != count:
-        raise ValueError(f"edges = {given!r}: must be one name, or {count}, as many as there are corners")
+        raise ValueError(f"edges = {edges!r}: must be one name, or {count}, as many as there are corners")
     for i, name in enumerate(names):
         instance(f"edges[{i}]", name, str, "a name")
     return names
@@ -300,9 +300,9 @@ def _folds_back(ring: Vector, i: int, j: int) -> bool:
     count = len(ring)
     first, second = (i, j) if (j - i) % count == 1 else (j, i)
     before, corner, after = ring[first], ring[second], ring[(second + 1) % count]
-    one, other = before - corner, after - corner
-    across = abs(one[0] * other[1] - one[1] * other[0])
-    return bool(across <= COINCIDE * np.linalg.norm(one) * np.linalg.norm(other) and one @ other > 0.0)
+    back, ahead = before - corner, after - corner
+    across = abs(back[0] * ahead[1] - back[1] * ahead[0])
+    return bool(across <= COINCIDE * np.linalg.norm(back) * np.linalg.norm(ahead) and back @ ahead > 0.0)
 
 
 def _text(point: Vector) -> str:

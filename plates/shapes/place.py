@@ -27,19 +27,19 @@ class Mirror(NamedTuple):
 
 def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> list[Mirror]:
     """The lines of symmetry through a place, m; a ValueError where two of them are not at right angles."""
-    found: list[Mirror] = []
+    planes: list[Mirror] = []
     for name, support in supports.items():
         facets = mesh.edges[name] if support == "symmetry" else np.zeros(0, dtype=np.int64)
         for facet in facets[_away(mesh, facets, place) < _near(mesh)]:
             across = (tangents(mesh.mesh, np.array([facet])) @ QUARTER_TURN)[0]
             inside = mesh.mesh.p[:, mesh.mesh.t[:, mesh.mesh.f2t[0, facet]]].mean(axis=1) - place
-            if all(abs(across @ other.inward) < 1.0 - NEAREST for other in found):
-                found.append(Mirror(across * np.sign(across @ inside)))
-    if len(found) > 2 or (len(found) == 2 and abs(found[0].inward @ found[1].inward) > NEAREST):
+            if all(abs(across @ other.inward) < 1.0 - NEAREST for other in planes):
+                planes.append(Mirror(across * np.sign(across @ inside)))
+    if len(planes) > 2 or (len(planes) == 2 and abs(planes[0].inward @ planes[1].inward) > NEAREST):
         raise ValueError(
             f"x, y = {_text(place)}: lies on edges of symmetry that are not at right angles; strike inside"
         )
-    return found
+    return planes
 
 
 def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> None:

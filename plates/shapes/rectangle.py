@@ -64,7 +64,7 @@ class Rectangle:
         Raises ValueError for a contact outside.
         """
         sides = (self.length, self.width)
-        at: list[list[float]] = [np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y)]
+        at: list[list[float]] = [np.atleast_1d(np.asarray(values, dtype=float)).tolist() for values in (x, y)]
         for axis, side, places in zip("xy", sides, at, strict=True):
             for i, place in enumerate(places):
                 if not 0.0 <= place <= side:
@@ -72,7 +72,7 @@ class Rectangle:
                     raise ValueError(f"{name} = {place!r}: must lie on the plate, between 0 and {side} m")
         if self.cells is not None:
             return self._uniform
-        halves = [cells.halved[i] and all(isclose(one, sides[i] / 2.0) for one in at[i]) for i in (0, 1)]
+        halves = [cells.halved[i] and all(isclose(position, sides[i] / 2.0) for position in at[i]) for i in (0, 1)]
         ends = [at[i][0] if halves[i] else sides[i] for i in (0, 1)]
         positions = [[ends[i]] if halves[i] else at[i] for i in (0, 1)]
         return _meshed([graded(ends[i], positions[i], cells, cells.lines[i]) for i in (0, 1)], halves)

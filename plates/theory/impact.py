@@ -109,7 +109,7 @@ def point_impedance(plate: Plate) -> float:
     """
     instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or mindlin_plate make")
     if plate.additions:
-        names = ", ".join(dict.fromkeys(type(one).__name__ for one in plate.additions))
+        names = ", ".join(dict.fromkeys(type(addition).__name__ for addition in plate.additions))
         caution(
             f"additions: laws of a plain plate leave out {names}; runs include them, and critical_distance_search "
             "searches with them"

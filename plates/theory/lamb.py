@@ -269,9 +269,9 @@ def cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> 
     if curve.number == 0:
         return 0.0
     shear, pressure = shear_speed(material), pressure_speed(material)
-    whole, half = (shear, pressure) if curve.symmetric else (pressure, shear)
+    full, half = (shear, pressure) if curve.symmetric else (pressure, shear)
     counts = np.arange(1, curve.number + 1)
-    resonances = np.sort(np.concatenate([whole * counts, half * (counts - 0.5)]))
+    resonances = np.sort(np.concatenate([full * counts, half * (counts - 0.5)]))
     return float(resonances[curve.number - 1] / size)
 
 
@@ -367,10 +367,10 @@ def _bisected(beyond: Callable[[Vector], NDArray[np.bool_]], low: Vector, high: 
 
 def _curve(material: Material, mode: str) -> _Curve:
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    found = re.fullmatch(r"([AS])(\d{1,4})", mode) if isinstance(mode, str) else None
-    if found is None:
+    match = re.fullmatch(r"([AS])(\d{1,4})", mode) if isinstance(mode, str) else None
+    if match is None:
         raise ValueError(f"mode = {mode!r}: must be 'A' or 'S' and a number, such as 'A0' or 'S1'")
-    return _Curve(found[1] == "S", int(found[2]), _speed_ratio(material))
+    return _Curve(match[1] == "S", int(match[2]), _speed_ratio(material))
 
 
 def _speed_ratio(material: Material) -> float:
