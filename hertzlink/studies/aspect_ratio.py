@@ -13,7 +13,7 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import contact_time, sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, on_plates
-from hertzlink.studies.expected import Rows
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import IMPACT_SPEED, OnPlate, theirs
 from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import printed
@@ -32,6 +32,9 @@ REDUCTION = 0.02
 """Tolerance of the reduction, tighter than that of the boundary study."""
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
 """D/t of the theory lines."""
+
+FIRST = "theory: e^(6/5) with the striker's speed, one bead for the chain{}; "
+"""Stands before the reason of the first AR."""
 
 THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"
 """The condition under which section 6.2.1's λ follow."""
@@ -125,13 +128,10 @@ def _contacts(data: xr.Dataset, of: Conditions) -> list[Row]:
     for diameter, thickness, _ in _by_ratio(data):
         bead, plate = of.sphere(diameter), of.plate(thickness)
         found = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
-        reason = (
-            f"theory: Zener, one bead, λ = {inelasticity_parameter(bead, plate, of.impact_speed):.3g}; on a "
-            f"half-space {of.contact_time(diameter) * 1e6:.4g}. hertzlink: the last bead of a chain"
-        )
+        said = inelasticity_parameter(bead, plate, of.impact_speed), of.contact_time(diameter) * 1e6
         expected = float(plate_contact_time(bead, plate, of.impact_speed)) * 1e6
-        label = f"contact time, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
-        rows.append(Row(label, "", found, "µs", reason, expected))
+        named = Named(diameter=diameter * 1e3, thickness=thickness * 1e3)
+        rows.append(row("contact time of a chain", found, *said, theory=expected, **named))
     return rows
 
 
@@ -197,13 +197,8 @@ def _amplitudes(data: xr.Dataset, of: Conditions) -> list[Row]:
         found = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
         plate, infinite = (_shown(found.sel(body=body)) for body in BODIES[:2])
         striker, wave = (of.theory(ratio, speed)[0] for speed in of.speeds)
-        reason = f"{wave:.3g} with the wave's speed; a chain on the infinite plate {infinite}"
-        if not rows:
-            reason = (
-                "theory: e^(6/5) with the striker's speed, one bead for the chain"
-                f"{'' if of.own else ', as in figure 6.18, whose values are not printed'}; {reason}"
-            )
-        rows.append(Row(f"AR, D/t {ratio:.2f}", "", plate, "", reason, striker))
+        first = "" if rows else FIRST.format("" if of.own else ", as in figure 6.18, whose values are not printed")
+        rows.append(row("AR", plate, first, wave, infinite, theory=striker, ratio=ratio))
     return rows
 
 
@@ -217,11 +212,9 @@ def _flights(data: xr.Dataset, of: Conditions) -> list[Row]:
     for diameter, thickness, ratio in _by_ratio(data):
         found = float(data.time_of_flight.sel(body="plate", diameter=diameter, thickness=thickness)) / diameter
         striker, wave = (of.theory(ratio, speed)[1] * 1e3 for speed in of.speeds)
-        reason = f"{wave:.1f} with the wave's speed"
-        if not rows:
-            reason = f"theory: equation 6.39, with e^(−1/5) and the striker's speed; {reason}"
+        first = "" if rows else "theory: equation 6.39, with e^(−1/5) and the striker's speed; "
         flight = found * 1e3 if np.isfinite(found) else "no wave"
-        rows.append(Row(f"TOF/D, D/t {ratio:.2f}", "", flight, "µs/mm", reason, striker))
+        rows.append(row("TOF/D", flight, first, wave, theory=striker, ratio=ratio))
     return rows
 
 

@@ -321,9 +321,8 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
         share = (data.force.sel(contact=name) / data.printed.sel(ratio=ratio) - 1.0).where(data.approach > 0.9e-6)
         k = float(data.stiffness.sel(contact=name, fit=LIKE_TABLE_5_1))
         rows += [
-            Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(_at(data.force.sel(contact=name), 5.0)), "N",
-                f"theory: k δⁿ of Table 5.1; {100.0 * float(share.min()):+z.1f} to {100.0 * float(share.max()):+z.1f} "
-                "% over 1 to 20 µm; the mid-plane may slide sideways", float(law.force(np.array(5e-6)))),
+            row("F of hollow spheres", float(_at(data.force.sel(contact=name), 5.0)), 100.0 * float(share.min()),
+                100.0 * float(share.max()), theory=float(law.force(np.array(5e-6))), ratio=ratio),
             Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, _exponent(data, name), "",
                 f"over {LIKE_TABLE_5_1}; {_exponents(data, name, '1 to 10 N, relative', '10 to 100 N, relative')}",
                 within=SIMULATED),
@@ -339,12 +338,9 @@ def _meshes(data: xr.Dataset) -> list[Row]:
     orders = [f"{log2(row[0] / row[-1]) / halvings:.1f}" for row in data.change.values]
     worst = str(data.contact[int(np.argmax(data.error.values))].item())
     return [
-        Row("order of convergence", "", ", ".join(orders), "",
-            f"observed, of the mean change of F by cells half as large: {', '.join(REFINED)}; two where the contact's "
-            "edge decides, more where the body's bending does"),
-        Row("largest error of F", "", 100.0 * float(data.error.max()), "%",
-            f"estimated from cells twice and four times as large: {worst}"),
-    ]  # fmt: skip
+        row("order of convergence", ", ".join(orders), ", ".join(REFINED)),
+        row("largest error of F", 100.0 * float(data.error.max()), worst),
+    ]
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -8,6 +8,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import IMPACT_SPEED, SENSOR, OnPlate, measure
 from hertzlink.studies.table import Row, bracketed
 from particles.bead import Sphere
@@ -20,6 +21,8 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.structure import Structure
+
+row = Rows("corner")
 
 BEAD = Sphere(2.38e-3, STEEL_440C)
 THICKNESS, MATERIAL = 2.29e-3, ALUMINIUM_6061
@@ -146,16 +149,8 @@ def table(data: xr.Dataset) -> list[Row]:
     for corner, edges in CORNERS.items():
         alone = data.corner_edge_critical_distance.sel(corner_edge=list(edges)) / length
         low, high = data.corner_bracket.sel(corner=corner).values / length
-        errors = [worst(data, corner, nearest) for nearest in REPORTED_FROM]
-        rows.append(
-            Row(
-                f"critical distance over ℓ from both edges, corner {corner}", "", bracketed(low, high), "",
-                "theory: that of the edge alone, the greater of the two. Superposing both edges gives AR within "
-                f"{errors[0]:.3f} from {REPORTED_FROM[0]:g} ℓ on, and within {errors[1]:.3f} from "
-                f"{REPORTED_FROM[1]:g} ℓ on",
-                float(alone.max()),
-            )
-        )  # fmt: skip
+        said = [part for nearest in REPORTED_FROM for part in (worst(data, corner, nearest), nearest)]
+        rows.append(row("diagonal", bracketed(low, high), *said, theory=float(alone.max()), corner=corner))
     return rows
 
 

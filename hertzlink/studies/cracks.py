@@ -12,7 +12,8 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
-from hertzlink.studies.table import Row
+from hertzlink.studies.expected import Named, Rows
+from hertzlink.studies.table import Row, span
 from particles.bead import Sphere
 from particles.chain import Chain
 from plates.additions import Addition, Delamination, Weakened
@@ -24,6 +25,8 @@ from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure
+
+row = Rows("cracks")
 
 BEADS, SENSOR = 20, 12
 SPEEDS = (0.05, 0.1, 0.2, 0.4, 0.8)
@@ -135,38 +138,26 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
 def table(data: xr.Dataset) -> list[Row]:
     """The thesis names no crack."""
     rows = []
-    slow, fast = float(data.impact_speed[0]), float(data.impact_speed[-1])
+    taps = data.impact_speed.values
+    ends = taps[0], taps[-1]
     for one in BODIES:
-        found = data.sel(body=one.name)
-        limit, ratio = found.limit_amplitude_ratio, found.amplitude_ratio
-        open_, closed = limit.sel(limit="open").values, limit.sel(limit="closed").values
-        speeds = f"from {slow:g} to {fast:g} m/s"
-        rows += [
-            Row(f"AR, {one.name}, open {one.flaw}", "", f"{open_[0]:.3f} to {open_[-1]:.3f}", "", speeds),
-            Row(f"AR, {one.name}, {one.bonded}", "", f"{closed[0]:.3f} to {closed[-1]:.3f}", "", f"{speeds}; linear"),
-        ]
-        apart = float(abs(ratio.sel(opening=0.0) - limit.sel(limit="closed")).max())
-        rows.append(
-            Row(f"AR, {one.name}, closed {one.flaw}, less {one.bonded}", "", f"{apart:.0e}", "",
-                "the largest difference; no preload: the first wave only presses"),
-        )  # fmt: skip
+        found, named = data.sel(body=one.name), Named(body=one.name, flaw=one.flaw, linear=one.bonded)
+        ratio, (open_, closed) = found.amplitude_ratio, found.limit_amplitude_ratio.values
         late = 1e6 * (found.time_of_flight - found.limit_time_of_flight.sel(limit="closed"))
+        rows += [
+            row("open", span(open_), *ends, **named),
+            row("linear", span(closed), *ends, **named),
+            row("closed", f"{abs(ratio.sel(opening=0.0).values - closed).max():.0e}", **named),
+        ]
         for opening in data.opening.values[1:]:
             own, delay = ratio.sel(opening=opening).values, late.sel(opening=opening).values
-            part = 100.0 * (own - open_) / (closed - open_)
-            latest = int(abs(delay).argmax())
-            rows.append(
-                Row(f"AR, {one.name}, {one.flaw} of {1e6 * opening:g} µm", "", f"{own[0]:.3f} to {own[-1]:.3f}", "",
-                    f"{round(part[0]) + 0} to {round(part[-1]) + 0} % of the way from open to {one.bonded}, {speeds}; "
-                    f"TOF up to {delay[latest]:.1f} µs later, at {data.impact_speed.values[latest]:g} m/s"),
-            )  # fmt: skip
+            part, latest = 100.0 * (own - open_) / (closed - open_), int(abs(delay).argmax())
+            said = round(part[0]) + 0, round(part[-1]) + 0, one.bonded, *ends, delay[latest], taps[latest]
+            rows.append(row("gap", span(own), *said, opening=1e6 * opening, **named))
         half = 1e6 * found.half_way.values
         if np.isfinite(half).all():
-            slope = np.polyfit(np.log(data.impact_speed.values), np.log(half), 1)[0]
-            rows.append(
-                Row(f"opening half-way, {one.name}", "", f"{half[0]:.2f} to {half[-1]:.2f}", "µm",
-                    f"{speeds}, found to {100 * ERROR:.0f} %; it grows as the speed to the power of {slope:.2f}"),
-            )  # fmt: skip
+            slope = np.polyfit(np.log(taps), np.log(half), 1)[0]
+            rows.append(row("half-way", span(half, ".2f"), *ends, 100 * ERROR, slope, **named))
     return rows
 
 

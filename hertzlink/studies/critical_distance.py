@@ -5,6 +5,7 @@ that follows.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from coupling.sweeps.sweep import sweep
 from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import WrongValue, choice, number, substance
 from hertzlink.studies.edge_cases import Pair, measure
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
@@ -35,6 +37,8 @@ from plates.theory.impact import critical_distance_bounds, inelasticity_paramete
 from structures.caution import collected
 from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material
 from structures.structure import Vector
+
+row = Rows("critical_distance")
 
 MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
 """The thesis's middle bead on aluminium; λ determines the thickness of the plate."""
@@ -277,11 +281,7 @@ def _collapse(data: xr.Dataset) -> list[Row]:
         one = data.sel(pair=name)
         ratio = float(one.stiffness_ratio)
         moved, error = (float(abs(one[what].where(far)).max()) for what in ("material_deviation", "other_error"))
-        reason = (
-            f"ratio of the contacts' stiffnesses {ratio:.3f}, that of steel beads on aluminium "
-            f"{MAIN.stiffness_ratio:.3f}; from the table for its own ratio at most {error:.4f}"
-        )
-        rows.append(Row(f"AR at equal λ, d/ℓ: largest deviation, {name}", "not given", moved, "", reason))
+        rows.append(row("collapse", moved, ratio, MAIN.stiffness_ratio, error, pair=name))
     return rows
 
 
@@ -297,14 +297,10 @@ def _law(data: xr.Dataset) -> list[Row]:
             errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
             held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
             known = np.isfinite(simulated)
-            reason = (
-                f"of d_c at {int(known.sum())} pairs of λ and tolerance (0.01, 0.02, 0.05), simulated at distances "
-                f"{float(part.scaled_distance.diff('scaled_distance').min()):.1g} ℓ apart; median "
-                f"{100.0 * np.nanmedian(errors):.2f} %; {int((held & known).sum())} lie within the law's bounds. AR: "
-                f"table less simulation, at most {float(abs(part.table_error).max()):.4f}"
-            )
-            label = f"law's largest error, {edge} edge, λ {low:g} to {high:g}"
-            rows.append(Row(label, "not given", 100.0 * float(np.nanmax(errors)), "%", reason))
+            apart = float(part.scaled_distance.diff("scaled_distance").min())
+            counts = int(known.sum()), apart, 100.0 * np.nanmedian(errors), int((held & known).sum())
+            said = *counts, float(abs(part.table_error).max())
+            rows.append(row("law", 100.0 * float(np.nanmax(errors)), *said, edge=edge, low=low, high=high))
     return rows
 
 
@@ -319,38 +315,32 @@ def _compared(part: xr.Dataset, edge: str) -> tuple[Vector, Vector, Vector, Vect
 
 def _thesis(data: xr.Dataset) -> list[Row]:
     rows = []
-    for diameter in data.diameter.values:
-        for thickness in data.thickness.values:
-            one = data.sel(diameter=diameter, thickness=thickness)
-            lines = " to ".join(f"{1e3 * line:.1f}" for line in one.bound.values)
-            parameter = float(one.thesis_inelasticity)
-            (value, low, high), (found, left, right) = 1e3 * one.thesis_law.values, 1e3 * one.searched.values
-            reason = f"λ = {parameter:.3g}; the law's bounds are {low:.1f} and {high:.1f} mm"
-            if np.isfinite(found):
-                reason += f"; by search {found:.2f} mm, between runs at {left:.2f} and {right:.2f} mm"
-            if not np.isfinite(value):
-                reason = f"λ = {parameter:.3g} is beyond the law: AR far away is below 0.01"
-            label = f"critical distance, clamped, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
-            rows.append(Row(label, "figure only", float(value) if np.isfinite(value) else "none", "mm", reason, lines))
+    for diameter, thickness in product(data.diameter.values, data.thickness.values):
+        one = data.sel(diameter=diameter, thickness=thickness)
+        lines = " to ".join(f"{1e3 * line:.1f}" for line in one.bound.values)
+        parameter = float(one.thesis_inelasticity)
+        (value, *bounds), (found, *ends) = 1e3 * one.thesis_law.values, 1e3 * one.searched.values
+        named = Named(theory=lines, diameter=1e3 * diameter, thickness=1e3 * thickness)
+        if not np.isfinite(value):
+            rows.append(row("beyond the law", "none", parameter, **named))
+        elif np.isfinite(found):
+            rows.append(row("searched", float(value), parameter, *bounds, found, *ends, **named))
+        else:
+            rows.append(row("clamped", float(value), parameter, *bounds, **named))
     return rows
 
 
 def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     """The critical distance over ℓ by runs, compared with the law, for each edge and λ."""
     found = []
-    for edge in data.edge.values:
-        for one in data.inelasticity.values:
-            length, thickness = of.pair.length(float(one)), of.pair.plate(float(one)).thickness
-            at = data.sel(edge=edge, inelasticity=one)
-            for within in data.within.values:
-                value = float(at.simulated.sel(within=within))
-                law = scaled_critical_distance(str(edge), of.pair.stiffness_ratio, float(one), float(within))
-                reason = (
-                    f"theory: the law, {law[1]:.3g} to {law[2]:.3g}; {1e3 * length * value:.4g} mm for a plate of "
-                    f"{1e3 * thickness:.4g} mm, ℓ = {1e3 * length:.4g} mm; AR far away {float(at.far_ratio):.4f}"
-                )
-                shown: float | str = value if np.isfinite(value) else "not settled"
-                found.append(Row(f"c, {edge} edge, λ {one:.3g}, AR ± {within:g}", "", shown, "", reason, law[0]))
+    for edge, one, within in product(data.edge.values, data.inelasticity.values, data.within.values):
+        length, thickness = of.pair.length(float(one)), of.pair.plate(float(one)).thickness
+        at = data.sel(edge=edge, inelasticity=one)
+        value = float(at.simulated.sel(within=within))
+        law = scaled_critical_distance(str(edge), of.pair.stiffness_ratio, float(one), float(within))
+        said = *law[1:], 1e3 * length * value, 1e3 * thickness, 1e3 * length, float(at.far_ratio)
+        shown: float | str = value if np.isfinite(value) else "not settled"
+        found.append(row("pair", shown, *said, theory=law[0], edge=edge, inelasticity=one, within=within))
     return found
 
 

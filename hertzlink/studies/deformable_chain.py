@@ -273,8 +273,7 @@ def _waves_shown(data: xr.Dataset) -> list[Row]:
         row("wave speed at 0.63 m/s, discrete particles", rigid, by_theory, scaled),
         row("wave speed at 0.63 m/s, finite elements", soft, 552.8 * (SHAPE_SPEED / MESH_SPEED) ** 0.2),
         row("wave speed at 0.63 m/s, experiment", soft),
-        Row("wave speed over equation 1.10, figure 3.5", "", _both(ahead, "+.1f"), "%",
-            "above it at the same peak force, point masses and modes: 1.10 takes the wave for long"),
+        row("wave speed over equation 1.10, figure 3.5", _both(ahead, "+.1f")),
     ]  # fmt: skip
 
 
@@ -355,16 +354,11 @@ def _inside(data: xr.Dataset) -> list[Row]:
             MESH_SPEED),
         row("kinetic over potential energy", 100.0 * float(data.inertia.sel(model="modes")),
             holds=float(data.inertia.sel(model="modes")) < 0.01),
-        Row("force at the central section over contacts' mean", "", float(section.max() / mean.max()), "",
-            f"peaks at bead 10, modes; they differ by {apart:.2f} % of it at most, in explicit elements of "
-            f"{float(data.spacing[-1]) * 1e6:.3g} µm by {shaken:.2g} %: nodes that close one by one set off waves in "
-            "the bead, as the thesis's contact may do, which has small oscillations there"),
-        Row("theory over contacts' mean", "", float(expected.max() / mean.max()), "",
-            "equation 1.8, averaged over the bead's contacts too. It has the simulated speed, which is above equation "
-            f"1.10's, and forces go with its sixth power; at the bead's centre {centre.max() / mean.max():.2f}"),
-        Row("energy in vibrations while the wave passes", "", 100.0 * float(passing.mean()), "%",
-            "of the striker's; nearly all of it is the beads' compression, which the wave takes with it"),
-        Row("energy that beads 1 to 8 keep", "", 100.0 * behind, "%", "after the wave has passed"),
+        row("force at the central section over contacts' mean", float(section.max() / mean.max()), apart,
+            float(data.spacing[-1]) * 1e6, shaken),
+        row("theory over contacts' mean", float(expected.max() / mean.max()), centre.max() / mean.max()),
+        row("energy in vibrations while the wave passes", 100.0 * float(passing.mean())),
+        row("energy that beads 1 to 8 keep", 100.0 * behind),
     ]  # fmt: skip
 
 

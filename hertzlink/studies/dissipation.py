@@ -17,7 +17,7 @@ from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import conditions, draw
 from hertzlink.studies.conditions import number, substance
-from hertzlink.studies.expected import Rows
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import INPUT, Row
 from particles.bead import Ellipsoid, Sphere
 from particles.chain import Chain
@@ -318,15 +318,14 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     undamped = data.sel(law="undamped")
     passed = float(undamped.arrival.sel(sensor=last) - undamped.arrival.sel(sensor=FIRST))
     found = [
-        Row("speed of the undamped wave", "", (last - FIRST) * of.bead / passed, "m/s", "theory: long waves", speed),
-        Row(f"F({FIRST}), undamped", "", float(undamped.peak.sel(sensor=FIRST)), "N",
-            f"at a bead's centre; contacts between long waves' beads carry {force:.4g} N"),
-    ]  # fmt: skip
+        row("own speed", (last - FIRST) * of.bead / passed, theory=speed),
+        row("own force", float(undamped.peak.sel(sensor=FIRST)), force, first=FIRST),
+    ]
     for law, label in OWN_LAWS.items():
         first, left = (float(data.peak.sel(law=law, sensor=sensor)) for sensor in (FIRST, last))
-        expected: float | str = 1.0 if law == "undamped" else ""
-        reason = f"{first:.4g} and {left:.4g} N" + ("; theory: a solitary wave keeps its form" if expected else "")
-        found.append(Row(f"F({last})/F({FIRST}), {label}", "", left / first, "", reason, expected))
+        expected, said = (1.0, "; theory: a solitary wave keeps its form") if law == "undamped" else ("", "")
+        named = Named(last=last, first=FIRST, law=label)
+        found.append(row("own decay", left / first, first, left, said, theory=expected, **named))
     return found
 
 
@@ -345,29 +344,18 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
         f"α and γ, {name}", f"{of.exponent}, −{of.coefficient:g}", f"{of.exponent}, {of.coefficient:g}", "",
         "used as |γ| in N (s/m)^α: no unit is stated, γ < 0 would feed energy, and no experiment to fit is given",
         within=INPUT)  # fmt: skip
-    yield Row(
-        f"F(56)/F(9), {name}, γ as a force", "", left("thesis"), "",
-        ends("thesis") + ("; recomputed elsewhere with 0.45 g: 41.7 and 11.7" if steel else "; striker at 1.77 m/s"),
-    )  # fmt: skip
-    yield Row(
-        f"F(56)/F(9), {name}, γ as an acceleration", "",
-        left("thesis, as an acceleration"), "", "as equation 4.1 reads in SI units; the damping is negligible",
-    )  # fmt: skip
-    yield Row(
-        f"F(56)/F(9), {name}, pairwise form", "", left("pairwise"), "",
-        ends("pairwise") + ": the same numbers on each contact's own rate damp less, and keep momentum",
-    )  # fmt: skip
+    struck = "recomputed elsewhere with 0.45 g: 41.7 and 11.7" if steel else "striker at 1.77 m/s"
+    yield row("γ as a force", left("thesis"), ends("thesis"), struck, material=name)
+    yield row("γ as an acceleration", left("thesis, as an acceleration"), material=name)
+    yield row("pairwise form", left("pairwise"), ends("pairwise"), material=name)
 
 
 def _rayleigh_rows(data: xr.Dataset) -> Iterable[Row]:
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
     yield Row("α₁, steel 316", DRAG_RATE, DRAG_RATE, "1/s", "used as printed; N s/m is not a unit of α₁", within=INPUT)
-    yield Row(
-        "F(9) and F(63) with α₁", "", f"{drag[0]} and {drag[-1]}", "N",
-        f"figure 4.3a, without numbers; at all sensors {', '.join(drag)}; undamped "
-        f"{float(steel.sel(law='undamped', sensor=9)):.1f}",
-    )  # fmt: skip
+    undamped = float(steel.sel(law="undamped", sensor=9))
+    yield row("F(9) and F(63) with α₁", f"{drag[0]} and {drag[-1]}", ", ".join(drag), undamped)
 
 
 def _speed_rows(data: xr.Dataset) -> Iterable[Row]:

@@ -9,6 +9,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
 from hertzlink.studies.edge_cases import Pair, measure
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from plates.builders import mindlin_plate
@@ -16,6 +17,8 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.structure import Structure, Vector
+
+row = Rows("edge_shear")
 
 PARAMETER = 0.3
 """λ; near this value AR depends most strongly on it."""
@@ -95,9 +98,7 @@ def table(data: xr.Dataset) -> list[Row]:
         found = difference.sel(place=place).values
         where = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ, clamped"
         samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, found, strict=True))
-        reason = f"λ = {PARAMETER}; Mindlin's AR is lower by {samples}; the wavelength at the frequency 1/2T_c is 3.5 ℓ"
-        label = f"t/ℓ at which shear lowers AR by 0.01, {where}"
-        rows.append(Row(label, "not given", limit(thickness, found), "", reason))
+        rows.append(row("limit", limit(thickness, found), PARAMETER, samples, place=where))
     return rows
 
 

@@ -164,11 +164,9 @@ def _contacts() -> list[Row]:
         row("larger radius of curvature R'", 1e3 / surfaces[0].curvature),
         row("mass of an ellipsoid", particle("minor axis").mass * 1e3),
         row("k, along the major axis", major),
-        Row("k, along the minor axis", "", minor, "10⁹ N/m^1.5",
-            f"lost in the text; {rough:.4g} with the thesis's approximate b/a"),
-        Row("k, equivalent sphere", "", light, "10⁹ N/m^1.5",
-            f"of 0.925 g, radius {printed.radius * 1e3:.4g} mm; {sphere:.4g} for the mass from geometry"),
-    ]  # fmt: skip
+        row("k, along the minor axis", minor, rough),
+        row("k, equivalent sphere", light, printed.radius * 1e3, sphere),
+    ]
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, TIMED, Row
 
@@ -13,17 +14,21 @@ SCATTER = {"": 0.0, "simulation": SIMULATED, "experiment": MEASURED, "time": TIM
 """How far a printed number and ours may lie apart, by what it comes from; none for what follows from an equation."""
 
 
+Named = dict[str, Any]
+"""What stands in the name of a row, and its theory, by name."""
+
+
 @dataclass(frozen=True)
 class Expected:
-    """A printed number or statement.
+    """A row of a table: a printed number or statement, or the words of what nobody printed.
 
     ours: what hertzlink has instead, where no study computes it. scatter: what it comes from, a key of SCATTER. source:
     where it stands. reason: why ours differs, with a place {} for each value that a run gives. quantity: its name in
     the table where it is not the key of the entry.
     """
 
-    value: float | str
-    source: str
+    value: float | str = ""
+    source: str = ""
     ours: float | str = ""
     unit: str = ""
     scatter: str = ""
@@ -33,15 +38,15 @@ class Expected:
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of one part of a file of data, which lies here or at an absolute path."""
+    """The rows of one part of files of data, which lie here or at absolute paths."""
 
     part: str
-    file: str = "thesis.toml"
+    files: tuple[str, ...] = ("thesis.toml", "rows.toml")
 
     @property
     def entries(self) -> Mapping[str, Expected]:
         """What is expected, by name."""
-        return expected(self.file)[self.part]
+        return {name: entry for file in self.files for name, entry in expected(file).get(self.part, {}).items()}
 
     def __call__(
         self, name: str, computed: float | str | None, /, *said: object, theory: float | str = "",

@@ -163,21 +163,16 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _laws(data: xr.Dataset) -> list[Row]:
     """Table 5.1 compared with Hertz in series with Reissner's shell."""
-    rows = [
-        row("mass of a hollow sphere", particle(THIN).mass * 1e3)
-    ]  # fmt: skip
     solid = contact_law(particle(0.0), particle(0.0))
-    rows.append(row("k, Ri/Ro 0", solid.kernel[0] * 1e-9))  # fmt: skip
+    rows = [row("mass of a hollow sphere", particle(THIN).mass * 1e3), row("k, Ri/Ro 0", solid.kernel[0] * 1e-9)]
     for ratio, law in own_laws().items():
         printed = TABLE_5_1[ratio]
         share = data.force.sel(ratio=ratio) / data.table_force.sel(ratio=ratio) - 1.0
         k, n = fit(law)
         what = "Hertz" if ratio == 0.0 else "Hertz and Reissner's shell in series"
-        ends = f"{100.0 * float(share[0]):+z.1f} % at 1 µm, {100.0 * float(share[-1]):+z.1f} % at 20 µm"
-        at = np.array(5e-6)
+        said, at = (what, *(100.0 * float(share[end]) for end in (0, -1))), np.array(5e-6)
         rows += [
-            Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(law.force(at)), "N",
-                f"{what}; theory: k δⁿ of Table 5.1, from finite elements; {ends}", float(printed.force(at))),
+            row("F at 5 µm", float(law.force(at)), *said, theory=float(printed.force(at)), ratio=ratio),
             Row(f"exponent n, Ri/Ro {ratio:g}", printed.exponent, n, "",
                 f"of a fit over 0.2 to 10 µm, k = {k:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}",
                 within=SIMULATED),

@@ -15,10 +15,13 @@ import xarray as xr
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.identifiable_cases import CHECKED, DISTANCES
 from hertzlink.studies.table import Row
 from structures.checks import whole
 from structures.structure import Vector
+
+row = Rows("identifiability")
 
 THICKNESSES = (2.29e-3, 3.0e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3)
@@ -158,18 +161,16 @@ def printed(error: float) -> str:
 
 def _distance_row(one: xr.Dataset, what: str, distance: float) -> Row:
     at = one.edge_error.sel(distance=distance, measured=what, unknown="distance")
-    name = f"distance {distance * 1e3:.0f} mm, D {float(one.diameter) * 1e3:.2f}, {what}"
+    named = Named(distance=distance * 1e3, diameter=float(one.diameter) * 1e3, what=what)
     earlier = EARLIER.get((what, distance)) if float(one.diameter) == MAIN_DIAMETER else None
     said = f"earlier estimate: {earlier}; " if earlier else ""
     short, long = at.sel(free="all").values
     alone = at.sel(free="distance").values
     if what == cases.FEATURES:
-        reason = f"two numbers cannot give three unknowns; the distance alone: {printed(alone[0])}"
-        return Row(name, "", printed(short), "", said + reason)
+        return row("AR and TOF", printed(short), said, printed(alone[0]), **named)
     steps = one.edge_error_of_steps.sel(distance=distance, measured=what)
     doubt = [_changed(steps.isel(record=k)) for k in (0, 1)]
-    reason = f"record of 2.8 ms: {printed(long)}{doubt[1]}; the distance alone: {printed(alone[0])}"
-    return Row(name, "", printed(short) + doubt[0], "", said + reason)
+    return row("distance", printed(short) + doubt[0], said, printed(long) + doubt[1], printed(alone[0]), **named)
 
 
 def _changed(steps: xr.DataArray) -> str:
@@ -193,8 +194,8 @@ def _reach_row(one: xr.Dataset) -> Row:
         for what, record, text in found
         if text is not main
     ]
-    name = f"farthest distance, D {float(one.diameter) * 1e3:.2f}, t {float(one.thickness) * 1e3:.2f}, beads 7 and 13"
-    return Row(name, "", main, "mm", "; ".join(others))
+    named = Named(diameter=float(one.diameter) * 1e3, thickness=float(one.thickness) * 1e3)
+    return row("farthest", main, "; ".join(others), **named)
 
 
 def _farthest(errors: xr.DataArray) -> str:
@@ -209,12 +210,7 @@ def _derivatives_row(data: xr.Dataset) -> Row:
     away = abs(steps / first - 1.0).where(first <= BLIND)
     count = int(away.isel(step=1).notnull().sum())
     half, wide = ([float(one.median()), int((one > 0.1).sum())] for one in (away.isel(step=1), away.isel(step=2)))
-    return Row(
-        "derivatives: change of half-widths with half the step, median", "", f"{100.0 * half[0]:.2g} %", "",
-        f"{half[1]} of {count} change by more than 10 % (record of 1.4 ms, distance identified); with four times the "
-        f"step, ± 0.4 % of the values: median {100.0 * wide[0]:.2g} %, {wide[1]} above 10 %. Above, (~) marks "
-        "signals that are not linear within their half-width or within ± 0.4 %: these are only rough",
-    )  # fmt: skip
+    return row("derivatives", f"{100.0 * half[0]:.2g} %", half[1], count, 100.0 * wide[0], wide[1])
 
 
 STATICS, UNSEEN = np.array([2.0, -3.0, -1.0]), np.array([0.125, -0.25, 1.0])
@@ -231,19 +227,11 @@ def _combination_rows(data: xr.Dataset) -> list[Row]:
         matrix = at.correlation.values
         pairs = [f"dt {matrix[0, 1]:+.2f}", f"dE {matrix[0, 2]:+.2f}", f"tE {matrix[1, 2]:+.2f}"]
         known = contact == cases.KNOWN
-        name = f"(d, t, E) at {one * 1e3:g} mm, contact's stiffness {contact}, "
-        said = f"best {parts[0]}, middle {parts[1]}, worst {parts[2]}"
-        near = one <= NEAR_STATICS
-        rows.append(
-            Row(name + "cosine of the best combination and that of statics", "", _cosine(vectors[0], STATICS), "",
-                f"{said}; correlations {', '.join(pairs)}", 1.0 if known and near else "")
-        )  # fmt: skip
+        expected = 1.0 if known and one <= NEAR_STATICS else ""
+        said, named = (*parts, ", ".join(pairs)), Named(distance=one * 1e3, contact=contact)
+        rows.append(row("statics", _cosine(vectors[0], STATICS), *said, theory=expected, **named))
     worst = [_cosine(one, UNSEEN) for one in data.combination_of.sel(contact=cases.KNOWN, combination="worst").values]
-    rows.append(
-        Row("the same, known: cosine of the worst combination and what no motion of the plate shows", "",
-            min(worst), "", "the least; a thin plate's motion depends on E t⁴ and d⁴/(E t²) alone", 1.0)
-    )  # fmt: skip
-    return rows
+    return [*rows, row("unseen", min(worst), theory=1.0)]
 
 
 def _cosine(one: Vector, other: Vector) -> float:
@@ -268,13 +256,10 @@ def _bond_rows(data: xr.Dataset) -> list[Row]:
         contact = cases.contact_stiffness(str(upper))
         weakest = bond.sel(bond_free="all")
         good = [k for k in data.bond_stiffness.values if float(weakest.sel(bond_stiffness=k)) <= BLIND]
-        rows.append(
-            Row(f"epoxy bond below {thickness * 1e3:.3g} mm of {upper}, beads 7 and 13", "",
-                printed(float(epoxy.sel(bond_free="all"))), "",
-                f"stiffnesses: bond {EPOXY:.0e}, layer {own:.0e}, contact {contact:.0e} N/m³; alone unknown: "
-                f"{printed(float(epoxy.sel(bond_free='bond_stiffness')))}; bonds are identified up to "
-                f"{f'{max(good):.0e} N/m³' if good else 'none of the map'}")
-        )  # fmt: skip
+        least, alone = (printed(float(epoxy.sel(bond_free=free))) for free in ("all", "bond_stiffness"))
+        reach = f"{max(good):.0e} N/m³" if good else "none of the map"
+        said, named = (EPOXY, own, contact, alone, reach), Named(thickness=thickness * 1e3, upper=upper)
+        rows.append(row("bond", least, *said, **named))
     return rows
 
 
@@ -287,7 +272,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     named = {
         f"distance_{1e3 * record:.1f}_ms": drawn.distances(data.sel(record=record)) for record in data.record.values
     }
-    return named | {"bond": drawn.bonds(data)}
+    return named | Named(bond=drawn.bonds(data))
 
 
 def _own_rows(data: xr.Dataset) -> list[Row]:
@@ -297,17 +282,16 @@ def _own_rows(data: xr.Dataset) -> list[Row]:
         *(data[name].values for name in ("diameter", "thickness", "distance"))
     ):
         one = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance)
-        label = f"distance {distance * 1e3:.4g} mm, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
+        named = Named(distance=distance * 1e3, diameter=diameter * 1e3, thickness=thickness * 1e3)
         for what in data.measured.values:
             at = one.sel(measured=what)
             first = at.isel(record=0)
-            longer = [f"record of {r * 1e3:g} ms: {_width(at.sel(record=r))}" for r in data.record.values[1:]]
-            alone = _width(first, free="distance")
-            plate, speed = _width(first, "thickness"), _width(first, "impact_speed")
-            reason = f"the distance alone: {alone}; thickness {plate}, impact speed {speed}"
-            if what == cases.FEATURES:
-                reason, longer = f"two numbers cannot give three unknowns; the distance alone: {alone}", []
-            found.append(Row(f"{label}, {what}", "", _width(first), "", "; ".join([reason, *longer])))
+            longer = [f"; record of {r * 1e3:g} ms: {_width(at.sel(record=r))}" for r in data.record.values[1:]]
+            said = [_width(first, free="distance")]
+            if what != cases.FEATURES:
+                said += [_width(first, "thickness"), _width(first, "impact_speed"), "".join(longer)]
+            kind = "own AR and TOF" if what == cases.FEATURES else "own trace"
+            found.append(row(kind, _width(first), *said, what=what, **named))
     return found
 
 

@@ -72,8 +72,7 @@ def table(data: xr.Dataset) -> list[Row]:
             otherwise=struck.undamped(data)),
         row("TOF, primary, varies by", struck.lost(flights)),
         *[_secondary(middle, data, length) for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3)],
-        Row("AR, secondary", "", struck.interval(middle.amplitude_ratio.sel(wave="secondary")), "",
-            "figure 6.14; the text has no number"),
+        row("AR, secondary", struck.interval(middle.amplitude_ratio.sel(wave="secondary"))),
         *_axisymmetric(data),
     ]  # fmt: skip
 
@@ -84,25 +83,15 @@ def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
     expected = THESIS.theory(np.array([UPPER]), length) * 1e6
     found = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
     cylinder = data.sel(solid_length=length, method="nearest").solid_time_of_flight
-    reason = (
-        "theory: equation 6.32, where the lower layer has no mass; with a third of its mass "
-        f"{float(expected.delay_with_lower_mass[0]):.1f}; TOF {struck.flight(of.time_of_flight, 'secondary'):.0f} µs"
-    )
-    if abs(float(cylinder.solid_length) - length) < 1e-6:
-        reason += f", axisymmetric {struck.flight(cylinder, 'secondary'):.0f}"
-    label = f"secondary after primary wave, {length * 1e3:.4g} mm"
-    return Row(label, "", found, "µs", reason, float(expected.delay[0]))
+    same = abs(float(cylinder.solid_length) - length) < 1e-6
+    wide = f", axisymmetric {struck.flight(cylinder, 'secondary'):.0f}" if same else ""
+    said = float(expected.delay_with_lower_mass[0]), struck.flight(of.time_of_flight, "secondary"), wide
+    return row("delay", found, *said, theory=float(expected.delay[0]), length=length * 1e3)
 
 
 def _axisymmetric(data: xr.Dataset) -> list[Row]:
     first, apart = data.isel(solid_length=0), struck.beyond_rod(data, "amplitude_ratio").values
-    return [
-        Row("AR, primary, 9.52 mm, axisymmetric", "", struck.ratio(first.solid_amplitude_ratio), "",
-            f"{apart[0]:+z.3f} compared with the rod, {apart[-1]:+z.3f} at 152.4 mm: a disc of PTFE bonded "
-            "to steel and base "
-            "cannot widen; with ν = 0 for PTFE it is the rod's within 0.0005. The bending of the steel disc takes "
-            "0.002 to 0.004"),
-    ]  # fmt: skip
+    return [row("AR, primary, 9.52 mm, axisymmetric", struck.ratio(first.solid_amplitude_ratio), apart[0], apart[-1])]
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

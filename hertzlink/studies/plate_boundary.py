@@ -15,7 +15,7 @@ from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, plate_edges, plate_waves
-from hertzlink.studies.expected import Rows
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
 from hertzlink.studies.table import Row, bracketed
 from particles.bead import Sphere
@@ -245,8 +245,9 @@ def _relative(one: xr.Dataset) -> Row:
     relative = one[[name for name in one if str(name).startswith("relative_")]]
     relative = relative.rename({name: str(name).removeprefix("relative_") for name in relative})
     far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
-    reason = f"AR at the centre {far:.4f}, on the infinite plate {inside:.4f}" if far > 0.0 else "no wave at the centre"
-    return Row(f"to 5 % of the far value, {_named(one)}", "", _between(relative), "mm", reason)
+    if far > 0.0:
+        return row("relative", _between(relative), far, inside, **_named(one))
+    return row("relative, no wave", _between(relative), **_named(one))
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
@@ -277,23 +278,23 @@ def _between(at: xr.Dataset) -> str:
     return "no wave" if np.isnan(at.critical_distance) else bracketed(low, high)
 
 
-def _named(one: xr.Dataset) -> str:
-    """The bead and the plate."""
-    return f"D {float(one.diameter) * 1e3:.2f}, t {float(one.thickness) * 1e3:.2f}"
+def _named(one: xr.Dataset) -> Named:
+    """The bead and the plate, for the name of a row, mm."""
+    return {name: 1e3 * float(one[name]) for name in ("diameter", "thickness")}
 
 
 def _critical(one: xr.Dataset, of: Conditions) -> Row:
     """The critical distance of a plate and bead, compared with the thesis's two lines; of the user's, with the law."""
     (low, high), at = one.bound.values * 1e3, one.sel(within=TOLERANCE)
     least, most = (f"± {other:g}: {_between(one.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
-    said, name = f"AR within ± {TOLERANCE:g} of its far value ({least}; {most})", f"critical distance, {_named(one)}"
+    said = TOLERANCE, least, most
     if not of.own:
-        verdict = _verdict(at, low, high)
-        return Row(name, "", _between(at), "mm", f"{said}; {verdict}", f"{low:.1f} to {high:.1f}")
+        lines, verdict = f"{low:.1f} to {high:.1f}", _verdict(at, low, high)
+        return row("critical distance", _between(at), *said, verdict, theory=lines, **_named(one))
     value, law = _law(one, of)
     if at.lower_bound:
         law += f"a lower bound: from farther away no wave is back within {of.until * 1e3:.3g} ms; "
-    return Row(name, "", _between(at), "mm", f"{law}{said}; equation 6.42: {low:.1f} to {high:.1f}", value)
+    return row("critical distance by law", _between(at), law, *said, low, high, theory=value, **_named(one))
 
 
 def _law(one: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
@@ -314,24 +315,17 @@ def _echo(one: xr.Dataset, of: Conditions) -> list[Row]:
     """The criterion without a tolerance, which is for clamped edges."""
     if of.support != "clamped":
         return []
-    reason = (
-        f"AR within ± {TOLERANCE:g}; theory: half of the echo is back as the contact ends, "
-        f"{float(one.contact_time) * 1e6:.0f} µs on the infinite plate"
-    )
-    name, half = f"by the echo alone, {_named(one)}", float(one.half_echo_distance) * 1e3
-    return [Row(name, "", _between(one.sel(within=TOLERANCE)), "mm", reason, half)]
+    half, contact = float(one.half_echo_distance) * 1e3, float(one.contact_time) * 1e6
+    return [row("echo", _between(one.sel(within=TOLERANCE)), TOLERANCE, contact, theory=half, **_named(one))]
 
 
 def _far(one: xr.Dataset, of: Conditions) -> Row:
     bead, plate = of.sphere(float(one.diameter)), of.plate(float(one.thickness))
     parameter = float(inelasticity_parameter(bead, plate, of.impact_speed))
     far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
-    reason = (
-        f"theory: Zener, e^(6/5) of one bead at the striker's speed, λ = {parameter:.3g}; a chain on the infinite "
-        f"plate {inside:.4f}; T_c on a half-space {of.contact_time(float(one.diameter)) * 1e6:.4g} µs"
-    )
-    value = far if far > 0.0 else "no wave"
-    return Row(f"AR at the centre, {_named(one)}", "", value, "", reason, float(plate_amplitude_ratio(parameter)))
+    said = parameter, inside, of.contact_time(float(one.diameter)) * 1e6
+    value, expected = far if far > 0.0 else "no wave", float(plate_amplitude_ratio(parameter))
+    return row("centre", value, *said, theory=expected, **_named(one))
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -1,6 +1,7 @@
 """Beyond section 6.2.2: other kinds of edges, and Mindlin's theory, compared with the clamped thin plates."""
 
 from functools import lru_cache
+from itertools import product
 from math import isnan
 
 import xarray as xr
@@ -8,6 +9,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
 from hertzlink.studies.table import Row
 from plates.builders import kirchhoff_plate, mindlin_plate
@@ -15,6 +17,8 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061
 from structures.reduction import reduce
 from structures.structure import Structure
+
+row = Rows("plate_edges")
 
 EDGES = {
     "simple": Supports(left="simple", right="simple"),
@@ -86,19 +90,17 @@ def mindlin(thickness: float, distance: float) -> Structure:
 def table(data: xr.Dataset) -> list[Row]:
     """AR at other edges and in Mindlin's theory; the thesis has neither."""
     rows = []
-    nearest = float(data.edge_distance[0])
+    nearest, farthest = (1e3 * float(data.edge_distance[place]) for place in (0, -1))
     for edge in data.edge.values:
         near, far = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).values[[0, -1]].tolist()
-        reason = f"Kirchhoff; at {float(data.edge_distance[-1]) * 1e3:.0f} mm {_shown(far)}"
-        row = Row(f"AR, {edge}, {nearest * 1e3:.0f} mm, D 9.53, t 2.29", "", _shown(near), "", reason)
-        rows.append(row if isnan(near) else row._replace(computed=near))
-    for thickness in data.wall.values:
-        for bead in data.small_bead.values:
-            of = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=float(data.near[-1]))
-            thin, thick = (float(of.sel(theory=theory)) for theory in THEORIES)
-            label = f"AR, Mindlin, {float(data.near[-1]) * 1e3:.0f} mm, D {bead * 1e3:.2f}, t {thickness * 1e3:.2f}"
-            reason = f"Kirchhoff {thin:.4f}: with shear the plate reflects {100.0 * (1.0 - thick / thin):.1f} % less"
-            rows.append(Row(label, "", thick, "", reason))
+        ours = "no wave" if isnan(near) else near
+        rows.append(row("edge", ours, farthest, _shown(far), edge=edge, distance=nearest))
+    distance = float(data.near[-1])
+    for thickness, bead in product(data.wall.values, data.small_bead.values):
+        at = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=distance)
+        thin, thick = (float(at.sel(theory=theory)) for theory in THEORIES)
+        named = Named(distance=1e3 * distance, diameter=1e3 * bead, thickness=1e3 * thickness)
+        rows.append(row("Mindlin", thick, thin, 100.0 * (1.0 - thick / thin), **named))
     return rows
 
 

@@ -1,52 +1,48 @@
 """Stress in a plate, a strip and a rail: what it changes in the returned wave, and how well one trace gives it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
-from hertzlink.studies import draw
-from hertzlink.studies.pressure import NOISE, bound
-from hertzlink.studies.table import Row
-from particles.bead import Sphere
-from particles.chain import Chain
+from hertzlink.studies import draw, levels
+from hertzlink.studies.expected import Rows
+from hertzlink.studies.levels import NOISE, TOLERANCE
+from hertzlink.studies.table import Row, span
 from plates.beam import beam
 from plates.builders import kirchhoff_plate
 from plates.prestress import Prestress
 from plates.support import Supports
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, STEEL_440C, Material
+from structures.material import ALUMINIUM_6061, Material
 from structures.reduction import reduce
 from structures.structure import Structure
 
-SENSOR, BEADS, IMPACT_SPEED = 10, 20, 0.31
+row = Rows("prestress")
+
 HAMMER = 2.8
 """K: the error of the neutral temperature of rails that is reported for tests with a hammer."""
-
-
-TOLERANCE = 1e-4
-"""Of reductions: with the usual one the basis changes with the stress by so much that bounds change by 50 %."""
 
 BLIND = 1000.0
 """K, an error beyond which a trace holds nothing of the temperature."""
 
+MEGA = 1e6
+
 
 @dataclass(frozen=True)
-class Body:
-    """A body under stress. stress_of_kelvin: Pa of a fall by 1 K where it is held. near: stress of the bound, Pa."""
+class Body(levels.Body):
+    """A body under stress. stress_of_kelvin: Pa of a fall by 1 K where it is held. build: of the stress, Pa, and of a
+    factor of the bending stiffness.
+    """
 
-    name: str
-    diameter: float
-    until: float
-    stresses: tuple[float, ...]
     stress_of_kelvin: float
-    near: float
-    make: Callable[[float, float], Structure]
-    """Of the stress, Pa, and of a factor of the bending stiffness, which is not known either."""
+    build: Callable[[float, float], Structure]
+
+    def made(self, level: float, factor: float) -> Structure:
+        """The reduced body."""
+        return reduce(self.build(level, factor), self.until, TOLERANCE)
 
 
 def _plate(stress: float, factor: float) -> Structure:
@@ -54,18 +50,16 @@ def _plate(stress: float, factor: float) -> Structure:
     thickness = 1e-3
     held = Supports("clamped", "clamped", "clamped", "clamped")
     inside = Prestress(xx=stress * thickness, yy=stress * thickness)
-    material = _stiffer(ALUMINIUM_6061, factor)
-    whole = kirchhoff_plate(0.08, 0.08, thickness, material, held, additions=[inside], highest_frequency=5e4)
-    return reduce(whole.at(0.04, 0.04), until=PLATE_RECORD, tolerance=TOLERANCE)
+    material = replace(ALUMINIUM_6061, youngs_modulus=factor * ALUMINIUM_6061.youngs_modulus)
+    membrane = kirchhoff_plate(0.08, 0.08, thickness, material, held, additions=[inside], highest_frequency=5e4)
+    return membrane.at(0.04, 0.04)
 
 
 def _strip(stress: float, factor: float) -> Structure:
     """An aluminium strip of 60 × 10 × 3 mm, clamped at both ends."""
     area, inertia = 10e-3 * 3e-3, 10e-3 * 3e-3**3 / 12.0
-    bending = factor * ALUMINIUM_6061.youngs_modulus * inertia
-    heavy = ALUMINIUM_6061.density * area
-    whole = beam(0.06, bending, heavy, ALUMINIUM_6061, 0.03, ("clamped", "clamped"), stress * area)
-    return reduce(whole, until=PLATE_RECORD, tolerance=TOLERANCE)
+    bending, heavy = factor * ALUMINIUM_6061.youngs_modulus * inertia, ALUMINIUM_6061.density * area
+    return beam(0.06, bending, heavy, ALUMINIUM_6061, 0.03, ("clamped", "clamped"), stress * area)
 
 
 RAIL_AREA, RAIL_INERTIA, RAIL_MASS = 76.7e-4, 512.3e-8, 60.2
@@ -74,58 +68,26 @@ RAIL_AREA, RAIL_INERTIA, RAIL_MASS = 76.7e-4, 512.3e-8, 60.2
 RAIL_SPAN = 3.0
 """m of rail between ends that are held far away; its waves do not return from there within the record."""
 
-PLATE_RECORD, RAIL_RECORD = 1.2e-3, 4e-3
-"""s."""
+RAIL_STEEL = Material(210e9, 0.3, 7850.0, "rail steel", 5e8)
 
 
 def _rail(stress: float, factor: float) -> Structure:
     """A rail struck sideways with large beads, on 20 MN/m² of elastic ground."""
-    bending = factor * RAIL_STEEL.youngs_modulus * RAIL_INERTIA
-    whole = beam(
-        RAIL_SPAN, bending, RAIL_MASS, RAIL_STEEL, 0.5 * RAIL_SPAN, ("clamped", "clamped"), stress * RAIL_AREA, 2e7,
-        2e4,
-    )  # fmt: skip
-    return reduce(whole, until=RAIL_RECORD, tolerance=TOLERANCE)
+    bending, ends = factor * RAIL_STEEL.youngs_modulus * RAIL_INERTIA, ("clamped", "clamped")
+    return beam(RAIL_SPAN, bending, RAIL_MASS, RAIL_STEEL, 0.5 * RAIL_SPAN, ends, stress * RAIL_AREA, 2e7, 2e4)
 
 
-RAIL_STEEL = Material(210e9, 0.3, 7850.0, "rail steel", 5e8)
-EXPANSIONS = {"aluminium": 23.6e-6, "steel": 11.5e-6}
-"""1/K."""
+ALUMINIUM_STRESS, STEEL_STRESS = 23.6e-6 * ALUMINIUM_6061.youngs_modulus, 11.5e-6 * RAIL_STEEL.youngs_modulus
+"""Pa, of a bar that is held and gets colder by 1 K; its expansions, 1/K."""
 
-MEGA = 1e6
+THIN_LEVELS = tuple(MEGA * np.array([-30.0, -20.0, -10.0, 0.0, 10.0, 20.0]))
+RAIL_LEVELS = tuple(MEGA * np.array([-100.0, -50.0, 0.0, 50.0, 100.0]))
+PLANE_STRESS = ALUMINIUM_STRESS / (1.0 - ALUMINIUM_6061.poisson_ratio)
 BODIES = (
-    Body(
-        "plate 80 × 80 × 1 mm",
-        4.76e-3,
-        PLATE_RECORD,
-        tuple(MEGA * np.array([-30.0, -20.0, -10.0, 0.0, 10.0, 20.0])),
-        ALUMINIUM_6061.youngs_modulus * EXPANSIONS["aluminium"] / (1.0 - ALUMINIUM_6061.poisson_ratio),
-        10e6,
-        _plate,
-    ),
-    Body(
-        "strip 60 × 10 × 3 mm",
-        4.76e-3,
-        PLATE_RECORD,
-        tuple(MEGA * np.array([-30.0, -20.0, -10.0, 0.0, 10.0, 20.0])),
-        ALUMINIUM_6061.youngs_modulus * EXPANSIONS["aluminium"],
-        10e6,
-        _strip,
-    ),
-    Body(
-        "rail 60E1",
-        19.05e-3,
-        RAIL_RECORD,
-        tuple(MEGA * np.array([-100.0, -50.0, 0.0, 50.0, 100.0])),
-        RAIL_STEEL.youngs_modulus * EXPANSIONS["steel"],
-        50e6,
-        _rail,
-    ),
+    Body("plate 80 × 80 × 1 mm", 4.76e-3, 1.2e-3, THIN_LEVELS, 10e6, PLANE_STRESS, _plate),
+    Body("strip 60 × 10 × 3 mm", 4.76e-3, 1.2e-3, THIN_LEVELS, 10e6, ALUMINIUM_STRESS, _strip),
+    Body("rail 60E1", 19.05e-3, 4e-3, RAIL_LEVELS, 50e6, STEEL_STRESS, _rail),
 )
-
-
-def _stiffer(material: Material, factor: float) -> Material:
-    return Material(factor * material.youngs_modulus, material.poisson_ratio, material.density, material.name)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -134,36 +96,22 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: three stresses of each body. jobs: always one process.
     """
     with collected():  # that aluminium yields under steel beads is the study of yield's
-        return xr.concat([_measured(one, quick) for one in watched(BODIES)], "body").assign_coords(
-            body=[one.name for one in BODIES]
-        )
+        found = [_measured(one, quick) for one in watched(BODIES)]
+    return xr.concat(found, "body", join="outer").assign_coords(body=[one.name for one in BODIES]).drop_vars("case")
 
 
 def _measured(body: Body, quick: bool) -> xr.Dataset:
-    bead = Sphere(0.5 * body.diameter, STEEL_440C)
-
-    def at(stress: float, bending: float, impact_speed: float) -> CoSimulation:
-        return CoSimulation(Chain([bead] * BEADS, bead, impact_speed), body.make(stress, bending))
-
-    stresses = body.stresses[::2] if quick else body.stresses
-    runs = [at(stress, 1.0, IMPACT_SPEED).run(body.until) for stress in stresses]
-    ratio = [float(amplitude_ratio(one, SENSOR)) for one in runs]
-    flight = [float(time_of_flight(one, SENSOR)) for one in runs]
-    bounds = [bound(at, body.near, part, body.until, SENSOR, IMPACT_SPEED) for part in (1.0, 0.5)]
-    kelvin = np.array(stresses) / body.stress_of_kelvin
-    most = max(len(one.stresses) for one in BODIES)
-    pad = [np.nan] * (most - len(stresses))
-    return xr.Dataset(
+    """What is kept of a body's runs. The number of stresses differs: NaN where there is none."""
+    stresses = np.array(body.levels[::2] if quick else body.levels)
+    data = xr.Dataset(
         {
-            "stress": ("case", [*stresses, *pad], {"units": "Pa"}),
-            "colder_by": ("case", [*kelvin, *pad], {"units": "K"}),
-            "amplitude_ratio": ("case", [*ratio, *pad], {"units": "1"}),
-            "time_of_flight": ("case", [*flight, *pad], {"units": "s"}),
-            "deviation": ((), bounds[1], {"units": "Pa", "long_name": "least standard deviation"}),
-            "deviation_by_twice_the_step": ((), bounds[0], {"units": "Pa"}),
+            "stress": ("case", stresses, {"units": "Pa"}),
+            "colder_by": ("case", stresses / body.stress_of_kelvin, {"units": "K"}),
+            **body.measured(stresses.tolist(), (0.5, 1.0)),
             "stress_of_kelvin": ((), body.stress_of_kelvin, {"units": "Pa/K"}),
         }
     )
+    return data.assign_coords(case=range(stresses.size))
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -171,40 +119,31 @@ def table(data: xr.Dataset) -> list[Row]:
     rows = []
     for one in BODIES:
         found = data.sel(body=one.name).dropna("case")
-        low, high = float(found.stress[0]) / MEGA, float(found.stress[-1]) / MEGA
-        ratio, flight = found.amplitude_ratio.values, 1e6 * found.time_of_flight.values
-        sigma, other = float(found.deviation), float(found.deviation_by_twice_the_step)
-        kelvin = sigma / one.stress_of_kelvin
-        reach = "less" if kelvin < HAMMER else "more"
+        stress, ratio = found.stress.values / MEGA, found.amplitude_ratio.values
+        sigma, other = float(found.deviation) / MEGA, float(found.deviation_by_twice_the_step) / MEGA
+        unit = one.stress_of_kelvin / MEGA
+        kelvin, reach = sigma / unit, "less" if sigma / unit < HAMMER else "more"
         blind = kelvin > BLIND
+        said = one.sensor, 100 * NOISE, one.near / MEGA, other
         rows += [
-            Row(f"AR, {one.name}", "", f"{ratio[0]:.3f} to {ratio[-1]:.3f}", "", f"from {low:.0f} to {high:.0f} MPa; "
-                f"between {ratio.min():.3f} and {ratio.max():.3f} on the way"),
-            Row(f"TOF, {one.name}", "", f"{flight[0]:.1f} to {flight[-1]:.1f}", "µs", "over the same stresses"),
-            Row(f"least 1 σ of the stress, {one.name}", "", "blind" if blind else sigma / MEGA, "MPa",
-                f"of one trace at bead {SENSOR} with {100 * NOISE:.0f} % of noise, at {one.near / MEGA:.0f} MPa, where "
-                f"bending stiffness, impact speed, gain and time zero are not known either; {other / MEGA:.3g} by "
-                "twice the step"),
-            Row(f"the same as a temperature, {one.name}", "", f"above {BLIND:.0f}" if blind else kelvin, "K",
-                f"1 K is {one.stress_of_kelvin / MEGA:.3g} MPa; {reach} than the {HAMMER} K that are reported for the "
-                "neutral temperature of rails by hammer tests. A bound of a perfect model, not of a test"),
-        ]  # fmt: skip
+            row("AR", span(ratio), stress[0], stress[-1], ratio.min(), ratio.max(), body=one.name),
+            row("TOF", span(1e6 * found.time_of_flight.values, ".1f"), body=one.name),
+            row("error", "blind" if blind else sigma, *said, body=one.name),
+            row("temperature", f"above {BLIND:.0f}" if blind else kelvin, unit, reach, HAMMER, body=one.name),
+        ]
     return rows
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR and TOF, less their values without stress, over the stress."""
-    figure, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
+    lines = []
     for one in BODIES:
         found = data.sel(body=one.name).dropna("case")
         stress = found.stress.values / MEGA
-        for axis, name, factor in zip(axes, ("amplitude_ratio", "time_of_flight"), (1.0, 1e6), strict=True):
-            values = factor * found[name].values
-            without = np.interp(0.0, stress, values)
-            change = values - without
-            axis.plot(stress, change, label=one.name)
-    for axis, words in zip(axes, ("AR − AR without stress", "TOF − TOF without stress (µs)"), strict=True):
-        axis.set(xlabel="stress, tension positive (MPa)", ylabel=words)
-        axis.set_yscale("symlog", linthresh=1e-3 if words.startswith("AR") else 0.1)
-    axes[1].legend(loc="lower left")
+        measures = found.amplitude_ratio.values, 1e6 * found.time_of_flight.values
+        lines.append((one.name, stress, *(values - np.interp(0.0, stress, values) for values in measures)))
+    labels = ("AR − AR without stress", "TOF − TOF without stress (µs)")
+    figure, axes = levels.figure(lines, "stress, tension positive (MPa)", labels)
+    for axis, linear in zip(axes, (1e-3, 0.1), strict=True):
+        axis.set_yscale("symlog", linthresh=linear)
     return {"stress": figure}

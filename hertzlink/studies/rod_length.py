@@ -70,9 +70,7 @@ def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
     def theory(length: float) -> tuple[float, float | str, str]:
         return float(of.time_of_flight(of.wall(of.material))), "", "equation 6.20, without losses and preload"
 
-    reason = "equation 6.8: the echo of longer rods returns after a single bead has left; the last bead stays longer"
-    length = Row("characteristic length c T_c/2", "", of.theory_length() * 1e3, "mm", reason)
-    return [*struck.own_rows(data, "rod of", theory), length]
+    return [*struck.own_rows(data, "rod of", theory), row("own characteristic length", of.theory_length() * 1e3)]
 
 
 def _thesis(data: xr.Dataset) -> list[Row]:
@@ -124,13 +122,10 @@ def _secondary(data: xr.Dataset) -> str:
 def _axisymmetric(data: xr.Dataset) -> list[Row]:
     wide = [float(data.solid_amplitude_ratio.sel(wave="primary")[i]) for i in (0, -1)]
     apart = float(abs(struck.beyond_rod(data, "amplitude_ratio")).max())
-    later = [float(struck.beyond_rod(data, "time_of_flight").mean()) * 1e6]
+    later = float(struck.beyond_rod(data, "time_of_flight").mean()) * 1e6
     return [
         row("AR, axisymmetric", f"{wide[0]:.3f} to {wide[1]:.3f}", apart, holds=wide[0] - wide[1] < 0.001),
-        Row("TOF, axisymmetric less 1-D", "", later[0], "µs",
-            "Hertz's half-space reaches beyond the cylinder's side, and a rod with Hertz's law contains "
-            "that part twice; "
-            "half as much at twice the radius, the same without lateral inertia (ν = 0)"),
+        row("TOF, axisymmetric less 1-D", later),
     ]  # fmt: skip
 
 

@@ -193,22 +193,20 @@ def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
         rods, solids = data.sel(material=name), data.sel(material=name)
         at, cylinder, space = rods.sel(dashpot=of.middle), *(solids.sel(body=body) for body in BODIES)
         expected = float(of.time_of_flight(of.wall(material))) * 1e6
+        wide, half = (struck.ratio(one.solid_amplitude_ratio) for one in (cylinder, space))
+        later, longer = (struck.flight(one.solid_time_of_flight) for one in (cylinder, space))
+        ratio, flight = struck.ratio(at.material_amplitude_ratio), struck.flight(at.material_time_of_flight)
+        ratios, flights = (
+            rods[f"material_{variable}"].sel(wave="primary") for variable in ("amplitude_ratio", "time_of_flight")
+        )
+        moved, contact = float(at.material_largest_displacement) * 1e6, float(at.material_contact_time) * 1e6
+        second, limit = struck.ratio(at.material_amplitude_ratio, "secondary"), critical_modulus(of.bead_material)
         rows += [
-            Row(f"AR, {name}", "", struck.known(float(at.material_amplitude_ratio.sel(wave="primary"))), "",
-                f"axisymmetric cylinder {struck.ratio(cylinder.solid_amplitude_ratio):.4g}, half-space "
-                f"{struck.ratio(space.solid_amplitude_ratio):.4g}"
-                + struck.band(rods.material_amplitude_ratio.sel(wave="primary"))),
-            Row(f"TOF, {name}", "", struck.known(struck.flight(at.material_time_of_flight)), "µs",
-                "theory: equation 6.20, without losses and preload; axisymmetric cylinder "
-                f"{struck.flight(cylinder.solid_time_of_flight):.4g}, half-space "
-                f"{struck.flight(space.solid_time_of_flight):.4g}"
-                + struck.band(rods.material_time_of_flight.sel(wave="primary"), 1e6), expected),
-            Row(f"AR, secondary wave, {name}", "", struck.ratio(at.material_amplitude_ratio, "secondary"), "",
-                f"equation 6.22: secondary waves form below {critical_modulus(of.bead_material) * 1e-9:.3g} GPa"),
-            Row(f"largest displacement of bead 20, {name}", "", float(at.material_largest_displacement) * 1e6, "µm",
-                f"contact with the rod {float(at.material_contact_time) * 1e6:.4g} µs, one bead on a half-space "
-                f"{of.contact_time(material) * 1e6:.4g}"),
-        ]  # fmt: skip
+            row("own AR", ratio or "no wave", wide, half, struck.band(ratios), rod=name),
+            row("own TOF", struck.known(flight), later, longer, struck.band(flights, 1e6), theory=expected, rod=name),
+            row("own secondary AR", second, limit * 1e-9, rod=name),
+            row("own displacement", moved, contact, of.contact_time(material) * 1e6, rod=name),
+        ]
     return rows
 
 

@@ -12,11 +12,14 @@ from coupling.results.measures import contact_time, sensor_force
 from coupling.results.signals import as_signal
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import BEADS, DASHPOTS, Striking
 from hertzlink.studies.striking import SENSOR as SENSOR
 from hertzlink.studies.table import Row
 from structures.rod import Layer
 from structures.structure import Vector
+
+row = Rows("struck_cylinders")
 
 THESIS = Striking()
 """The thesis's chain."""
@@ -164,17 +167,20 @@ def own_rows(
         rods, solids = data.sel(length=length, method="nearest"), data.sel(solid_length=length)
         at, label = rods.sel(dashpot=gamma), f"{what} {length * 1e3:.4g} mm"
         tof, expected, source = theory(float(length))
-        waves = (("AR", "amplitude_ratio", "", 1.0, expected), ("TOF", "time_of_flight", "µs", 1e6, tof * 1e6))
-        for name, variable, unit, factor, predicted in waves:
+        waves = (("AR", "amplitude_ratio", 1.0, expected), ("TOF", "time_of_flight", 1e6, tof * 1e6))
+        for name, variable, factor, predicted in waves:
             wide = factor * float(solids[f"solid_{variable}"].sel(wave="primary"))
-            reason = f"axisymmetric cylinder {wide:.4g}{band(rods[variable].sel(wave='primary'), factor)}"
-            reason = f"theory: {source}; {reason}" if predicted != "" else reason
-            value = factor * float(at[variable].sel(wave="primary"))
-            rows.append(Row(f"{name}, {label}", "", known(value), unit, reason, predicted))
+            said = (
+                f"theory: {source}; " if predicted != "" else "",
+                wide,
+                band(rods[variable].sel(wave="primary"), factor),
+            )
+            value = known(factor * float(at[variable].sel(wave="primary")))
+            rows.append(row(name, value, *said, theory=predicted, cylinder=label))
         later = delay_of(at.time_of_flight)
         seen = f"{later:.4g} µs after the primary one" if np.isfinite(later) else "none is seen"
         if secondary or np.isfinite(later):
-            rows.append(Row(f"AR, secondary wave, {label}", "", ratio(at.amplitude_ratio, "secondary"), "", seen))
+            rows.append(row("AR, secondary", ratio(at.amplitude_ratio, "secondary"), seen, cylinder=label))
     return rows
 
 

@@ -137,12 +137,14 @@ def table(data: xr.Dataset) -> list[Row]:
         )  # fmt: skip
     return [
         *rows,
-        Row("contact law, three dimensions over two", "", float((solid.law / flat.law).mean()), "",
-            f"{float(law.min()):+z.1f} to {float(law.max()):+z.1f} % over 0.5 to 5 µm: what the tetrahedra leave, "
-            "whose scatter makes the beads ring"),
-        Row("frequencies, three dimensions over two", "", 1.0 + 0.01 * float(apart.max()), "",
-            f"at most: {float(apart.min()):.3f} to {float(apart.max()):.2f} % higher, of {MODES - 1} about the axis"),
-    ]  # fmt: skip
+        row("contact law, three dimensions over two", float((solid.law / flat.law).mean()), *ends(law)),
+        row("frequencies, three dimensions over two", 1.0 + 0.01 * float(apart.max()), *ends(apart), MODES - 1),
+    ]
+
+
+def ends(values: xr.DataArray) -> tuple[float, float]:
+    """The smallest and the largest value."""
+    return float(values.min()), float(values.max())
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

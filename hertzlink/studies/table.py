@@ -63,6 +63,11 @@ def bracketed(low: float, high: float) -> str:
     return f"{low:.{digits}f} to {high:.{digits}f}" if low > 0.0 else f"< {high:.{digits}f}"
 
 
+def span(values: Sequence[float], form: str = ".3f") -> str:
+    """The first and the last of some values."""
+    return f"{values[0]:{form}} to {values[-1]:{form}}"
+
+
 def text(rows: Sequence[Row], thesis: bool = True) -> str:
     """The rows as a plain table of 80 columns, each with its reason below it.
 

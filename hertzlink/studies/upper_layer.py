@@ -107,12 +107,8 @@ class TwoLayers(Striking):
             rows += struck.own_rows(one, what, lambda _, values=values: values, secondary=True)  # type: ignore[misc]
             at = data.sel(length=length, method="nearest").sel(dashpot=self.middle)
             heavier = float(expected.delay_with_lower_mass) * 1e6
-            reason = f"theory: equation 6.32; {heavier:.4g} with a third of the lower layer's mass"
-            rows.append(
-                Row(f"secondary after primary wave, {what} {length * 1e3:.4g} mm", "",
-                    struck.known(struck.delay_of(at.time_of_flight)), "µs", reason,
-                    float(expected.delay) * 1e6)
-            )  # fmt: skip
+            delay, theirs = struck.known(struck.delay_of(at.time_of_flight)), float(expected.delay) * 1e6
+            rows.append(row("delay", delay, heavier, theory=theirs, layer=what, length=length * 1e3))
         return rows
 
 

@@ -13,6 +13,7 @@ from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions, WrongValue
+from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import Row
 from particles.bead import Bead
 from particles.chain import Chain, LawOfPair
@@ -20,6 +21,8 @@ from particles.laws.law import ContactLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED, UniformChain
 from structures.structure import Vector
+
+row = Rows("waves")
 
 LEVELS = (0.01, 0.001)
 """Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends."""
@@ -152,8 +155,8 @@ def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, job
 
     def build(curve: str, striker: int) -> CoSimulation:
         one = known[curve]
-        row = [one.pair[i % 2] for i in range(beads)]
-        return CoSimulation(Chain(row, one.pair[0], one.strikers()[striker], law=one.of_pair), None)
+        pairs = [one.pair[i % 2] for i in range(beads)]
+        return CoSimulation(Chain(pairs, one.pair[0], one.strikers()[striker], law=one.of_pair), None)
 
     measure = partial(passage, first=first, second=second)
     data = sweep(build, until, jobs, measure, curve=list(known), striker=range(count))
@@ -190,23 +193,14 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
         n, k = float(one.exponent), float(one.stiffness)
         for i in dict.fromkeys((0, one.sizes["striker"] - 1)):
             at = one.isel(striker=i)
-            reason = (
-                f"theory: equation 5.12, for long waves; the contact law between these forces: n = {n:.4g}, "
-                f"k = {k:.4g} N/mⁿ; striker {float(at.striker_speed):.4g} m/s"
-            )
-            name = f"wave speed, {label}, {float(at.peak_force):.3g} N"
-            found.append(Row(name, "", float(at.wave_speed), "m/s", reason, float(at.theory)))
+            named = Named(curve=label, force=float(at.peak_force), theory=float(at.theory))
+            found.append(row("speed", float(at.wave_speed), n, k, float(at.striker_speed), **named))
         if one.sizes["striker"] > 1:
-            reason = "theory: (n − 1)/(2n)"
-            slope = (n - 1.0) / (2.0 * n)
-            found.append(Row(f"exponent of speed over force, {label}", "", exponent(one), "", reason, slope))
+            found.append(row("exponent", exponent(one), theory=(n - 1.0) / (2.0 * n), curve=label))
         size = float(one["size"])
         wide = one.width.isel(striker=-1).values / size
-        reason = (
-            f"force at the sensor from 1 % to 1 % of its peak, {wide[1]:.3g} from 0.1 %; equation 5.13 and one bead "
-            f"more for a sensor give {UniformChain(size, 1.0, 1.0, n).width / size + 1.0:.3g} from zero to zero"
-        )
-        found.append(Row(f"width in beads, {label}", "", float(wide[0]), "", reason))
+        of_theory = UniformChain(size, 1.0, 1.0, n).width / size + 1.0
+        found.append(row("width", float(wide[0]), wide[1], of_theory, curve=label))
     return found
 
 

@@ -11,6 +11,7 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.progress import watched
 from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, striking
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -21,6 +22,8 @@ from structures.material import ALUMINIUM_6061, BRASS_360, PTFE, STEEL_316, STEE
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure, half_space
+
+row = Rows("yielding")
 
 LAWS: dict[str, YieldingLaw | None] = {"elastic": None, "Thornton": Thornton(), "Jackson–Green": JacksonGreen()}
 
@@ -172,19 +175,15 @@ def table(data: xr.Dataset) -> list[Row]:
         first, speed = float(elastic.first_yield), float(elastic.speed)
         verdict = f"yields: struck {speed / first:.2g} times as fast" if speed > first else "does not yield"
         ratios = [float(law.incident / elastic.incident) for law in (thornton, fitted)]
-        back = [f"{float(law.amplitude_ratio):.2f}" for law in (elastic, thornton, fitted)]
-        flight = [f"{1e6 * float(law.time_of_flight):.0f}" for law in (elastic, thornton, fitted)]
-        returned = "" if np.isnan(float(elastic.amplitude_ratio)) else (
-            f"; AR {', '.join(back)} and TOF {', '.join(flight)} µs, elastic, by Thornton, by Jackson–Green"
-        )  # fmt: skip
-        returned = returned.replace("nan", "none")
+        said = [verdict, speed, 1e6 * float(thornton.dent), 1e6 * float(fitted.dent)]
+        returned = np.isfinite(float(elastic.amplitude_ratio))
+        back = ", ".join(f"{ratio:.2f}" for ratio in one.amplitude_ratio.values.tolist())
+        flight = ", ".join(f"{1e6 * time:.0f}" for time in one.time_of_flight.values.tolist())
+        waves = [part.replace("nan", "none") for part in (back, flight)] if returned else []
         rows += [
-            Row(f"first yield, {section}", "", first, "m/s",
-                f"{verdict} ({speed:.3g} m/s); dents up to {1e6 * float(thornton.dent):.2g} and "
-                f"{1e6 * float(fitted.dent):.2g} µm{returned}"),
-            Row(f"incident force with Thornton's law over elastic, {section}", "", ratios[0], "",
-                f"{ratios[1]:.2f} by Jackson–Green"),
-        ]  # fmt: skip
+            row("first yield" if returned else "first yield, no wave back", first, *said, *waves, impact=section),
+            row("incident force", ratios[0], ratios[1], impact=section),
+        ]
     return rows
 
 

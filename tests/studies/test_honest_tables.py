@@ -53,7 +53,7 @@ def test_a_row_is_what_its_entry_says(tmp_path: Path) -> None:
         'reason = "{:.1f} later"',
     )
     file.write_text("\n".join(lines), encoding="utf-8")
-    row = Rows("mine", str(file))("AR, {name}", 0.75, 3.14159, otherwise={"no losses": 0.764}, name="steel")
+    row = Rows("mine", (str(file),))("AR, {name}", 0.75, 3.14159, otherwise={"no losses": 0.764}, name="steel")
     assert row == Row("AR, steel", 0.764, 0.75, "", "3.1 later", within=TIMED, otherwise={"no losses": 0.764})
 
 

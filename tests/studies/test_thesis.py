@@ -11,7 +11,7 @@ from matplotlib import pyplot
 
 from coupling.sweeps.progress import Stopped
 from hertzlink.studies import STUDIES, LongStudy, corrected_equations, study, thesis
-from hertzlink.studies.expected import expected
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import VERDICTS, verdict
 
@@ -220,7 +220,7 @@ FACTS = {
 def test_no_number_of_the_thesis_is_left_out() -> None:
     assert sum(map(len, FACTS.values())) >= 150
     for module, quantities in FACTS.items():
-        known = [entry.quantity or name for name, entry in expected("thesis.toml").get(module, {}).items()]
+        known = [entry.quantity or name for name, entry in Rows(module).entries.items()]
         source = Path(import_module(f"hertzlink.studies.{module}").__file__ or "").read_text(encoding="utf-8")
         missing = [one for one in quantities if f'"{one}' not in source and not any(x.startswith(one) for x in known)]
         assert missing == [], module

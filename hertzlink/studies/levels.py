@@ -1,0 +1,90 @@
+"""One tap on a body under a stress or a pressure: what this level changes, and how well one trace gives it."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from coupling.cosimulation import CoSimulation
+from coupling.inference.information import identifiability
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from hertzlink.studies import draw
+from particles.bead import Sphere
+from particles.chain import Chain
+from structures.caution import collected
+from structures.material import STEEL_440C
+from structures.structure import Structure
+
+NOISE = 0.01
+"""Part of a trace's peak."""
+
+TOLERANCE = 1e-4
+"""Of reductions: with the usual one the basis changes with the level by so much that bounds change by 50 %."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body that a chain of steel beads taps.
+
+    diameter: of the beads, m. until: length of the record, s. levels: Pa. near: the level whose error is estimated, Pa.
+    """
+
+    name: str
+    diameter: float
+    until: float
+    levels: tuple[float, ...]
+    near: float
+
+    beads: ClassVar[int] = 20
+    sensor: ClassVar[int] = 10
+    speed: ClassVar[float] = 0.31
+
+    def made(self, level: float, factor: float) -> Structure:
+        """The reduced body, with a factor of its stiffness."""
+        raise NotImplementedError
+
+    def measured(self, levels: Sequence[float], steps: Sequence[float]) -> dict[str, Any]:
+        """AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
+        made = cache(self.made)  # almost half the runs are of a body that another one had
+
+        def at(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
+            bead = Sphere(0.5 * self.diameter, STEEL_440C)
+            return CoSimulation(Chain([bead] * self.beads, bead, impact_speed), made(level, stiffness))
+
+        def bound(part: float) -> float:
+            """The Cramér–Rao bound of the level, Pa, from one trace."""
+
+            def build(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
+                return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
+
+            with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
+                known = identifiability(
+                    build, NOISE, sensors=[self.sensor], until=self.until, level=1.0, stiffness=1.0,
+                    impact_speed=self.speed,
+                )  # fmt: skip
+            return float(known.bounds["level"] * self.near * part)
+
+        runs = [at(level, 1.0, self.speed).run(self.until) for level in levels]
+        least, other = (bound(part) if part else np.nan for part in steps)
+        return {
+            "amplitude_ratio": ("case", [float(amplitude_ratio(run, self.sensor)) for run in runs], {"units": "1"}),
+            "time_of_flight": ("case", [float(time_of_flight(run, self.sensor)) for run in runs], {"units": "s"}),
+            "deviation": ((), least, {"units": "Pa", "long_name": "least standard deviation"}),
+            "deviation_by_twice_the_step": ((), other, {"units": "Pa"}),
+        }
+
+
+def figure(
+    lines: Iterable[tuple[str, Any, Any, Any]], xlabel: str, ylabels: tuple[str, str]
+) -> tuple[draw.Figure, list[draw.Axes]]:
+    """Changes of AR and TOF over the level. lines: name, level and both changes of each body."""
+    drawn, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
+    for name, level, *changes in lines:
+        for axis, change in zip(axes, changes, strict=True):
+            axis.plot(level, change, label=name)
+    for axis, ylabel in zip(axes, ylabels, strict=True):
+        axis.set(xlabel=xlabel, ylabel=ylabel)
+    axes[1].legend(loc="lower left")
+    return drawn, axes
