@@ -4,11 +4,11 @@ import logging
 from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import xarray as xr
 
-from coupling.accuracy import accuracy_of
+from coupling.accuracy import ACCURACIES, HowFine
 from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.loops import Work
 from coupling.plan import Plan, longest_substep, plan_run, warn_if_coarse
@@ -24,10 +24,12 @@ from coupling.schemes.windows import Adaptive
 from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed, one_of, positive, whole
+from structures.checks import instance, listed, positive
 from structures.closing import Closing
+from structures.described import checked_call
 from structures.html_table import html_table
 from structures.moving import LARGEST_DENSE_SIZE, MovingStructure
+from structures.quantities import Asks, Interval, OneOf, Quantity, Several
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.unmeshed import as_struck, is_left_out
@@ -91,19 +93,20 @@ class CoSimulation:
     AR = 0.98
     """
 
+    @checked_call
     def __init__(
         self,
         chain: Chain | Iterable[Chain],
         structure: Facing | Sequence[Facing],
         scheme: Scheme | None = None,
-        window: float | Adaptive | None = None,
-        dt: float | None = None,
+        window: Interval | Adaptive | None = None,
+        dt: Annotated[Interval, Asks("the step of the chain; by default it follows from the contacts")] | None = None,
         *,
-        substeps: int | None = None,
-        waveform: str = "linear",
+        substeps: Several | None = None,
+        waveform: Annotated[str, OneOf(*WAVEFORMS)] = "linear",
         behind: Facing | Sequence[Facing] = None,
-        accuracy: str = "default",
-        most_steps: float = MOST_OF_A_RUN,
+        accuracy: HowFine = "default",
+        most_steps: Annotated[float, Quantity("", "a number of steps of beads", "1e10")] = MOST_OF_A_RUN,
     ) -> None:
         several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
         if several:
@@ -112,19 +115,16 @@ class CoSimulation:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         if scheme is not None:
             check_scheme("scheme", scheme)
-        one_of("waveform", waveform, WAVEFORMS)
-        dt = None if dt is None else positive("dt", dt, "s")
         facing = for_each("structure", structure, len(chains), several)
         back = for_each("behind", behind, len(chains), several)
-        self.accuracy, self.most_steps = accuracy_of(accuracy), positive("most_steps", most_steps)
+        self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps
         self.interface = Interface(chains, facing, back, waveform == "quadratic", dt, self.accuracy.steps)
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         self.scheme.start(self.interface)
-        self.window = window if window is None or isinstance(window, Adaptive) else positive("window", window, "s")
-        self.substeps = None if substeps is None else whole("substeps", substeps)
-        if self.substeps is not None and not isinstance(self.window, float):
+        self.window, self.substeps = window, substeps
+        if substeps is not None and not isinstance(window, float):
             raise ValueError(f"substeps = {substeps!r}: divide a window; give window, in s, as well")
-        if dt is not None and isinstance(self.window, float) and dt > self.window:
+        if dt is not None and isinstance(window, float) and dt > window:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
         self._given: dict[str, Any] = {
             "chain": chains if several else chains[0], "structure": facing if several else facing[0], "scheme": scheme,
@@ -148,10 +148,11 @@ class CoSimulation:
         """The structure that the last bead faces, as a participant; the first of several."""
         return self.interface.structures[0]
 
+    @checked_call
     def run(
         self,
-        until: float,
-        save_every: float | None = None,
+        until: Interval,
+        save_every: Interval | None = None,
         checkpoint: str | Path | None = None,
         trace: bool = False,
         trust: bool = False,
@@ -197,7 +198,6 @@ class CoSimulation:
         FloatingPointError
             If the state of a body is no longer finite.
         """
-        until = positive("until", until, "s")
         shortest = min(len(one.chain.beads) for one in self.interface.chains)
         kept = None if sensors is None else kept_at(sensors, shortest)
         findings = check_before(self.interface.chains, until)
@@ -206,8 +206,8 @@ class CoSimulation:
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
         waveform = {"waveform": WAVEFORMS[self.interface.quadratic]}
         given = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
-        clock = Trace() if instance("trace", trace, bool, "True or False") else None
-        if instance("trust", trust, bool, "True or False") and checkpoint is None:
+        clock = Trace() if trace else None
+        if trust and checkpoint is None:
             raise ValueError("trust = True: needs a checkpoint, whose pickles it allows")
         with nullcontext() if checkpoint is None else locked(checkpoint):
             keeper = None

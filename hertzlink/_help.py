@@ -62,7 +62,7 @@ def _hint_in(kind: Any, name: str) -> None:
     """Wrap the initializer and the public methods that a class defines."""
     for called, member in list(vars(kind).items()):
         function = getattr(member, "__func__", member)
-        if not inspect.isfunction(function) or hasattr(function, "__wrapped__"):
+        if not inspect.isfunction(function) or isinstance(getattr(function, "__signature__", None), ShortSignature):
             continue
         if called in ("__init__", "__new__"):
             setattr(kind, called, _hinting(function, name, method=True))

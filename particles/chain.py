@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import fields, replace
 from functools import cached_property
 from math import pi, sin
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 
@@ -14,25 +14,18 @@ from particles.dissipation import Dissipation
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
-from structures.checks import not_negative, one_of, short, takes, turn, within
+from structures.checks import short, takes
+from structures.described import Described, described
 from structures.html_table import html_table
-from structures.quantities import Likely
+from structures.quantities import Angle, Likely, OneOf
 from structures.structure import Vector
 from structures.surface import Surface
 
 LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
 """A function of two bodies, or of a body and a surface, that returns the law of their contact."""
 
-INTEGRATORS = ("verlet", "rk4")
 
-UNITS = {"gravity": "m/s²", "preload": "N", "inclination": "rad"}
-"""Units of settings, for the table that a notebook shows."""
-
-SLOWEST_IMPACT, FASTEST_IMPACT = 1e-12, 1e5
-"""m/s, limits of impact speeds: a chain that is slower does nothing, one that is faster is no chain of solids."""
-
-
-@dataclass(frozen=True, repr=False)
+@described
 class Chain:
     """Beads in a row, the first one struck, the last one facing a structure.
 
@@ -83,29 +76,22 @@ class Chain:
 
     beads: Sequence[Bead]
     striker: Bead | Excitation | None
-    impact_speed: float | None = None
-    gravity: float = 0.0
+    impact_speed: Annotated[float, replace(Likely.SPEED, or_zero=True)] | None = None
+    gravity: Annotated[float, Likely.GRAVITY] = 0.0
     dissipation: Dissipation | None = None
-    integrator: str = "verlet"
-    preload: float = 0.0
-    inclination: float = pi / 2.0
+    integrator: Annotated[str, OneOf("verlet", "rk4")] = "verlet"
+    preload: Annotated[float, Likely.PRELOAD] = 0.0
+    inclination: Angle = pi / 2.0
     law: ContactLaw | LawOfPair | YieldingLaw | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "beads", check_beads("beads", self.beads))
         self._check_striker()
-        object.__setattr__(self, "gravity", not_negative("gravity", self.gravity, "m/s²"))
-        object.__setattr__(self, "preload", not_negative("preload", self.preload, "N"))
-        object.__setattr__(self, "inclination", turn("inclination", self.inclination))
-        Likely.SPEED.warn("Chain", "impact_speed", self.impact_speed or 0.0)
-        Likely.GRAVITY.warn("Chain", "gravity", self.gravity)
-        Likely.PRELOAD.warn("Chain", "preload", self.preload)
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(
                 f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"
             )
         self._check_law()
-        one_of("integrator", self.integrator, INTEGRATORS)
         check_excitation(self.excitation, self.beads[0], self.gravity_along)
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
@@ -117,7 +103,8 @@ class Chain:
     def _repr_html_(self) -> str:
         energy, length = f"{1e3 * self.impact_energy:.4g} mJ", f"{float(sum(bead.size for bead in self.beads)):.4g} m"
         rows = [("beads", self._kinds), ("excitation", self._struck), ("impact energy", energy), ("length", length)]
-        settings = [(name, f"{value} {UNITS[name]}" if name in UNITS else value) for name, value in self._special]
+        known: Described = vars(Chain)["__described__"]
+        settings = [(name, f"{value} {known.units.get(name, '')}".rstrip()) for name, value in self._special]
         return html_table(type(self).__name__, [*rows, *settings])
 
     @cached_property
@@ -212,9 +199,7 @@ class Chain:
                 likely_bead(self.striker)
             if self.impact_speed is None:
                 raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
-        if self.striker is not None or self.impact_speed:
-            speed = within("impact_speed", self.impact_speed, SLOWEST_IMPACT, FASTEST_IMPACT, "m/s")  # type: ignore[arg-type]
-            object.__setattr__(self, "impact_speed", speed)
+            Likely.SPEED.check("impact_speed", self.impact_speed)
 
     def _check_law(self) -> None:
         if self.law is None or isinstance(self.law, YieldingLaw):

@@ -34,10 +34,16 @@ class Parameter:
         """Whether it has no default."""
         return self.default is inspect.Parameter.empty
 
-    @property
+    @cached_property
+    def members(self) -> list[tuple[Any, tuple[Any, ...]]]:
+        """The types that it may have, where there are several, each with its notes."""
+        return [noted(member) for member in get_args(self.type)] if get_origin(self.type) is Union else []
+
+    @cached_property
     def quantity(self) -> Quantity | None:
-        """Its quantity, where it is a number."""
-        return next((note for note in self.notes if isinstance(note, Quantity)), None)
+        """Its quantity, where it is, or may be, a number."""
+        notes = [*self.notes, *(note for _, own in self.members for note in own)]
+        return next((note for note in notes if isinstance(note, Quantity)), None)
 
 
 class Described:
@@ -74,6 +80,11 @@ class Described:
         }
 
     @cached_property
+    def units(self) -> dict[str, str]:
+        """The units of its parameters that are numbers, by name."""
+        return {parameter.name: parameter.quantity.unit for parameter in self.parameters.values() if parameter.quantity}
+
+    @cached_property
     def makes(self) -> Any:
         """What it makes: the class itself, or what the function returns."""
         return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
@@ -101,10 +112,10 @@ class Described:
             # A default that stands for something else, as None or infinity, is no value of the quantity.
             if _same(value, default) or (value is None and parameter.may_be_none):
                 continue
-            new = _checked(name, value, parameter.type, parameter.notes)
+            new = _checked(name, value, parameter)
             if new is not value:
                 changed[name] = new
-            if parameter.quantity is not None:
+            if parameter.quantity is not None and isinstance(new, float):
                 odd.append((parameter.quantity, name, new))
         for quantity, name, value in odd:
             quantity.warn(owner, name, value)
@@ -161,6 +172,13 @@ def described_as(what: str = "", called: str = "", also: tuple[str, ...] = ()) -
         return product
 
     return describe
+
+
+def checked_call(target: Thing) -> Thing:
+    """A function or method that checks its arguments by their annotations, and is no part that a case may name."""
+    made: Any = _function(target)
+    made.__described__ = Described(made)
+    return made  # type: ignore[no-any-return]
 
 
 def description(thing: Any) -> Described | None:
@@ -236,21 +254,26 @@ def _same(value: Any, default: Any) -> bool:
     return value is default or (floats and (value == default or (value != value and default != default)))
 
 
-def _checked(name: str, value: Any, kind: Any, notes: tuple[Any, ...]) -> Any:
+def _checked(name: str, value: Any, parameter: Parameter) -> Any:
     """An argument that is what its annotation says; a ValueError otherwise."""
-    if get_origin(kind) is Union:
-        members = [noted(member) for member in get_args(kind)]
-        if any(inspect.isclass(member) and not exact and isinstance(value, member) for member, exact in members):
+    kind, notes = parameter.type, parameter.notes
+    if parameter.members:
+        if any(not noted_on and _is(value, member) for member, noted_on in parameter.members):
             return value
-        kind, notes = next((member for member in members if member[1]), (Any, ()))
+        kind, notes = next((member for member in parameter.members if member[1]), (Any, ()))
     for note in notes:
         value = note.check(name, value) if hasattr(note, "check") else value
     entry = description(kind) if inspect.isclass(kind) and type(value) is not kind else None
     if entry is not None:
         instance(name, value, kind, entry.what)
-    elif kind is str and not any(hasattr(note, "check") for note in notes):
-        instance(name, value, str, "a text")
+    elif kind in (str, bool) and not any(hasattr(note, "check") for note in notes):
+        instance(name, value, kind, "a text" if kind is str else "True or False")
     return value
+
+
+def _is(value: Any, kind: Any) -> bool:
+    """Whether a value is of a class; of a protocol nobody knows."""
+    return inspect.isclass(kind) and not getattr(kind, "_is_protocol", False) and isinstance(value, kind)
 
 
 def _hints(target: Any) -> dict[str, Any]:

@@ -10,7 +10,19 @@ from math import inf, isfinite, pi
 from typing import Annotated
 
 from structures.caution import caution
-from structures.checks import LARGEST, SMALLEST, finite, not_negative, one_of, positive, turn, up_to, whole, within
+from structures.checks import (
+    LARGEST,
+    MOST,
+    SMALLEST,
+    finite,
+    not_negative,
+    one_of,
+    positive,
+    turn,
+    up_to,
+    whole,
+    within,
+)
 
 PLAIN = str.maketrans({"²": "^2", "³": "^3"})
 
@@ -30,7 +42,7 @@ class Quantity:
     low, high : float
         The valid range, in `unit`.
     or_zero : bool
-        Whether zero is valid, where `low` is zero.
+        Whether zero is valid too.
     ends : bool
         Whether other ends are valid themselves.
     likely : (float, float)
@@ -84,6 +96,8 @@ class Quantity:
                 range_ = f"between {self.low:g} and {self.high:g}, both excluded"
                 raise ValueError(f"{name} = {value!r}: must lie {range_}")
             return number
+        if self.or_zero and self.low > 0.0:
+            return 0.0 if value == 0.0 else within(name, value, self.low, self.high, self.unit)
         if self.or_zero and self.high < inf:
             return up_to(name, value, self.high, self.unit)
         if self.or_zero:
@@ -143,6 +157,8 @@ class Count:
     ----------
     least : int
         The least that it may be.
+    most : int
+        The most.
 
     Examples
     --------
@@ -152,10 +168,11 @@ class Count:
     """
 
     least: int = 1
+    most: int = MOST
 
     def check(self, name: str, value: int) -> int:
-        """`value` as an int; a ValueError where it is no whole number, or too small."""
-        return whole(name, value, self.least)
+        """`value` as an int; a ValueError where it is no whole number, or outside of the range."""
+        return whole(name, value, self.least, self.most)
 
 
 @dataclass(frozen=True)
@@ -255,6 +272,7 @@ Thickness = Annotated[float, Likely.THICKNESS]
 Angle = Annotated[float, Quantity("rad", "an angle", "45 deg", -2.0 * pi, 2.0 * pi)]
 Direction = Annotated[float, Quantity("rad", "an angle", "45 deg", -inf)]
 Time = Annotated[float, replace(Likely.TIME, or_zero=True)]
+Interval = Annotated[float, Quantity("s", "a time", "1.5 ms")]
 Moment = Annotated[float, replace(Likely.TIME, low=-inf)]
 RelaxationTime = Annotated[float, Likely.TIME]
 Rate = Annotated[float, Quantity("1/s", "a rate", "100 1/s", or_zero=True)]

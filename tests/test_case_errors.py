@@ -188,7 +188,10 @@ WRONG_RODS = [
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 4', 16, "run.substeps: 4: divide a window; give window"),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry of explicit"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor, parallel"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 us"\nadaptive = { tolerance = 1e-4 }', 17, "run.adaptive: sets the windows; leave out window"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "aitken", relaxation = 2 }', 16, "run.scheme.relaxation: 2.0 must lie between 0 and 2"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "aitkin" }', 16, 'run.scheme.kind: "aitkin" is no kind; did you mean aitken?'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nreduce = "yes"', 16, 'run.reduce: "yes" must be true, false, or a table'),
     # What does not fit together.
     ("[run]", "[measure]\nsensor = 9\n[run]", 15, "measure.sensor: 9 is no bead of a chain of 8; beads are counted from the struck end"),

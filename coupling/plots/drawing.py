@@ -17,6 +17,7 @@ from coupling.plots.scene import Scene, round_number
 from coupling.results.reading import Reading
 from structures.checks import not_negative, one_of, positive
 from structures.structure import Vector
+from structures.units import handy
 
 QUANTITIES = {
     "von_mises": ("von Mises stress", "Pa", "viridis"),
@@ -26,11 +27,6 @@ QUANTITIES = {
 """The quantities that can be shown: name, unit and colours. The colours of the deflection, which has a sign, are white
 at zero.
 """
-
-UNIT_STEPS = {
-    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
-    "m": ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
-}
 
 COLOURED_FRACTION = 0.95
 """The colour scale covers this fraction of the body, over all times. The stress at the contact is a hundred times that
@@ -268,5 +264,6 @@ def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
 
 
 def _suitable(value: float, unit: str) -> tuple[float, str]:
-    """A unit in which the value is not a small number: its size and its name."""
-    return next((one for one in UNIT_STEPS[unit] if value >= 0.2 * one[0]), UNIT_STEPS[unit][-1])
+    """A unit in which the value is 0.2 or more: its size and its name."""
+    factor, name = handy([5.0 * value], unit)
+    return 1.0 / factor, name

@@ -22,6 +22,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of
 from coupling.results.waves import NoWave
 from structures.checks import instance, one_of, whole
+from structures.quantities import Likely
 from structures.units import handy
 
 if TYPE_CHECKING:
@@ -36,16 +37,16 @@ MARKERS = ("o", "s", "^", "D", "v", "P")
 
 MOST_CURVES = len(COLOURS)
 
-UNITS = (
-    (("distance", "thickness", "length", "radius", "diameter", "depth", "height", "width"), "m"),
-    (("modulus", "strength"), "Pa"),
-    (("speed",), "m/s"),
-    (("preload", "force"), "N"),
-    (("density",), "kg/m³"),
-    (("time", "until", "window"), "s"),
-    (("frequency",), "Hz"),
-)
-"""Units of parameters that have none in the Dataset, by the last word of their names: all numbers are SI."""
+WORDS = {
+    "distance thickness length radius diameter depth height width": Likely.SIDE,
+    "modulus strength": Likely.MODULUS,
+    "speed": Likely.SPEED,
+    "preload force": Likely.PRELOAD,
+    "density": Likely.DENSITY,
+    "time until window": Likely.TIME,
+    "frequency": Likely.FREQUENCY,
+}
+"""What a parameter without a unit in the Dataset is, by the last word of its name: all numbers are SI."""
 
 
 def swept(
@@ -170,7 +171,7 @@ def parameter(values: xr.DataArray) -> tuple[float, str]:
     """The factor of a parameter and its unit in handy form, from its attribute or from its name."""
     unit = str(values.attrs.get("units", ""))
     last = str(values.name).rsplit("_", 1)[-1]
-    unit = unit or next((unit for names, unit in UNITS if last in names), "")
+    unit = unit or next((what.unit for words, what in WORDS.items() if last in words.split()), "")
     return handy(values.values, unit) if values.dtype.kind in "iuf" else (1.0, "")
 
 

@@ -1,17 +1,12 @@
 """Strong coupling with one structural solve a window, and the prediction that other schemes start from."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
+from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT, Tolerance
 from coupling.state import CoupledState, NotConverged, predicted
-from structures.checks import within
+from structures.described import described
 from structures.structure import Vector
-
-TOLERANCES = 1e-14, 1.0
-"""Limits of a scheme's tolerance; below them lies rounding."""
 
 STILL = 1e-14
 """Of the greatest approach, a way of a surface that gives no slope."""
@@ -20,7 +15,7 @@ MOST_TRIALS = 60
 """Evaluations of Newton's method before the window is halved; it takes three or four."""
 
 
-@dataclass(frozen=True)
+@described
 class Condensed:
     """Strong coupling with one structural solve for each window, for linear structures.
 
@@ -46,13 +41,10 @@ class Condensed:
     0.62 µm
     """
 
-    tolerance: float = 1e-11
+    tolerance: Tolerance = 1e-11
     substeps_per_contact = SUBSTEPS_PER_CONTACT
     repeats = True
     whole_window = False
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
 
     def start(self, interface: Interface) -> Vector:
         """The secant slope of each contact."""

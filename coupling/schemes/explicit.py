@@ -1,14 +1,16 @@
 """Explicit coupling: one exchange a substep, for participants that cannot repeat a window."""
 
-from dataclasses import dataclass
 from math import inf
+from typing import Annotated
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.schemes.condensed import TOLERANCES, trial_force
+from coupling.schemes.condensed import trial_force
+from coupling.schemes.scheme import Tolerance
 from coupling.state import CoupledState, NotConverged, predicted
-from structures.checks import instance, whole, within
+from structures.described import described
+from structures.quantities import Count
 from structures.structure import Vector
 
 MOST_ORDER = 2
@@ -18,7 +20,7 @@ MOST_MADE = 0.05
 """Part of the impact energy; what makes or loses more of it is no longer the motion of the bodies."""
 
 
-@dataclass(frozen=True)
+@described
 class Explicit:
     """One exchange for each substep: forces predicted from the last substeps push the structures.
 
@@ -49,19 +51,11 @@ class Explicit:
     Explicit(predictor=1, parallel=False, tolerance=None)
     """
 
-    predictor: int = 1
+    predictor: Annotated[int, Count(0, MOST_ORDER)] = 1
     parallel: bool = False
-    tolerance: float | None = 1e-2
+    tolerance: Tolerance | None = 1e-2
     substeps_per_contact = 512
     whole_window = False
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "predictor", whole("predictor", self.predictor, 0))
-        if self.predictor > MOST_ORDER:
-            raise ValueError(f"predictor = {self.predictor!r}: must be 0, 1 or 2")
-        instance("parallel", self.parallel, bool, "True or False")
-        if self.tolerance is not None:
-            object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
 
     @property
     def repeats(self) -> bool:

@@ -2,23 +2,22 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.schemes.condensed import TOLERANCES, trial_force
-from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
+from coupling.schemes.condensed import trial_force
+from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT, Tolerance
 from coupling.state import CoupledState, Differences, NotConverged
-from structures.checks import positive, whole, within
+from structures.described import described
+from structures.quantities import Count, Quantity
 from structures.structure import Vector
 
-MOST_RELAXATION = 2.0
-"""From here on no fixed-point iteration converges, however stiff the structure."""
-
-
-MOST_REPETITIONS = 100_000
-"""Of a window, whose differences are all kept."""
+# From 2 on no fixed-point iteration converges, however stiff the structure.
+Relaxation = Annotated[float, Quantity(high=2.0, ends=False)]
+# Repetitions of a window, whose differences are all stored.
+Repetitions = Annotated[int, Count(1, 100_000)]
 
 
 @dataclass(frozen=True)
@@ -31,19 +30,12 @@ class Iteration(ABC):
     approach. No step divides by a residual, which is zero as long as a gap is open.
     """
 
-    tolerance: float = 1e-9
-    relaxation: float = 0.5
-    largest_count: int = 50
+    tolerance: Tolerance = 1e-9
+    relaxation: Relaxation = 0.5
+    largest_count: Repetitions = 50
     substeps_per_contact = SUBSTEPS_PER_CONTACT
     repeats = True
     whole_window = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
-        object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
-        if self.relaxation >= MOST_RELAXATION:
-            raise ValueError(f"relaxation = {self.relaxation!r}: must lie between 0 and {MOST_RELAXATION:g}")
-        object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count, largest=MOST_REPETITIONS))
 
     def start(self, interface: Interface) -> Any:
         """What the first window starts from."""
@@ -102,7 +94,7 @@ def _window(interface: Interface, state: CoupledState, force: Vector, length: fl
     return ends
 
 
-@dataclass(frozen=True)
+@described
 class FixedPoint(Iteration):
     """Fixed-point iteration with constant relaxation.
 
@@ -127,14 +119,14 @@ class FixedPoint(Iteration):
     FixedPoint(tolerance=1e-09, relaxation=0.3, largest_count=100)
     """
 
-    largest_count: int = 100
+    largest_count: Repetitions = 100
 
     def search(self, memory: Any, length: float) -> Search:
         """Of one window."""
         return Search(self.relaxation)
 
 
-@dataclass(frozen=True)
+@described
 class Aitken(Iteration):
     """Fixed-point iteration with Aitken's relaxation, for structures that are black boxes.
 
@@ -181,7 +173,7 @@ class _Aitken(Search):
         return super().step(residual, answer)
 
 
-@dataclass(frozen=True)
+@described
 class IQN_ILS(Iteration):
     """Interface quasi-Newton: an approximation of the inverse Jacobian by least squares.
 
@@ -211,13 +203,8 @@ class IQN_ILS(Iteration):
     IQN_ILS(tolerance=1e-09, relaxation=0.5, largest_count=50, reuse=0, filtering=0.001)
     """
 
-    reuse: int = 2
-    filtering: float = 1e-3
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "reuse", whole("reuse", self.reuse, 0))
-        object.__setattr__(self, "filtering", positive("filtering", self.filtering))
+    reuse: Annotated[int, Count(0)] = 2
+    filtering: Annotated[float, Quantity()] = 1e-3
 
     def search(self, memory: Any, length: float) -> Search:
         """Of one window."""

@@ -1,10 +1,18 @@
 """What a coupling scheme is: for one window it finds the mean forces on which chains and structures agree."""
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 from coupling.interface import Interface
 from coupling.state import CoupledState
 from structures.checks import has_members, instance, whole
+from structures.quantities import Quantity
+
+Tolerance = Annotated[float, Quantity(low=1e-14, high=1.0)]
+"""Of forces, in units of the greatest one; below the range lies rounding."""
+
+FLAGS, METHODS = ("repeats", "whole_window"), {"start": 1, "step": 4}
+MEMBERS = ("substeps_per_contact", *FLAGS, *METHODS)
+"""What makes an object a scheme."""
 
 SUBSTEPS_PER_CONTACT = 112
 """Substeps in the shortest contact's duration, where both sides agree on every one of them. With 64 the worst amplitude
@@ -79,9 +87,8 @@ class Scheme(Protocol):
 
 def check_scheme(name: str, scheme: Any) -> None:
     """A ValueError for what is no Scheme; it names the members that are missing or wrong."""
-    attributes = ("substeps_per_contact", "repeats", "whole_window")
-    has_members(name, scheme, attributes, {"start": 1, "step": 4}, "a scheme such as Condensed() or Aitken()")
+    has_members(name, scheme, ("substeps_per_contact", *FLAGS), METHODS, "a scheme such as Condensed() or Aitken()")
     own = type(scheme).__name__
     whole(f"{own}.substeps_per_contact", scheme.substeps_per_contact)
-    for flag in ("repeats", "whole_window"):
+    for flag in FLAGS:
         instance(f"{own}.{flag}", getattr(scheme, flag), bool, "True or False")

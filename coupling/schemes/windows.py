@@ -1,6 +1,7 @@
 """From window to window: a window that fails, or whose error is too large, is halved and repeated."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -8,7 +9,9 @@ from coupling.interface import Interface
 from coupling.kernels.adaptive import GROWS_BELOW, bend_of_last
 from coupling.schemes.scheme import Scheme
 from coupling.state import Counts, CoupledState, NotConverged, as_run
-from structures.checks import positive, short
+from structures.checks import short
+from structures.described import described
+from structures.quantities import Quantity
 
 MOST_HALVINGS = 12
 """Halvings of a substep that fails, before the run stops."""
@@ -23,7 +26,7 @@ TAKEN_AS_ONE = 1.0 + 1e-9
 """Windows whose ratio is below this number are equal."""
 
 
-@dataclass(frozen=True)
+@described
 class Adaptive:
     """Windows as long as their error allows: each is the saved interval over a power of two.
 
@@ -50,10 +53,7 @@ class Adaptive:
     0.62 µm
     """
 
-    tolerance: float = 1e-5
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+    tolerance: Annotated[float, Quantity()] = 1e-5
 
 
 @dataclass(frozen=True)

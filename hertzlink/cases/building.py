@@ -9,9 +9,9 @@ from typing import Any
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
 from hertzlink.cases.bodies import Body, Nothing, Reduction
-from hertzlink.cases.chains import ChainPart, Seat
+from hertzlink.cases.chains import Seat
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.model import CaseModel, RunPart
+from hertzlink.cases.model import CaseModel, RunPart, run_entries
 from hertzlink.cases.parts import World, made
 from hertzlink.cases.paths import Path, written
 from plates.laminate import OrthotropicMaterial
@@ -51,17 +51,12 @@ def simulation_of(
     bodies = Bodies(model, world, known)
     facing = [bodies.facing(i, path) for i, path in enumerate(paths)]
     behind = [bodies.behind(i, path) for i, path in enumerate(paths)]
-    run = model.run
-    window = run.window if run.adaptive is None else made(run.adaptive, world, ("run", "adaptive"))
-    scheme = None if run.scheme is None else made(run.scheme, world, ("run", "scheme"))
+    settings = made(model.run, world, ("run",))
+    ends = (facing, behind) if many else (facing[0], behind[0])
     try:
-        return CoSimulation(
-            chains if many else chains[0], facing if many else facing[0], scheme, window, run.dt, substeps=run.substeps,
-            waveform=run.waveform, behind=behind if many else behind[0], accuracy=run.accuracy,
-            most_steps=run.most_steps,
-        )  # fmt: skip
+        return CoSimulation(chains if many else chains[0], ends[0], behind=ends[1], **settings)
     except ValueError as error:
-        raise _fault(str(error)) from error
+        raise _fault(str(error), model) from error
 
 
 class Bodies:
@@ -126,12 +121,11 @@ class Bodies:
         return self._known[name]
 
 
-def _fault(message: str) -> Fault:
+def _fault(message: str, model: CaseModel) -> Fault:
     """What a message of CoSimulation is about; of the chain, where it names nothing else."""
     sections: dict[str, Path] = {name: (name,) for name in ("structure", "behind")}
-    for section, part in (("chain", ChainPart), ("run", RunPart)):
-        sections |= {name: (section, name) for name in part.model_fields}
-    fault = fault_of(message, sections)
+    chain: dict[str, Path] = {name: ("chain", name) for name in type(model.chains[0]).model_fields}
+    fault = fault_of(message, {**sections, **chain, **run_entries()})
     return fault if fault.path else Fault(("chain",), message)
 
 

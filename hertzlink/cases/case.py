@@ -14,7 +14,7 @@ from coupling.cosimulation import CoSimulation
 from hertzlink.cases.building import simulation_of
 from hertzlink.cases.checking import checked
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.model import CaseModel, RunPart
+from hertzlink.cases.model import CaseModel, run_entries
 from hertzlink.cases.paths import parsed, put
 from hertzlink.cases.reading import Source, read_source
 from hertzlink.cases.toml import as_toml
@@ -87,7 +87,7 @@ def of_run() -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        fault = fault_of(str(error), {name: ("run", name) for name in RunPart.model_fields})
+        fault = fault_of(str(error), run_entries())
         if fault.path:
             raise fault from error
         raise

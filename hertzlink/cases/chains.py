@@ -2,32 +2,34 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag, create_model
 
-from hertzlink.cases.declared import MOST_BEADS, SPECIAL, Counted, Declared, members, tables_of, union, union_of
+from hertzlink.cases.declared import (
+    MOST_BEADS,
+    SPECIAL,
+    Counted,
+    Declared,
+    described_by,
+    members,
+    table_of,
+    tables_of,
+    union,
+    union_of,
+)
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.laws import NumericalLaw
-from hertzlink.cases.parts import (
-    Force,
-    Length,
-    Part,
-    World,
-    forms,
-    made,
-)
+from hertzlink.cases.parts import Length, Part, World, forms, made
 from hertzlink.cases.paths import Path
-from hertzlink.cases.units import Unit
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
-from particles.dissipation import Dissipation
 from particles.excitation import Excitation, SpringLoaded
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw
-from structures.damping import Viscous
-from structures.quantities import Angle, Likely
+
+CHAIN = described_by(DeformableChain)
 
 BEAD = 'a bead, such as { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }'
 
@@ -47,20 +49,19 @@ SPECIAL[SpringLoaded] = Spring
 def chain_table() -> type["ChainPart"]:
     """The table of a chain with all parts that are described."""
     bead: Any = union_of(Bead)
-    moved = union_of(Excitation)
     laws = union([*tables_of([*members(ContactLaw), *members(YieldingLaw)]), NumericalLaw])
     known = ChainPart.model_fields
-    return create_model(
+    base: type[ChainPart] = create_model(
         "ChainPart",
         __base__=ChainPart,
         __doc__=ChainPart.__doc__,
         beads=(_beads(bead), known["beads"]),
         bead=(bead | None, known["bead"]),
-        striker=(_striker(bead, moved), "bead"),
-        dissipation=(union_of(Dissipation) | None, None),
-        damping=(union_of(Viscous) | None, known["damping"]),
+        striker=(_striker(bead, union_of(Excitation)), "bead"),
         law=(laws | None, None),
     )
+    # A chain of beads that deform has what any chain has, and more.
+    return table_of(CHAIN, base=base)  # type: ignore[return-value]
 
 
 def _what_strikes(given: Any) -> str | None:
@@ -100,52 +101,37 @@ class Seat(Part):
     point: Annotated[int, Field(ge=0)] = 0
 
 
-class ChainPart(Part):
+class ChainPart(Declared):
     """The chain, from its struck end."""
+
+    named_so = "ChainPart"
+    without, apart = ("vibrations",), ("beads", "striker", "law")
 
     beads: int | list[Counted] = Field(description="a number of beads, such as 20, or a list of beads")
     bead: Counted | None = Field(None, description=BEAD)
     repeat: Annotated[int, Field(ge=1, le=MOST_BEADS)] = 1
     striker: str | Declared = "bead"
-    impact_speed: Annotated[float, Unit.of(Likely.SPEED)] | None = None
     drop_height: Length | None = None
-    gravity: Annotated[float, Unit.of(Likely.GRAVITY)] = 0.0
-    inclination: Annotated[float, Unit.noted(Angle)] | None = None
-    preload: Force = 0.0
-    dissipation: Part | None = None
     law: Part | None = None
-    integrator: Literal["verlet", "rk4"] = "verlet"
-    modes: Annotated[int, Field(ge=1)] | None = Field(None, description="the motions of a bead that deforms, such as 8")
-    damping: Part | None = Field(None, description="a loss inside beads that deform")
     on: Seat | None = Field(None, description="what the last bead faces, such as { structure = 0, point = 1 }")
     behind: Seat | None = Field(None, description="what the first bead faces with its struck side, as on")
+
+    if TYPE_CHECKING:
+        impact_speed: float | None
+        modes: int | None
+        damping: Part | None
 
     named: ClassVar[Mapping[str, Path]] = {"height": ("drop_height",), "stiffness": ("striker", "stiffness")}
 
     def make(self, world: World) -> Chain:
-        own = {} if self.bead is None else {"bead": made(self.bead, world, ("bead",))}
-        beads = self._row(world, own.get("bead"))
-        optional = {name: getattr(self, name) for name in ("inclination",) if getattr(self, name) is not None}
-        if self.dissipation is not None:
-            optional["dissipation"] = made(self.dissipation, world, ("dissipation",))
-        if self.modes is not None:
-            optional["modes"] = self.modes
-        if self.damping is not None:
-            if self.modes is None:
-                raise Fault(("damping",), "acts inside beads that deform; give modes as well, such as modes = 8")
-            optional["damping"] = made(self.damping, world, ("damping",))
-        striker = self._striker(world, own.get("bead", beads[0]))
-        kind = Chain if self.modes is None else DeformableChain
-        return kind(
-            beads,
-            striker,
-            self._speed(),
-            gravity=self.gravity,
-            preload=self.preload,
-            integrator=self.integrator,
-            law=self._law(world, beads, striker),
-            **optional,
-        )
+        bead = None if self.bead is None else made(self.bead, world, ("bead",))
+        beads = self._row(world, bead)
+        if self.damping is not None and self.modes is None:
+            raise Fault(("damping",), "acts inside beads that deform; give modes as well, such as modes = 8")
+        given = self.arguments(world)
+        striker = self._striker(world, bead or beads[0])
+        given |= {"impact_speed": self._speed(), "law": self._law(world, beads, striker)}
+        return (Chain if self.modes is None else DeformableChain)(beads, striker, **given)
 
     @property
     def count(self) -> int:

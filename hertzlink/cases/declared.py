@@ -3,12 +3,14 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
 from inspect import isclass
+from math import isfinite
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 from pydantic import Discriminator, Field, Tag, create_model
 
+from coupling.schemes.scheme import MEMBERS, Scheme
+from hertzlink import _described as _described  # for what they describe
 from hertzlink._rooms import ROOMS
 from hertzlink.cases.parts import AnyMaterial, Part, Round, World, file_of, forms, made, material_of
 from hertzlink.cases.paths import Path
@@ -18,7 +20,7 @@ from particles.dissipation import Dissipation
 from particles.excitation import Excitation
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw
-from structures.checks import short
+from structures.checks import MOST, short
 from structures.damping import Viscous
 from structures.described import Described, Parameter, description, noted, of_family, registered
 from structures.material import MATERIALS, Material
@@ -29,12 +31,6 @@ Data = dict[str, Any]
 EMPTY: Mapping[Any, Any] = {}
 
 MOST_BEADS = 100_000
-
-for _module in (
-    "particles.laws.computed", "plates.beam", "plates.half_plane",
-    "structures.cylinder", "structures.rod", "structures.solid", "structures.spherical_shell", "structures.structure",
-):  # fmt: skip
-    import_module(_module)  # for what it describes
 
 
 @dataclass(frozen=True)
@@ -55,17 +51,23 @@ TAGS: Mapping[type, str] = {Bead: "shape"}
 SPECIAL: dict[Any, type["Declared"]] = {}
 """What a table has in addition to the parameters of some classes and functions; the modules of the tables fill it."""
 
-FAMILIES = (Bead, ContactLaw, Dissipation, Excitation, Viscous, YieldingLaw)
+FAMILIES = (Bead, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw)
+
+ANY_CLASS: Mapping[type, tuple[str, ...]] = {Bead: ATTRIBUTES, Scheme: MEMBERS}
+"""Families of all classes that have these attributes."""
 
 
 class Declared(Part):
     """A table whose entries are the parameters of what is described.
 
     optional: parameters that a table may leave out though they are required, and what a message says of them. without:
-    those that have no entry, because others stand for them.
+    those that have no entry, because others stand for them. apart: those whose entries `make` reads itself. named_so:
+    the table's name in the schema, where it is not that of what is described.
     """
 
     of: ClassVar[Described]
+    named_so: ClassVar[str] = ""
+    apart: ClassVar[tuple[str, ...]] = ()
     optional: ClassVar[Mapping[str, str]] = EMPTY
     without: ClassVar[tuple[str, ...]] = ()
 
@@ -79,9 +81,8 @@ class Declared(Part):
             given["radius"] = self.its_radius()
         if "until" in self.of.parameters:
             given.setdefault("until", world.until)  # a structure that serves runs of a limited length
-        return {
-            name: form.build(given[name], world, (name,)) for name, form in forms_of(self.of).items() if name in given
-        }
+        forms = {name: form for name, form in forms_of(self.of).items() if name in given and name not in self.apart}
+        return {name: form.build(given[name], world, (name,)) for name, form in forms.items()}
 
 
 class Counted(Declared):
@@ -95,14 +96,15 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
     """The model of the table. tag: the entry that says what it is, "kind" or "shape"; base: what it has in addition."""
     fields: dict[str, Any] = {tag: (Literal[(of.kind, *of.also)], ...)} if tag else {}
     hidden = {*base.model_fields, *base.without}
-    fields |= {name: _field(one) for name, one in of.parameters.items() if name not in hidden}
+    fields |= {name: field_of(one) for name, one in of.parameters.items() if name not in hidden}
     bases: tuple[type[Part], ...] = (base,)
     for name, asks in base.optional.items():
         fields[name] = (fields[name][0] | None, Field(None, description=asks))
     radius = of.parameters.get("radius")
     if radius is not None and radius.required:
         bases, _ = (*bases, Round), fields.pop("radius", None)
-    model: Any = create_model(of.name, __base__=bases, __doc__=of.summary, __module__=__name__, **fields)
+    texts = (base.named_so, base.__doc__) if base.named_so else (of.name, of.summary)
+    model: Any = create_model(texts[0], __base__=bases, __doc__=texts[1], __module__=__name__, **fields)
     model.of = of
     found: type[Part] = model
     return found
@@ -110,20 +112,16 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
 
 def members(family: type) -> list[Described]:
     """What is described and may stand where one of a family is asked for."""
-    if family is not Bead:
+    if family not in ANY_CLASS:
         return list(of_family(family))
-    # Any class is a bead that has what a bead has.
-    return [
-        one
-        for one in registered()
-        if isclass(one.target) and all(name in (*dir(one.target), *one.parameters) for name in ATTRIBUTES)
-    ]
+    classes = [one for one in registered() if isclass(one.target)]
+    return [one for one in classes if {*ANY_CLASS[family]} <= {*dir(one.target), *one.parameters}]
 
 
-def union_of(family: type) -> Any:
-    """The type of an entry that holds one of a family."""
-    tag = TAGS.get(family, "kind")
-    return union(tables_of(members(family), tag, Counted if family is Bead else Declared), tag)
+def union_of(*families: type) -> Any:
+    """The type of an entry that holds one of some families with the same tag."""
+    tag, base = TAGS.get(families[0], "kind"), Counted if Bead in families else Declared
+    return union(tables_of([one for family in families for one in members(family)], tag, base), tag)
 
 
 def union(tables: Iterable[type[Part]], tag: str = "kind") -> Any:
@@ -160,8 +158,14 @@ def fields_of(given: Mapping[str, Any], of: Described, path: str) -> Data:
     """The entries of arguments that results hold."""
     # JSON holds infinity and NaN as texts; both stand for a number that was left out.
     absent = (None, "", "Infinity", "NaN")
-    forms = {name: form for name, form in forms_of(of).items() if name in given and given[name] not in absent}
-    return {name: form.plain(given[name], f"{path}.{name}") for name, form in forms.items()}
+    forms = {name: form for name, form in forms_of(of).items() if name in given}
+    for name in forms:
+        default = of.parameters[name].default
+        if given[name] is None and isinstance(default, int | float) and isfinite(default):
+            raise refused(f"{path}.{name}", f"None; what is left out is {default!r}")
+    return {
+        name: form.plain(given[name], f"{path}.{name}") for name, form in forms.items() if given[name] not in absent
+    }
 
 
 def forget_tables() -> None:
@@ -172,10 +176,16 @@ def forget_tables() -> None:
 
 def quantity_of(target: Any, name: str) -> Unit:
     """The unit of a parameter, for an entry that stands for it."""
-    of = description(target)
-    quantity = None if of is None else of.parameters[name].quantity
+    quantity = described_by(target).parameters[name].quantity
     assert quantity is not None
     return Unit.of(quantity)
+
+
+def described_by(target: Any) -> Described:
+    """The description of what has one."""
+    of = description(target)
+    assert of is not None
+    return of
 
 
 def refused(path: str, what: str) -> ValueError:
@@ -183,7 +193,7 @@ def refused(path: str, what: str) -> ValueError:
     return ValueError(f"{path}: cannot be rebuilt: {what}")
 
 
-def _field(one: Parameter) -> tuple[Any, Any]:
+def field_of(one: Parameter) -> tuple[Any, Any]:
     """The entry of a parameter. A number other than zero that a case leaves out is for the builder to choose."""
     entry = _form(one.type, one.notes, int(one.required)).entry
     asks = next((note.text for note in one.notes if isinstance(note, Asks | InFile)), None)
@@ -221,7 +231,8 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
         if isinstance(note, OneOf):
             return Form(Literal[note.words])
         if isinstance(note, Count):
-            return Form(Annotated[int, Field(ge=note.least)])
+            most = note.most if note.most < MOST else None
+            return Form(Annotated[int, Field(ge=note.least, le=most)])
         if isinstance(note, InFile):
             return Form(str, lambda value, world, path: file_of(value, world))
     if kind is float:
@@ -249,6 +260,9 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
 
 def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     """Of a union: one of several tables, a word or a table, or else the first member that a case can hold."""
+    families = [kind for kind, _ in members if kind in FAMILIES]
+    if len({TAGS.get(family, "kind") for family in families}) == 1:
+        return Form(union_of(*families), made, lambda value, path: data_of(value, path, *families))
     kinds = [description(kind) if isclass(kind) and kind is not Material else None for kind, _ in members]
     if all(kinds):
         return Form(union(tables_of(filter(None, kinds))), made)

@@ -5,14 +5,11 @@ from itertools import groupby
 from typing import Any
 
 from hertzlink.cases.bodies import structure_tables
-from hertzlink.cases.declared import data_of, refused
+from hertzlink.cases.chains import CHAIN
+from hertzlink.cases.declared import data_of, fields_of, refused
 from particles.bead import Bead
-from particles.dissipation import Dissipation
 from particles.excitation import Excitation
-from particles.laws.law import ContactLaw
-from particles.laws.yielding import YieldingLaw
 from structures.checks import short
-from structures.damping import Viscous
 
 STEPPERS = {
     "newmark": "newmark", "generalised-alpha": "generalised_alpha", "central-difference": "central_difference",
@@ -20,16 +17,15 @@ STEPPERS = {
 
 DAMPINGS = {"Rayleigh": "rayleigh", "modal": "modal", "standard linear solid": "standard_linear_solid"}
 
-CHAIN = ("gravity", "inclination", "preload", "integrator")
-
 Data = dict[str, Any]
 
 
 def chain_data(given: Mapping[str, Any]) -> Data:
     """The section [chain]."""
-    known = {"beads", "striker", "impact_speed", "dissipation", "law", "modes", "vibrations", "damping", *CHAIN}
-    if unknown := sorted(set(given) - known):
+    if unknown := sorted(set(given) - set(CHAIN.parameters)):
         raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has")
+    if "vibration" not in str(given.get("vibrations", "vibration")):
+        raise refused("chain.vibrations", "vibrations of your own")
     beads = [data_of(one, f"chain.beads[{i}]", Bead) for i, one in enumerate(given["beads"])]
     rows = [{**one, "count": len(list(many))} for one, many in groupby(beads)]
     if len(rows) == 1:
@@ -40,18 +36,8 @@ def chain_data(given: Mapping[str, Any]) -> Data:
     data["striker"] = _striker(given["striker"])
     if data["striker"] == data.get("bead"):
         data["striker"] = "bead"
-    data |= {name: given[name] for name in ("impact_speed", *CHAIN) if given[name] is not None}
-    if given["dissipation"] is not None:
-        data["dissipation"] = data_of(given["dissipation"], "chain.dissipation", Dissipation)
-    if given["law"] is not None:
-        data["law"] = data_of(given["law"], "chain.law", ContactLaw, YieldingLaw)
-    if "modes" in given:
-        if "vibration" not in str(given["vibrations"]):
-            raise refused("chain.vibrations", "vibrations of your own")
-        data["modes"] = given["modes"]
-        if given.get("damping") is not None:
-            data["damping"] = data_of(given["damping"], "chain.damping", Viscous)
-    return data
+    rest = {name: value for name, value in given.items() if name not in ("beads", "striker", "vibrations")}
+    return data | fields_of(rest, CHAIN, "chain")
 
 
 def _striker(given: Any) -> Any:

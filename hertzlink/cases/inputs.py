@@ -9,19 +9,19 @@ from typing import Any
 
 import xarray as xr
 
+from coupling.accuracy import ACCURACIES
 from coupling.cosimulation import CoSimulation
 from coupling.results.provenance import as_text, stored, unfolded
+from coupling.schemes.scheme import Scheme
 from hertzlink.cases.case import Case
-from hertzlink.cases.declared import refused
+from hertzlink.cases.declared import data_of, refused
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.input_parts import chain_data, structure_data
-from hertzlink.cases.model import SCHEMES
+from hertzlink.cases.parts import World
 from hertzlink.cases.paths import written
 
 SAME, SAME_ESTIMATE = 1e-9, 1e-2
 """Relative differences of numbers that the builders compute, and of an estimated error, on another processor."""
-
-ACCURACIES = ("default", "screening", "reference")
 
 KNOWN = {
     "chain", "structure", "chains", "structures", "contacts", "scheme", "until", "window", "substeps", "save_every",
@@ -116,11 +116,8 @@ def _plain(given: Any) -> dict[str, Any]:
 
 def _scheme(text: str) -> dict[str, Any]:
     """A scheme from its repr."""
-    names = {made.__name__: name for name, made in SCHEMES.items()}
-    name, values = _called(text)
-    if name not in names:
-        raise refused("scheme", text)
-    return {"kind": names[name], **values}
+    name, values = _called(text.rpartition("<locals>.")[2])
+    return data_of({"class": name, **values}, "scheme", Scheme)
 
 
 def _called(text: str) -> tuple[str, dict[str, Any]]:
@@ -169,9 +166,8 @@ def _built(case: Case) -> CoSimulation:
 
 def _like(first: CoSimulation, case: Case) -> CoSimulation:
     """The same simulation with other windows; structures are not built again."""
-    run = case.model.run
-    window = run.window if run.adaptive is None else run.adaptive.make(None)  # type: ignore[arg-type]
-    return first.replace(window=window, dt=run.dt, substeps=run.substeps, accuracy=run.accuracy)
+    defaults = {"window": None, "dt": None, "substeps": None}
+    return first.replace(**{**defaults, **case.model.run.make(World())})
 
 
 def _compare(given: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:

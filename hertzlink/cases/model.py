@@ -1,30 +1,37 @@
 """A whole case: its sections, checked; the model from which editors get their schema."""
 
 from functools import lru_cache
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, create_model
 
-from coupling.run_checks import MOST_OF_A_RUN
-from coupling.schemes.condensed import Condensed
-from coupling.schemes.explicit import Explicit
-from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
+from coupling.cosimulation import CoSimulation
 from coupling.schemes.windows import Adaptive
 from hertzlink.cases import plates as _plates  # noqa: F401  for its tables
 from hertzlink.cases.bodies import Body, Nothing, Reduce, structure_tables
 from hertzlink.cases.chains import ChainPart, chain_table
-from hertzlink.cases.declared import forget_tables, union
+from hertzlink.cases.declared import Data, Declared, described_by, field_of, forget_tables, table_of, union
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import Duration, Frequency, Length, Number, OrthotropicPart, OwnMaterial, Part, World, forms
+from hertzlink.cases.parts import (
+    Duration,
+    Frequency,
+    Length,
+    Number,
+    OrthotropicPart,
+    OwnMaterial,
+    Part,
+    World,
+    forms,
+    made,
+)
+from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from structures.described import registered
 
 MOST = 100
 """Chains, and structures."""
 
-SCHEMES: dict[str, Any] = {
-    "condensed": Condensed, "explicit": Explicit, "aitken": Aitken, "iqn_ils": IQN_ILS, "fixed_point": FixedPoint,
-}  # fmt: skip
+SIMULATION = described_by(CoSimulation.__init__)
 
 
 def _which_material(given: Any) -> str | None:
@@ -54,50 +61,43 @@ AnyMaterialPart = Annotated[
 Range = Annotated[list[Any], Field(min_length=2, max_length=2)]
 
 
-class SchemePart(Part):
-    """How chain and structure agree on the force of a window."""
-
-    kind: Literal["condensed", "explicit", "aitken", "iqn_ils", "fixed_point"]
-    tolerance: Number | None = None
-    relaxation: Number | None = None
-    largest_count: int | None = None
-    reuse: int | None = None
-    filtering: Number | None = None
-    predictor: int | None = None
-    parallel: bool | None = None
-
-    def make(self, world: World) -> Any:
-        made = SCHEMES[self.kind]
-        names = made.__dataclass_fields__
-        for name in self.given("kind"):
-            if name not in names:
-                raise ValueError(f"{name}: is no entry of {self.kind}; it has {', '.join(names)}")
-        return made(**self.given("kind"))
-
-
-class AdaptivePart(Part):
-    """Windows whose length follows an error estimate."""
-
-    tolerance: Number
-
-    def make(self, world: World) -> Adaptive:
-        return Adaptive(self.tolerance)
-
-
-class RunPart(Part):
+class RunPart(Declared):
     """The record, and how finely it is computed."""
 
+    named_so = "RunPart"
+    without = ("self", "chain", "structure", "behind")
+
+    # Positive before any structure is built for it.
     until: Annotated[Duration, Field(gt=0.0)]
-    save_every: Duration | None = None
-    accuracy: Literal["default", "screening", "reference"] = "default"
     reduce: Reduce = True
-    scheme: SchemePart | None = None
-    window: Duration | None = None
-    dt: Duration | None = Field(None, description="the step of the chain; by default it follows from the contacts")
-    adaptive: AdaptivePart | None = None
-    substeps: Annotated[int, Field(ge=1)] | None = None
-    waveform: Literal["linear", "quadratic"] = "linear"
-    most_steps: Annotated[float, Unit("", "a number of steps of beads", "1e10")] = MOST_OF_A_RUN
+    adaptive: Declared | None = None
+
+    if TYPE_CHECKING:
+        save_every: float | None
+        window: float | None
+
+    def make(self, world: World) -> Data:
+        """The arguments of CoSimulation."""
+        given = self.arguments(world)
+        if self.adaptive is not None:
+            if self.window is not None:
+                raise Fault(("adaptive",), "sets the windows; leave out window")
+            given["window"] = made(self.adaptive, world, ("adaptive",))
+        return given
+
+
+def run_table() -> type[RunPart]:
+    """The table of a run with all schemes that are described."""
+    saved = described_by(CoSimulation.run).parameters["save_every"]
+    windows: Any = table_of(described_by(Adaptive))
+    base: type[RunPart] = create_model(
+        "RunPart",
+        __base__=RunPart,
+        __doc__=RunPart.__doc__,
+        save_every=field_of(saved),
+        adaptive=(windows | None, None),
+    )
+    return table_of(SIMULATION, base=base)  # type: ignore[return-value]
 
 
 class Steps(Part):
@@ -215,6 +215,12 @@ def case_model() -> type[CaseModel]:
     return _case_model(registered())
 
 
+def run_entries() -> dict[str, Path]:
+    """The paths of the entries of [run], by name."""
+    table: Any = case_model().model_fields["run"].annotation
+    return {name: ("run", name) for name in table.model_fields}
+
+
 @lru_cache(maxsize=1)
 def _case_model(known: object) -> type[CaseModel]:
     forget_tables()
@@ -226,4 +232,5 @@ def _case_model(known: object) -> type[CaseModel]:
         chain=(_many(chain_table(), "chain"), CaseModel.model_fields["chain"]),
         structure=(_many(structure, "structure"), CaseModel.model_fields["structure"]),
         behind=(structure | None, None),
+        run=(run_table(), CaseModel.model_fields["run"]),
     )

@@ -4,22 +4,15 @@ from collections.abc import Iterator, Mapping
 from math import pi
 from typing import Any
 
+from coupling.cosimulation import CoSimulation
 from coupling.plots.canvas import in_words
+from hertzlink import _described as _described  # for what they describe
 from hertzlink.reports.page import Table, table
-from structures.described import registered
+from structures.described import description, registered
 from structures.units import handy
 
-UNITS = {
-    "radius": "m", "inner_radius": "m", "length": "m", "width": "m", "thickness": "m", "distance": "m",
-    "patch_radius": "m", "compression": "m", "travel": "m", "impact_speed": "m/s", "gravity": "m/s²", "preload": "N",
-    "youngs_modulus": "Pa", "yield_strength": "Pa", "density": "kg/m³",
-    "until": "s", "window": "s", "save_every": "s", "highest_frequency": "Hz", "impedance": "N s/m", "at": "m",
-    "youngs_modulus_along": "Pa", "youngs_modulus_across": "Pa", "shear_modulus": "Pa", "shear_modulus_along": "Pa",
-    "shear_modulus_across": "Pa", "bending_stiffness": "N m²", "mass_per_length": "kg/m",
-    "region": "m", "xx": "N/m", "yy": "N/m", "xy": "N/m", "time": "s", "stiffness_time": "s", "mass_rate": "1/s",
-    "pulse": "s", "inclination": "rad", "angle": "rad",
-}  # fmt: skip
-"""Units by the names of arguments. They are shown with a prefix in which the number is handy: mm, µs, GPa."""
+UNITS = {"impedance": "N s/m", "region": "m", "pulse": "s"}
+"""Units of numbers that are no parameter of what is described."""
 
 LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform", "shorter_pulses")
 """What the table does not show; the full input is below it."""
@@ -63,10 +56,17 @@ def rows_of(given: Any) -> Iterator[tuple[str, str]]:
 
 
 def _units(given: Mapping[str, Any]) -> dict[str, str]:
-    """Units of the arguments of what is described, by its class, or by its kind as a structure."""
+    """Units by the names of arguments: those of what is described, by its class, or by its kind as a structure.
+
+    Of a part whose class is not noted, such as a chain, the units on which all parameters of a name agree.
+    """
+    every = [*registered(), *filter(None, map(description, (CoSimulation.__init__, CoSimulation.run)))]
+    all_units = [pair for one in every for pair in one.units.items()]
+    units = UNITS | dict(all_units)
+    units |= {name: "" for name, unit in all_units if units[name] != unit}
     names = given.get("class"), given.get("kind")
-    of = next((one for one in registered() if one.name == names[0] or one.called == names[1]), None)
-    return {} if of is None else {one.name: one.quantity.unit for one in of.parameters.values() if one.quantity}
+    of = next((one for one in every if one.name == names[0] or one.called == names[1]), None)
+    return units if of is None else units | of.units
 
 
 def counted(texts: list[str]) -> list[str]:
@@ -77,7 +77,7 @@ def counted(texts: list[str]) -> list[str]:
 def _value(name: str, value: Any, units: Mapping[str, str]) -> str:
     if isinstance(value, bool) or value is None:
         return str(value)
-    unit = units.get(name, UNITS.get(name, ""))
+    unit = units.get(name, "")
     if isinstance(value, int | float):
         return _numbers(unit, [value])
     if isinstance(value, Mapping):

@@ -6,10 +6,9 @@ contact's law, which is not linear; the part at the other pole is a flexibility 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import ceil, inf, log2, pi
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -25,8 +24,10 @@ from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
-from structures.checks import function, short, whole
+from structures.checks import function, short
 from structures.damping import Modal, Viscous
+from structures.described import described
+from structures.quantities import Asks, Count
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -46,7 +47,7 @@ LEAST_LEFT = 0.2
 left."""
 
 
-@dataclass(frozen=True, repr=False)
+@described
 class DeformableChain(Chain):
     """A chain whose beads deform and vibrate, as in the thesis's finite elements.
 
@@ -101,15 +102,14 @@ class DeformableChain(Chain):
     DeformableChain(10 Sphere, struck by Sphere at 0.44 m/s, modes=4)
     """
 
-    modes: int = 8
+    modes: Annotated[int, Count(1, MOST_MODES), Asks("the motions of a bead that deforms, such as 8")] = 8
     vibrations: Callable[[Bead, int], Vibration] = vibration
-    damping: Viscous | Callable[[Bead], Viscous | None] | None = None
+    damping: Annotated[Viscous | Callable[[Bead], Viscous | None], Asks("a loss inside beads that deform")] | None = (
+        None
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "modes", whole("modes", self.modes))
-        if self.modes > MOST_MODES:
-            raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
         if isinstance(self.law, YieldingLaw):
             raise ValueError(f"law = {self.law!r}: needs rigid beads; give a Chain, not a DeformableChain")
         function("vibrations", self.vibrations, 2, "a function of a bead and a number of modes")

@@ -14,12 +14,15 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from hertzlink.cases.model import case_model
+from hertzlink.cases.case import Case
+from hertzlink.cases.model import SIMULATION, case_model
 from hertzlink.quantities import Count, OneOf, Quantity
+from hertzlink.reports import setup_in_words
+from structures import described as described_module
 from structures.described import Described, description, registered
 
 HOME = Path(hl.__file__).parent.parent
-ROOMS = ("structures", "particles", "plates")
+ROOMS = ("structures", "particles", "plates", "coupling")
 CHECKS = {"positive", "finite", "not_negative", "within", "up_to", "turn", "whole", "one_of", "warn"}
 
 SECOND = {
@@ -33,7 +36,10 @@ SECOND = {
 
 def ours() -> list[Described]:
     case_model()  # loads all parts
-    return [one for one in registered() if str(one.target.__module__).partition(".")[0] in ROOMS]
+    described = [one for one in registered() if str(one.target.__module__).partition(".")[0] in ROOMS]
+    run = description(hl.CoSimulation.run)
+    assert run is not None
+    return [*described, SIMULATION, run]
 
 
 def names_checked(one: Described) -> set[str]:
@@ -59,6 +65,53 @@ def test_a_unit_of_an_entry_stands_in_one_place() -> None:
     fields = [name for one in ours() if one.called == "Kirchhoff plate" for name in one.parameters]
     written = "\n".join(texts)
     assert not [name for name in fields if re.search(rf"^    {name}: .*Unit\(", written, re.MULTILINE)]
+
+
+def test_an_entry_of_a_chain_or_a_run_stands_in_one_place() -> None:
+    """The tables of a chain and of a run have no field by hand for what a signature declares with its range."""
+    for of, file in (("DeformableChain", "chains"), ("__init__", "model"), ("run", "model")):
+        known = next(one for one in ours() if one.name == of)
+        text = (HOME / "hertzlink" / "cases" / f"{file}.py").read_text("utf-8")
+        # The record is positive before a structure is built for it.
+        names = [name for name, one in known.parameters.items() if one.notes and name != "until"]
+        assert len(names) >= 1
+        assert not [name for name in names if re.search(rf"^    {name}: .* = ", text, re.MULTILINE)]
+
+
+def test_a_report_has_no_unit_of_its_own_for_a_parameter() -> None:
+    assert not set(setup_in_words.UNITS) & {name for one in ours() for name in one.units}
+
+
+def test_a_scheme_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(described_module, "_ALL", dict(described_module._ALL))
+
+    @hl.described
+    class Lagged:
+        """The forces of the last substep push the structures."""
+
+        order: Annotated[int, Count(0, 2)] = 1
+        substeps_per_contact = 512
+        repeats = whole_window = False
+
+        def start(self, interface: Any) -> Any:
+            return hl.Explicit(self.order, tolerance=None).start(interface)
+
+        def step(self, *window: Any) -> Any:
+            return hl.Explicit(self.order, tolerance=None).step(*window)
+
+    bead = {"shape": "sphere", "radius": 4.76e-3, "material": "PTFE"}
+    data = {
+        "chain": {"beads": 3, "bead": bead, "impact_speed": 0.3},
+        "structure": {"kind": "half_space", "material": "PTFE"},
+        "run": {"until": 5e-5, "scheme": {"kind": "lagged", "order": 2}},
+    }
+    run = Case(data).run()
+    assert hl.from_input(run).simulation().scheme == Lagged(2)
+    data["run"]["scheme"]["order"] = 3
+    with pytest.raises(ValueError, match=r"run\.scheme\.order: 3 must be at most 2"):
+        Case(data).simulation()
+    with pytest.raises(ValueError, match=r"scheme\.tolerance: cannot be rebuilt: None; what is left out is 0\.01"):
+        hl.from_input(run.attrs["input"].replace("Lagged(order=2)", "Explicit(tolerance=None)"))
 
 
 def test_all_kinds_are_different() -> None:
