@@ -10,7 +10,7 @@ from plates.elements.mindlin import Mindlin
 from plates.elements.morley import Morley
 from plates.laminate import Laminate, section_of
 from plates.plate import Plate
-from plates.section import SHEAR_CORRECTION, Section
+from plates.section import SHEAR_CORRECTION, Section, ShearCorrection
 from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
@@ -20,7 +20,7 @@ from structures.described import described_as
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
 from structures.mesh_reading import Tag
-from structures.quantities import Asks, Frequency, Length, Quantity, Scale, Several, Side
+from structures.quantities import Asks, Frequency, Length, Scale, Several, Side, WallThickness
 
 if TYPE_CHECKING:
     import meshio
@@ -30,8 +30,6 @@ Wall: TypeAlias = Material | Laminate | Section
 
 PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
 """An outline, or a flat mesh: the path of a file, or a meshio.Mesh."""
-
-ShearCorrection = Annotated[float, Quantity()]
 
 HELD = Asks('a table such as { left = "clamped" }')
 MERGE = Asks("points of the mesh that lie closer become one")
@@ -51,7 +49,7 @@ WIDEST = 2.0
 def kirchhoff_plate(
     length: Side,
     width: Side,
-    thickness: Length | None,
+    thickness: WallThickness | None,
     material: Wall,
     supports: Annotated[Supports, HELD],
     cells: tuple[Several, Several] | None = None,
@@ -113,7 +111,7 @@ def kirchhoff_plate(
 def mindlin_plate(
     length: Side,
     width: Side,
-    thickness: Length | None,
+    thickness: WallThickness | None,
     material: Wall,
     supports: Annotated[Supports, HELD],
     shear_correction: ShearCorrection = SHEAR_CORRECTION,
@@ -186,7 +184,7 @@ def mindlin_plate(
 @described_as(called="Kirchhoff panel")
 def kirchhoff_panel(
     shape: PanelShape,
-    thickness: Length | None,
+    thickness: WallThickness | None,
     material: Wall,
     supports: Mapping[Tag, Edge] | None = None,
     highest_frequency: Frequency = HIGHEST_FREQUENCY,
@@ -254,7 +252,7 @@ def kirchhoff_panel(
 @described_as(called="Mindlin panel")
 def mindlin_panel(
     shape: PanelShape,
-    thickness: Length | None,
+    thickness: WallThickness | None,
     material: Wall,
     supports: Mapping[Tag, Edge] | None = None,
     shear_correction: ShearCorrection = SHEAR_CORRECTION,

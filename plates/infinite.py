@@ -7,13 +7,13 @@ from plates.laminate import Laminate, section_of
 from plates.section import Section, point_rigidity
 from structures.described import described_as
 from structures.material import Material
-from structures.quantities import Length
+from structures.quantities import WallThickness
 from structures.structure import Structure
 from structures.surface import Surface
 
 
 @described_as(called="infinite plate")
-def infinite_plate(thickness: Length | None, material: Material | Laminate) -> Structure:
+def infinite_plate(thickness: WallThickness | None, material: Material | Laminate) -> Structure:
     """A thin plate without edges: one degree of freedom without mass on a dashpot 8 √(D ρ t), N s/m.
 
     Parameters

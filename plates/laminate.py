@@ -1,26 +1,30 @@
 """Laminated walls: orthotropic plies, and the Section that classical lamination theory makes of them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from math import sqrt
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from plates.section import SHEAR_CORRECTION, THICKEST, THINNEST, Section, homogeneous_section
+from plates.section import SHEAR_CORRECTION, Section, homogeneous_section
 from structures.anisotropy import indentation_modulus, orthotropic_stiffness
-from structures.checks import finite, instance, listed, positive, turn, within
+from structures.checks import listed, positive
+from structures.described import described
 from structures.elasticity import shear_modulus
 from structures.material import Material
-from structures.quantities import Likely
+from structures.quantities import Angle, Asks, Component, Density, Likely
 from structures.structure import Vector
+
+PlyModulus = Annotated[float, Likely.PLY_MODULUS]
+
+PLIES = Asks('a list such as [{ material = "carbon", thickness = "0.25 mm", angle = "45 deg" }]')
 
 SAME_THICKNESS = 1e-6
 """Part of a thickness by which one that is given may differ from the laminate's own: rounding."""
 
 
-@dataclass(frozen=True)
+@described
 class OrthotropicMaterial:
     """A sheet whose elasticity differs along and across its fibres.
 
@@ -52,35 +56,24 @@ class OrthotropicMaterial:
     1560.0
     """
 
-    youngs_modulus_along: float
-    youngs_modulus_across: float
-    poisson_ratio: float
-    shear_modulus: float
-    shear_modulus_along: float
-    shear_modulus_across: float
-    density: float
-    name: str = ""
+    youngs_modulus_along: PlyModulus
+    youngs_modulus_across: PlyModulus
+    poisson_ratio: Component
+    shear_modulus: PlyModulus
+    shear_modulus_along: PlyModulus
+    shear_modulus_across: PlyModulus
+    density: Density
+    name: Annotated[str, Asks("a name for tables")] = ""
 
     def __post_init__(self) -> None:
-        instance("name", self.name, str, "a text")
-        for name in (
-            "youngs_modulus_along", "youngs_modulus_across", "shear_modulus", "shear_modulus_along",
-            "shear_modulus_across",
-        ):  # fmt: skip
-            object.__setattr__(self, name, positive(name, getattr(self, name), "Pa"))
-            Likely.PLY_MODULUS.warn("OrthotropicMaterial", name, getattr(self, name))
-        object.__setattr__(self, "density", positive("density", self.density, "kg/m³"))
-        Likely.DENSITY.warn("OrthotropicMaterial", "density", self.density)
-        ratio = finite("poisson_ratio", self.poisson_ratio)
         largest = sqrt(self.youngs_modulus_along / self.youngs_modulus_across)
-        if abs(ratio) >= largest:
+        if abs(self.poisson_ratio) >= largest:
             raise ValueError(
                 f"poisson_ratio = {self.poisson_ratio!r}: must lie between ±√(E along / E across) = ±{largest:.4g}"
             )
-        object.__setattr__(self, "poisson_ratio", ratio)
 
 
-@dataclass(frozen=True)
+@described
 class Ply:
     """One layer of a laminate.
 
@@ -106,15 +99,12 @@ class Ply:
     """
 
     material: Material | OrthotropicMaterial
-    thickness: float
-    angle: float = 0.0
+    thickness: Annotated[float, Likely.PLY]
+    angle: Angle = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material | OrthotropicMaterial):
             raise ValueError(f"material = {self.material!r}: must be a Material or an OrthotropicMaterial")
-        object.__setattr__(self, "thickness", within("thickness", self.thickness, THINNEST, THICKEST, "m"))
-        Likely.PLY.warn("Ply", "thickness", self.thickness)
-        object.__setattr__(self, "angle", turn("angle", self.angle))
 
 
 class Stiffnesses(NamedTuple):
@@ -125,7 +115,7 @@ class Stiffnesses(NamedTuple):
     bending: Vector
 
 
-@dataclass(frozen=True)
+@described
 class Laminate:
     """Plies bonded into one wall.
 
@@ -152,14 +142,12 @@ class Laminate:
     <Laminate: 2 plies, 3 mm, steel 316 is struck>
     """
 
-    plies: Sequence[Ply]
-    surface: Material | None = None
+    plies: Annotated[Sequence[Ply], PLIES]
+    surface: Annotated[Material, Asks("the isotropic material that the bead feels")] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "plies", tuple(listed("plies", self.plies, Ply, "one Ply or more, the struck first")))
-        if self.surface is not None:
-            instance("surface", self.surface, Material, "the Material of the contact, or None")
-        else:
+        if self.surface is None:
             _isotropic(self.plies[0].material)
 
     def __repr__(self) -> str:
@@ -243,9 +231,8 @@ def section_of(
     """
     if isinstance(material, Laminate | Section):
         total, what = material.thickness, "laminate" if isinstance(material, Laminate) else "section"
-        if thickness is not None and abs(positive("thickness", thickness, "m") - total) > SAME_THICKNESS * total:
+        if thickness is not None and abs(thickness - total) > SAME_THICKNESS * total:
             raise ValueError(f"thickness = {thickness!r}: must be None or the {what}'s own, {total:.9g} m")
-        positive("shear_correction", shear_correction)
         return material if isinstance(material, Section) else material.section(shear_correction)
     if not isinstance(material, Material):
         raise ValueError(
@@ -254,7 +241,7 @@ def section_of(
         )
     if thickness is None:
         raise ValueError("thickness = None: must be a positive number of m; only a Laminate or a Section has its own")
-    return homogeneous_section(within("thickness", thickness, THINNEST, THICKEST, "m"), material, shear_correction)
+    return homogeneous_section(thickness, material, shear_correction)
 
 
 def struck(section: Section, material: object, face: str) -> Material:

@@ -79,6 +79,8 @@ class Plate:
         What is fixed to the plate, where it is weak, and forces in its plane.
     material : Material, Laminate or None
         What the section was made of; the faces of a Laminate may differ. None takes the section's `struck` material.
+    origin : Mapping
+        The arguments of the function that made the plate, as plain data for results.
 
     Raises
     ------
@@ -103,6 +105,7 @@ class Plate:
     highest_frequency: float = HIGHEST_FREQUENCY
     additions: Sequence[Addition] = ()
     material: Material | Laminate | None = None
+    origin: Mapping[str, Any] = field(default_factory=dict)
     _kept: dict[int, tuple[Assembled, Matrices]] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -377,7 +380,7 @@ class Plate:
         edges = asdict(self.supports) if isinstance(self.supports, Supports) else {
             name: asdict(edge) if isinstance(edge, ElasticEdge) else edge for name, edge in self._edges.items()
         }  # fmt: skip
-        return {
+        plain = {
             "kind": self.kind,
             **self.shape.described(),
             "thickness": self.thickness,
@@ -388,8 +391,9 @@ class Plate:
             **self.element.described(),
             "highest_frequency": None if self.shape.fixed else self.highest_frequency,
             "additions": [asdict(addition) for addition in self.additions],
-            **contacts_data(contacts),
         }
+        rest = {name: value for name, value in self.origin.items() if name not in (*plain, "shape")}
+        return {**plain, **rest, **contacts_data(contacts)}
 
     def _rows(self) -> list[tuple[str, str]]:
         """What the plate consists of, in words."""

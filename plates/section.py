@@ -1,18 +1,15 @@
 """The wall of a plate as its theory uses it: bending and shear stiffness, mass; of one material or of layers."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from structures.checks import instance, not_negative, positive, within
+from structures.described import described, described_as
 from structures.elasticity import shear_modulus
 from structures.material import Material
-from structures.quantities import Likely
+from structures.quantities import Asks, Quantity, Thickness, WallThickness
 from structures.structure import Vector
-
-THINNEST, THICKEST = 1e-12, 1e4
-"""m. Cubes of thicknesses beyond these, times a modulus, leave the range of floating point."""
 
 SHEAR_CORRECTION = 5.0 / 6.0
 """Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
@@ -25,7 +22,30 @@ ROUNDING = 1e-9
 """Part of a stiffness below which an entry counts as zero."""
 
 
-@dataclass(frozen=True, eq=False)
+ShearCorrection = Annotated[float, Quantity()]
+
+
+@dataclass(frozen=True)
+class PositiveDefinite:
+    """A square matrix of so many rows, symmetric and positive definite, for an annotation."""
+
+    size: int
+
+    def check(self, name: str, value: object) -> Vector:
+        """The matrix as an array; a ValueError for anything else."""
+        try:
+            matrix = np.asarray(value, dtype=float)
+        except (TypeError, ValueError):
+            matrix = np.zeros(0)
+        if matrix.shape != (self.size, self.size) or not np.isfinite(matrix).all():
+            shown = matrix.tolist() if matrix.size else value
+            raise ValueError(f"{name} = {shown!r}: must be {self.size} × {self.size} finite numbers")
+        if abs(matrix - matrix.T).max() > ROUNDING * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
+            raise ValueError(f"{name} = {matrix.tolist()!r}: must be symmetric and positive definite")
+        return matrix
+
+
+@described_as(eq=False)
 class Section:
     """The wall of a plate, per unit of its middle surface.
 
@@ -56,21 +76,12 @@ class Section:
     <Section: 2 mm, D11 = 51.55 N m, D22 = 51.55 N m, 5.386 kg/m²; aluminium 6061 is struck>
     """
 
-    bending: Vector
-    shear: Vector
-    mass: float
-    rotary_inertia: float
-    thickness: float
+    bending: Annotated[Vector, PositiveDefinite(3), Asks("three rows of three numbers, N m")]
+    shear: Annotated[Vector, PositiveDefinite(2), Asks("two rows of two numbers, N/m")]
+    mass: Annotated[float, Quantity("kg/m²", "a mass per area", "5.4 kg/m^2")]
+    rotary_inertia: Annotated[float, Quantity("kg", "a mass", "2e-6 kg", or_zero=True)]
+    thickness: Thickness
     struck: Material
-
-    def __post_init__(self) -> None:
-        for name, size in (("bending", 3), ("shear", 2)):
-            object.__setattr__(self, name, _positive_definite(name, getattr(self, name), size))
-        for name, unit in (("mass", "kg/m²"), ("thickness", "m")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
-        object.__setattr__(self, "rotary_inertia", not_negative("rotary_inertia", self.rotary_inertia, "kg"))
-        Likely.THICKNESS.warn("Section", "thickness", self.thickness)
-        instance("struck", self.struck, Material, "a Material, whose E and ν enter Hertz's contact law")
 
     def __repr__(self) -> str:
         first, second = self.bending[0, 0], self.bending[1, 1]
@@ -79,21 +90,10 @@ class Section:
         return f"<Section: {1e3 * self.thickness:.4g} mm, {stiffness}, {self.mass:.4g} kg/m²; {struck} is struck>"
 
 
-def _positive_definite(name: str, values: object, size: int) -> Vector:
-    """A stiffness as an array; a ValueError for anything else."""
-    try:
-        matrix = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        matrix = np.zeros(0)
-    if matrix.shape != (size, size) or not np.isfinite(matrix).all():
-        shown = matrix.tolist() if matrix.size else values
-        raise ValueError(f"{name} = {shown!r}: must be {size} × {size} finite numbers")
-    if abs(matrix - matrix.T).max() > ROUNDING * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
-        raise ValueError(f"{name} = {matrix.tolist()!r}: must be symmetric and positive definite")
-    return matrix
-
-
-def homogeneous_section(thickness: float, material: Material, shear_correction: float = SHEAR_CORRECTION) -> Section:
+@described
+def homogeneous_section(
+    thickness: WallThickness, material: Material, shear_correction: ShearCorrection = SHEAR_CORRECTION
+) -> Section:
     """The section of a plate of one isotropic material.
 
     Parameters
@@ -122,9 +122,6 @@ def homogeneous_section(thickness: float, material: Material, shear_correction: 
     >>> print(f"{wall.bending[0, 0]:.2f} N m, {wall.mass:.2f} kg/m²")
     77.38 N m, 6.17 kg/m²
     """
-    thickness = within("thickness", thickness, THINNEST, THICKEST, "m")
-    shear_correction = positive("shear_correction", shear_correction)
-    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     nu, rigidity = material.poisson_ratio, material.contact_modulus * thickness**3 / 12.0
     bending = rigidity * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
     shear = shear_correction * shear_modulus(material) * thickness * np.eye(2)

@@ -158,16 +158,18 @@ def described(target: Thing) -> Thing:
 
 
 @dataclass_transform(frozen_default=True)
-def described_as(what: str = "", called: str = "", also: tuple[str, ...] = ()) -> Callable[[Thing], Thing]:
+def described_as(
+    what: str = "", called: str = "", also: tuple[str, ...] = (), eq: bool = True
+) -> Callable[[Thing], Thing]:
     """As `described`.
 
     what: the words in which messages ask for it. called: its kind in the origin of a structure. also: other kinds that
-    a case file may use for it.
+    a case file may use for it. eq: whether objects of a class with equal fields are equal, which arrays do not say.
     """
 
     def describe(target: Any) -> Any:
         place = target.__module__, target.__qualname__
-        product = _class(target) if inspect.isclass(target) else _function(target)
+        product = _class(target, eq) if inspect.isclass(target) else _function(target)
         _ALL[place] = product.__described__ = Described(product, what, called, also)
         return product
 
@@ -206,7 +208,7 @@ def as_argument(value: Any) -> Any:
     return [as_argument(member) for member in value] if isinstance(value, list | tuple) else value
 
 
-def _class(target: Any) -> Any:
+def _class(target: Any, eq: bool) -> Any:
     before = getattr(target, "__post_init__", None)
 
     def __post_init__(self: Any) -> None:
@@ -222,7 +224,7 @@ def _class(target: Any) -> Any:
 
     target.__post_init__ = __post_init__
     inherited = target.__repr__ is not object.__repr__ and not hasattr(target.__repr__, "__wrapped__")
-    product = dataclass(frozen=True, repr=not inherited)(target)
+    product = dataclass(frozen=True, eq=eq, repr=not inherited)(target)
     return product
 
 

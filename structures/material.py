@@ -1,11 +1,12 @@
 """Linear elastic, isotropic materials, and the materials of Table 2.1 of the thesis."""
 
 from collections.abc import Iterator, Mapping
+from typing import Annotated
 
 from structures.caution import caution
 from structures.checks import near
 from structures.described import described_as
-from structures.quantities import Density, Modulus, PoissonRatio, Strength
+from structures.quantities import Asks, Density, Modulus, PoissonRatio, Strength
 
 LARGE_STRAIN = 0.1
 """Strain beyond which the stress in a material of unknown yield strength was probably given in another unit."""
@@ -44,7 +45,7 @@ class Material:
     youngs_modulus: Modulus
     poisson_ratio: PoissonRatio
     density: Density
-    name: str = ""
+    name: Annotated[str, Asks("a name for tables")] = ""
     yield_strength: Strength | None = None
 
     @property

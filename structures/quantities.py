@@ -214,7 +214,8 @@ class Likely:
     # An echo from farther away comes after any record of a few ms.
     DISTANCE = Quantity("m", "a length", "2.29 mm", likely=(0.0, 5.0), above="mm")
     THICKNESS = Quantity("m", "a length", "2.29 mm", likely=(0.0, 1.0), above="mm")
-    PLY = replace(THICKNESS, likely=(0.0, 0.1))
+    # Cubes of thicknesses beyond the valid range, times a modulus, leave the range of floating point.
+    PLY = replace(THICKNESS, low=1e-12, high=1e4, likely=(0.0, 0.1))
     # Rubber has some 1 MPa, and the plane of a honeycomb core 10 kPa; a rigid body may have any modulus.
     MODULUS = Quantity("Pa", "a modulus", "70 GPa", likely=(5e5, inf), below="GPa or MPa")
     PLY_MODULUS = replace(MODULUS, likely=(1e4, inf))
@@ -269,6 +270,7 @@ Scale = Annotated[float, Quantity("m per unit of the mesh", written="")]
 Place = Annotated[float, Quantity("m", "a length", "2.29 mm", or_zero=True)]
 Side = Annotated[float, Likely.SIDE]
 Thickness = Annotated[float, Likely.THICKNESS]
+WallThickness = Annotated[float, replace(Likely.PLY, likely=(0.0, inf))]
 Angle = Annotated[float, Quantity("rad", "an angle", "45 deg", -2.0 * pi, 2.0 * pi)]
 Direction = Annotated[float, Quantity("rad", "an angle", "45 deg", -inf)]
 Time = Annotated[float, replace(Likely.TIME, or_zero=True)]

@@ -7,12 +7,13 @@ from inspect import isclass
 from math import isfinite
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, create_model
 
 from coupling.schemes.scheme import MEMBERS, Scheme
 from hertzlink import _described as _described  # for what they describe
 from hertzlink._rooms import ROOMS
-from hertzlink.cases.parts import AnyMaterial, Part, Round, World, file_of, forms, made, material_of
+from hertzlink.cases.parts import Part, Round, World, file_of, forms, made
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from particles.bead import ATTRIBUTES, Bead
@@ -23,7 +24,6 @@ from particles.laws.yielding import YieldingLaw
 from structures.checks import MOST, short
 from structures.damping import Viscous
 from structures.described import Described, Parameter, description, noted, of_family, registered
-from structures.material import MATERIALS, Material
 from structures.quantities import Asks, Count, InFile, OneOf, Quantity
 
 Data = dict[str, Any]
@@ -50,6 +50,9 @@ TAGS: Mapping[type, str] = {Bead: "shape"}
 
 SPECIAL: dict[Any, type["Declared"]] = {}
 """What a table has in addition to the parameters of some classes and functions; the modules of the tables fill it."""
+
+FORMS: dict[Any, Form] = {}
+"""The forms of types that a case spells in several ways; the modules of the tables fill it."""
 
 FAMILIES = (Bead, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw)
 
@@ -95,11 +98,11 @@ class Counted(Declared):
 def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> type[Part]:
     """The model of the table. tag: the entry that says what it is, "kind" or "shape"; base: what it has in addition."""
     fields: dict[str, Any] = {tag: (Literal[(of.kind, *of.also)], ...)} if tag else {}
-    hidden = {*base.model_fields, *base.without}
+    hidden = {*base.model_fields, *base.without} - {*base.optional}
     fields |= {name: field_of(one) for name, one in of.parameters.items() if name not in hidden}
     bases: tuple[type[Part], ...] = (base,)
     for name, asks in base.optional.items():
-        fields[name] = (fields[name][0] | None, Field(None, description=asks))
+        fields[name] = (fields[name][0] | None, Field(None, description=asks or None))
     radius = of.parameters.get("radius")
     if radius is not None and radius.required:
         bases, _ = (*bases, Round), fields.pop("radius", None)
@@ -212,17 +215,6 @@ def forms_of(of: Described) -> dict[str, Form]:
     return {name: _form(one.type, one.notes) for name, one in of.parameters.items()}
 
 
-def material_data(given: Any, path: str) -> str | Data:
-    """A material by its name, or by its properties where it is none of the table's."""
-    names = {"youngs_modulus", "poisson_ratio", "density", "name", "yield_strength"}
-    if not isinstance(given, Mapping) or set(given) != names:
-        raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
-    material = Material(**given)
-    if material.name in MATERIALS and MATERIALS[material.name] == material:
-        return material.name
-    return {name: value for name, value in given.items() if value not in (None, "")}
-
-
 def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
     # least: entries of a list.
     for note in notes:
@@ -237,8 +229,8 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
             return Form(str, lambda value, world, path: file_of(value, world))
     if kind is float:
         return Form(Annotated[float, Unit.of(Quantity())])
-    if kind is Material:
-        return Form(AnyMaterial, lambda value, world, path: material_of(value, world, *path), material_data)
+    if kind in FORMS:
+        return FORMS[kind]
     if kind in FAMILIES:
         return Form(union_of(kind), made, lambda value, path: data_of(value, path, kind))
     if get_origin(kind) is Union:
@@ -248,6 +240,8 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
         return Form(table_of(of), made, lambda value, path: fields_of(value, of, path))
     if isclass(origin) and issubclass(origin, Sequence):
         return _list(kind, least)
+    if origin is np.ndarray:
+        return Form(list[list[float]])
     if isclass(origin) and issubclass(origin, Mapping):
         inner = _form(*noted(get_args(kind)[1]))
         return Form(
@@ -263,7 +257,7 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     families = [kind for kind, _ in members if kind in FAMILIES]
     if len({TAGS.get(family, "kind") for family in families}) == 1:
         return Form(union_of(*families), made, lambda value, path: data_of(value, path, *families))
-    kinds = [description(kind) if isclass(kind) and kind is not Material else None for kind, _ in members]
+    kinds = [description(kind) if isclass(kind) and kind not in FORMS else None for kind, _ in members]
     if all(kinds):
         return Form(union(tables_of(filter(None, kinds))), made)
     table = next(filter(None, kinds), None)

@@ -12,18 +12,8 @@ from hertzlink.cases.bodies import Body, Nothing, Reduce, structure_tables
 from hertzlink.cases.chains import ChainPart, chain_table
 from hertzlink.cases.declared import Data, Declared, described_by, field_of, forget_tables, table_of, union
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import (
-    Duration,
-    Frequency,
-    Length,
-    Number,
-    OrthotropicPart,
-    OwnMaterial,
-    Part,
-    World,
-    forms,
-    made,
-)
+from hertzlink.cases.materials import OfCase
+from hertzlink.cases.parts import Duration, Frequency, Length, Number, Part, World, forms, made
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from structures.described import registered
@@ -32,12 +22,6 @@ MOST = 100
 """Chains, and structures."""
 
 SIMULATION = described_by(CoSimulation.__init__)
-
-
-def _which_material(given: Any) -> str | None:
-    if isinstance(given, dict):
-        return "sheet" if "youngs_modulus_along" in given else "own"
-    return "sheet" if isinstance(given, OrthotropicPart) else "own" if isinstance(given, OwnMaterial) else None
 
 
 def _one_or_many(given: Any) -> str | None:
@@ -52,11 +36,6 @@ def _many(one: Any, name: str) -> Any:
         forms(_one_or_many, f"must be a section [{name}], or sections [[{name}]]"),
     ]
 
-
-AnyMaterialPart = Annotated[
-    Annotated[OwnMaterial, Tag("own")] | Annotated[OrthotropicPart, Tag("sheet")],
-    forms(_which_material, "must be a table of the properties of a material"),
-]
 
 Range = Annotated[list[Any], Field(min_length=2, max_length=2)]
 
@@ -182,7 +161,7 @@ class CaseModel(Part):
     """A case."""
 
     title: str | None = None
-    materials: dict[str, AnyMaterialPart] = Field(default_factory=dict)
+    materials: dict[str, OfCase] = Field(default_factory=dict)  # type: ignore[valid-type]
     chain: ChainPart | list[ChainPart] = Field(description="a section: [chain] with beads = 20 and a bead")
     structure: Body | list[Body] = Field(description='a section: [structure] with a kind, such as kind = "rod"')
     behind: Body | None = None

@@ -1,27 +1,24 @@
-"""What every part of a case has in common: a strict table that makes an object of hertzlink's; materials; lengths."""
+"""What every part of a case has in common: a strict table that makes an object of hertzlink's; lengths."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as File
 from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationInfo
+from pydantic import BaseModel, ConfigDict, Discriminator
 
-from hertzlink._hints import nearest
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.paths import Path
-from hertzlink.cases.units import Unit, fault
+from hertzlink.cases.units import Unit
 from plates.laminate import OrthotropicMaterial
 from structures import quantities
 from structures.checks import positive
-from structures.material import MATERIALS, Material, name_key
+from structures.material import Material
 
 Length = Annotated[float, Unit.noted(quantities.Length)]
 Duration = Annotated[float, Unit.noted(quantities.Time)]
 Frequency = Annotated[float, Unit.noted(quantities.Frequency)]
 Force = Annotated[float, Unit.noted(quantities.Force)]
-Modulus = Annotated[float, Unit.noted(quantities.Modulus)]
-Density = Annotated[float, Unit.noted(quantities.Density)]
 Number = Annotated[float, Unit("", "a number", "0.02")]
 
 
@@ -75,48 +72,6 @@ def made(part: Part, world: World, path: Path) -> Any:
         raise Fault((*path, *inner.path), inner.reason, inner.value) from error
 
 
-class OwnMaterial(Part):
-    """The properties of a material, all of them or those that differ from another one's."""
-
-    like: str | None = Field(None, description="the name of a material whose other properties this one has")
-    youngs_modulus: Modulus | None = None
-    poisson_ratio: Number | None = None
-    density: Density | None = None
-    yield_strength: Annotated[float, Unit.noted(quantities.Strength)] | None = None
-    name: str | None = Field(None, description="a name for tables")
-
-    def make(self, world: World) -> Material:
-        own = self.given("like")
-        if self.like is not None:
-            base = material_named(self.like, world.materials)
-            if base is None:
-                raise Fault(("like",), unknown(self.like, world.materials))
-            before = {name: getattr(base, name) for name in type(self).model_fields if name != "like"}
-            same = all(before[name] == value for name, value in own.items())
-            name = base.name if base in world.materials.values() else f"like {base.name}"
-            return base if same else Material(**{**before, "name": name, **own})
-        for name in ("youngs_modulus", "poisson_ratio", "density"):
-            if name not in own:
-                raise Fault((name,), f"is missing; {hint_of(type(self), name)}, or name another material by like")
-        return Material(**own)
-
-
-class OrthotropicPart(Part):
-    """The properties of a sheet whose elasticity differs along and across its fibres."""
-
-    youngs_modulus_along: Modulus
-    youngs_modulus_across: Modulus
-    poisson_ratio: Number
-    shear_modulus: Modulus
-    shear_modulus_along: Modulus
-    shear_modulus_across: Modulus
-    density: Density
-    name: str | None = Field(None, description="a name for tables")
-
-    def make(self, world: World) -> OrthotropicMaterial:
-        return OrthotropicMaterial(**self.given())
-
-
 def hint_of(model: type[BaseModel], name: str) -> str:
     """What to write for an entry, from its annotation."""
     one = model.model_fields[name]
@@ -138,70 +93,9 @@ def _inner_notes(annotation: Any) -> list[Any]:
     return found
 
 
-def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
-    """The material of a name, those of the case first; None for an unknown one."""
-    for one, material in own.items():
-        if name_key(one) == name_key(name):
-            return material
-    return MATERIALS.get(name)
-
-
-def unknown(name: str, own: Mapping[str, Any]) -> str:
-    """The message for an unknown material."""
-    return f'"{name}" is no material; {nearest(name, [*own, *MATERIALS])}'
-
-
-def _known(name: str, info: ValidationInfo) -> str:
-    own = (info.context or {}).get("materials", {})
-    if name not in MATERIALS and not any(name_key(one) == name_key(name) for one in own):
-        raise fault(unknown(name, own))
-    return name
-
-
 def forms(tell: Callable[[Any], str | None], message: str) -> Discriminator:
     """Tells the forms of an entry apart; the message says which there are."""
     return Discriminator(tell, custom_error_type="form", custom_error_message=message)
-
-
-def _form(given: Any) -> str | None:
-    if isinstance(given, str):
-        return "name"
-    return "own" if isinstance(given, dict | OwnMaterial) else None
-
-
-AnyMaterial = Annotated[
-    Annotated[str, AfterValidator(_known), Tag("name")] | Annotated[OwnMaterial, Tag("own")],
-    forms(_form, 'must be the name of a material, such as "PTFE", or a table of its properties'),
-    Field(description='a material, such as "aluminium 6061"'),
-]
-"""A material by name, or by its properties."""
-
-
-def material_of(given: str | OwnMaterial, world: World, *path: str | int) -> Material:
-    """The material that an entry at a path means."""
-    if isinstance(given, OwnMaterial):
-        material: Material = made(given, world, path)
-        return material
-    found = material_named(given, world.materials)
-    if found is None and _sheet_named(given, world):
-        raise Fault(path, f'"{given}" is orthotropic; only plies take it')
-    if found is None:
-        raise Fault(path, unknown(given, world.materials))
-    return found
-
-
-def sheet_of(given: str | OwnMaterial | OrthotropicPart, world: World, *path: str | int) -> Any:
-    """The material of a ply that an entry at a path means."""
-    if isinstance(given, OrthotropicPart):
-        return made(given, world, path)
-    sheet = _sheet_named(given, world) if isinstance(given, str) else None
-    if isinstance(given, str) and sheet is None and material_named(given, world.materials) is None:
-        raise Fault(path, unknown(given, {**world.sheets, **world.materials}))
-    return material_of(given, world, *path) if sheet is None else sheet
-
-
-def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
-    return next((one for key, one in world.sheets.items() if name_key(key) == name_key(name)), None)
 
 
 class Round(Part):

@@ -6,23 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, Tag
 
+from hertzlink.cases import materials as _materials  # noqa: F401  for its forms
 from hertzlink.cases.bodies import Built
-from hertzlink.cases.declared import SPECIAL, Data, Declared, fields_of, refused
+from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, fields_of, refused, table_of
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import (
-    AnyMaterial,
-    Force,
-    Length,
-    World,
-    file_of,
-    forms,
-)
+from hertzlink.cases.parts import Force, Length, Part, World, file_of, forms, made
 from hertzlink.cases.paths import Path
-from hertzlink.cases.walls import Wall, wall_data, wall_of
 from plates.additions import Addition, Delamination, PointMass
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate
+from plates.laminate import Laminate
 from plates.plate import Plate
+from plates.section import Section
 from plates.shapes.outline import Outline, circle
 from structures.checks import short
 from structures.closing import Closing, check_gap
@@ -67,22 +62,50 @@ SPECIAL.update({PointMass: MassPart, Delamination: DelaminationPart})
 GAP = ("opening", "preload")
 """What closes a gap; the addition does not know it."""
 
+ONE_MATERIAL = {"thickness": 'a length, such as "2.29 mm"', "material": 'a material, such as "aluminium 6061"'}
+
+WALLS = {"plies": described_by(Laminate), "bending": described_by(Section)}
+"""Walls with a thickness of their own, by an entry that each alone has."""
+
+
+def _wall(given: Any) -> str | None:
+    if isinstance(given, dict):
+        return "bending" if "bending" in given else "plies"
+    return next((name for name in WALLS if isinstance(given, Part) and name in type(given).model_fields), None)
+
+
+Wall: Any = Annotated[
+    Annotated[table_of(WALLS["plies"]), Tag("plies")] | Annotated[table_of(WALLS["bending"]), Tag("bending")],
+    forms(_wall, "must be a table with plies, or with bending, shear, mass, rotary_inertia, thickness and struck"),
+]
+
 
 class Walled(Built):
     """A plate of one material, or of a wall with a thickness of its own."""
 
-    thickness: Length | None = None
-    material: AnyMaterial | None = None
-    wall: Wall | None = Field(None, description="a laminate or a section, in place of thickness and material")
+    optional = dict.fromkeys(ONE_MATERIAL, "")
+    thickness: float | None = None
+    material: Any = None
+    wall: Wall | None = Field(  # type: ignore[valid-type]
+        None, description="a laminate or a section, in place of thickness and material"
+    )
 
     def arguments(self, world: World) -> Data:
-        return super().arguments(world) | wall_of(self.thickness, self.material, self.wall, world)
+        for name, what in ONE_MATERIAL.items():
+            if self.wall is None and name not in self.given():
+                raise Fault((name,), f"is missing; give {what}, or a wall")
+            if self.wall is not None and name in self.given():
+                raise Fault((name,), "belongs to a wall of one material; leave it out, or leave out wall")
+        wall = {} if self.wall is None else {"thickness": None, "material": made(self.wall, world, ("wall",))}
+        return super().arguments(world) | wall
 
     @classmethod
     def entries(cls, given: Mapping[str, Any]) -> Data:
-        wall = wall_data(given)
-        rest = {name: value for name, value in given.items() if name not in ("material", "thickness", *GAP)}
-        return super().entries(rest) | wall
+        wall = given.get("material", given.get("section"))
+        of = next((one for name, one in WALLS.items() if name in wall), None) if isinstance(wall, Mapping) else None
+        without = GAP if of is None else (*ONE_MATERIAL, *GAP)
+        rest = {name: value for name, value in given.items() if name not in without}
+        return super().entries(rest) | ({} if of is None else {"wall": fields_of(wall, of, "structure.wall")})
 
 
 class PlateBody(Walled):

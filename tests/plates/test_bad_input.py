@@ -140,7 +140,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.Laminate([CARBON]), "plies = .*must be a list of one Ply"),
         (
             lambda: hl.Laminate([hl.Ply(CARBON, 1e-3)], surface=CARBON),
-            "surface = .*must be the Material",
+            "surface = .*must be a Material",
         ),
         (
             lambda: hl.Laminate([hl.Ply(sheet(shear_modulus_across=2e9), 1e-3)]),

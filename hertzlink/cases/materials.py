@@ -1,0 +1,140 @@
+"""The materials of a case: by name, by their properties, or like another one with some changed."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, Tag, ValidationInfo
+
+from hertzlink._hints import nearest
+from hertzlink.cases.declared import FORMS, Data, Declared, Form, described_by, refused, table_of
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.parts import Part, World, forms, hint_of, made
+from hertzlink.cases.paths import Path
+from hertzlink.cases.units import fault
+from plates.laminate import OrthotropicMaterial
+from structures.material import MATERIALS, Material, name_key
+
+REQUIRED = [name for name, one in described_by(Material).parameters.items() if one.required]
+
+
+class Isotropic(Declared):
+    """The properties of a material, all of them or those that differ from another one's."""
+
+    optional = dict.fromkeys(REQUIRED, "")
+    like: str | None = Field(None, description="the name of a material whose other properties this one has")
+
+    def make(self, world: World) -> Material:
+        stated = {name: value for name, value in self.given("like").items() if name in self.model_fields_set}
+        if self.like is not None:
+            base = material_named(self.like, world.materials)
+            if base is None:
+                raise Fault(("like",), unknown(self.like, world.materials))
+            before = {one.name: getattr(base, one.name) for one in fields(base)}
+            name = base.name if base in world.materials.values() else f"like {base.name}"
+            return base if {**before, **stated} == before else Material(**{**before, "name": name, **stated})
+        for name in REQUIRED:
+            if name not in stated:
+                raise Fault((name,), f"is missing; {hint_of(type(self), name)}, or name another material by like")
+        return Material(**stated)
+
+
+def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
+    """The material of a name, those of the case first; None for an unknown one."""
+    for one, material in own.items():
+        if name_key(one) == name_key(name):
+            return material
+    return MATERIALS.get(name)
+
+
+def unknown(name: str, own: Mapping[str, Any]) -> str:
+    """The message for an unknown material."""
+    return f'"{name}" is no material; {nearest(name, [*own, *MATERIALS])}'
+
+
+def _checked(name: str, info: ValidationInfo) -> str:
+    own = (info.context or {}).get("materials", {})
+    if name not in MATERIALS and not any(name_key(one) == name_key(name) for one in own):
+        raise fault(unknown(name, own))
+    return name
+
+
+def _form(given: Any) -> str | None:
+    if isinstance(given, str):
+        return "name"
+    if isinstance(given, Part):
+        return "own" if isinstance(given, Isotropic) else "sheet"
+    return ("sheet" if "youngs_modulus_along" in given else "own") if isinstance(given, dict) else None
+
+
+def _form_of_isotropic(given: Any) -> str | None:
+    return "own" if isinstance(given, dict | Isotropic) else _form(given)
+
+
+Own: Any = Annotated[table_of(described_by(Material), base=Isotropic), Tag("own")]
+Sheet: Any = Annotated[table_of(described_by(OrthotropicMaterial)), Tag("sheet")]
+
+AnyMaterial: Any = Annotated[
+    Annotated[str, AfterValidator(_checked), Tag("name")] | Own,
+    forms(_form_of_isotropic, 'must be the name of a material, such as "PTFE", or a table of its properties'),
+    Field(description='a material, such as "aluminium 6061"'),
+]
+"""A material by name, or by its properties."""
+
+AnySheet: Any = Annotated[
+    Annotated[str, Tag("name")] | Own | Sheet,
+    forms(_form, "must be the name of a material, or a table of its properties"),
+    Field(description='a material, such as "aluminium 6061", or one of [materials] with youngs_modulus_along'),
+]
+"""A material of a ply: isotropic or orthotropic."""
+
+OfCase: Any = Annotated[Own | Sheet, forms(_form, "must be a table of the properties of a material")]
+"""A material of [materials]."""
+
+
+def material_of(given: str | Part, world: World, *path: str | int) -> Material:
+    """The material that an entry at a path means."""
+    if isinstance(given, Part):
+        material: Material = made(given, world, path)
+        return material
+    found = material_named(given, world.materials)
+    if found is None:
+        orthotropic = _sheet_named(given, world) is not None
+        raise Fault(
+            path, f'"{given}" is orthotropic; only plies take it' if orthotropic else unknown(given, world.materials)
+        )
+    return found
+
+
+def _sheet_of(given: str | Part, world: World, path: Path) -> Material | OrthotropicMaterial:
+    """The material of a ply that an entry at a path means."""
+    sheet = _sheet_named(given, world) if isinstance(given, str) else None
+    if sheet is None and isinstance(given, str) and material_named(given, world.materials) is None:
+        raise Fault(path, unknown(given, {**world.sheets, **world.materials}))
+    return material_of(given, world, *path) if sheet is None else sheet
+
+
+def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
+    return next((one for key, one in world.sheets.items() if name_key(key) == name_key(name)), None)
+
+
+def _plain(given: Any, path: str) -> str | Data:
+    """A material by its name, or by its properties where it is none of the table's."""
+    if not isinstance(given, Mapping) or set(given) != set(described_by(Material).parameters):
+        raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
+    if MATERIALS.get(given["name"]) == Material(**given):
+        return str(given["name"])
+    return stated(given)
+
+
+def _plain_sheet(given: Any, path: str) -> str | Data:
+    return stated(given) if "youngs_modulus_along" in given else _plain(given, path)
+
+
+def stated(given: Mapping[str, Any]) -> Data:
+    """The properties that are stated."""
+    return {name: value for name, value in given.items() if value not in (None, "")}
+
+
+FORMS[Material] = Form(AnyMaterial, lambda value, world, path: material_of(value, world, *path), _plain)
+FORMS[Material | OrthotropicMaterial] = Form(AnySheet, _sheet_of, _plain_sheet)
