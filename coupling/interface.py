@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from coupling.kernels.agreement import PIECES
 from coupling.kernels.state import REMEMBERED
-from coupling.participant import BlackBox, Participant
+from coupling.participant import CheckedParticipant, Participant
 from coupling.state import CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.chain import moving_chain
@@ -137,7 +137,7 @@ class Interface:
         self.indentation_scale = max(chain.indentation_scale for chain in self.chains)
         self.contact_time = min(chain.contact_time for chain in self.chains)
         self.impact_energy = sum(chain.chain.impact_energy for chain in self.chains)
-        self.boxes = [structure for structure in self.structures if isinstance(structure, BlackBox)]
+        self.boxes = [structure for structure in self.structures if isinstance(structure, CheckedParticipant)]
         self.closing: Closing | None = self.boxes[0].closing if len(self.structures) == len(self.boxes) == 1 else None
         """The only structure, if its gaps close."""
         self.damped = [
@@ -390,4 +390,4 @@ def _moving_structure(given: Any) -> Any:
     """What advances a Structure, or a user's participant with its answers checked."""
     if isinstance(given, Structure):
         return MovingStructure(given)
-    return given if isinstance(given, MovingStructure) else BlackBox(given)
+    return given if isinstance(given, MovingStructure) else CheckedParticipant(given)

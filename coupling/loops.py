@@ -6,7 +6,7 @@ from numba.core.errors import NumbaError
 
 from coupling.engine import Engine, StructureWindows, check_finite
 from coupling.interface import Interface
-from coupling.participant import BlackBox
+from coupling.participant import CheckedParticipant
 from coupling.plan import Plan
 from coupling.recording.checkpoint import Keeper
 from coupling.recording.frames import Frames
@@ -136,7 +136,7 @@ def run_compiled(work: Work) -> None:
 def _check_repeats(interface: Interface, state: CoupledState, length: float) -> None:
     """A ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice that load."""
     for place, box in enumerate(interface.structures):
-        if isinstance(box, BlackBox):
+        if isinstance(box, CheckedParticipant):
             for forces in (box.last_forces, 2.0 * box.last_forces):
                 box.check_repeats(state.structures[place], forces, length)
 
@@ -144,7 +144,7 @@ def _check_repeats(interface: Interface, state: CoupledState, length: float) -> 
 def _check_rest(interface: Interface, first: CoupledState) -> None:
     """A ValueError for participants that move in the first substep, in which no force acts."""
     for place, box in enumerate(interface.structures):
-        if isinstance(box, BlackBox):
+        if isinstance(box, CheckedParticipant):
             moved = first.surface[interface.touched_by(place)]
             box.check_rest(moved, PROBE * interface.indentation_scale)
 
@@ -153,7 +153,7 @@ def _check(interface: Interface, state: CoupledState) -> None:
     """FloatingPointError for a state that is no longer finite, ValueError for participants that create energy."""
     check_finite(interface, [(chain.position, chain.velocity) for chain in state.chains], state.surface, state.time)
     for place, box in enumerate(interface.structures if interface.boxes else ()):
-        if isinstance(box, BlackBox) and box.passive:
+        if isinstance(box, CheckedParticipant) and box.passive:
             work = float(state.ledger.work[interface.touched_by(place)].sum())
             if work < -LARGEST_GAIN * interface.impact_energy:
                 raise ValueError(

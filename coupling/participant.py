@@ -72,7 +72,7 @@ class Participant(Protocol):
         ...
 
 
-class BlackBox:
+class CheckedParticipant:
     """A user's participant, with its answers checked: every error names it.
 
     Raises ValueError for a surface that is none, a `passive` that is not True or False, and answers that are not

@@ -4,7 +4,7 @@ from math import ceil, log2
 from typing import Any, NamedTuple
 
 from coupling.interface import Interface
-from coupling.participant import BlackBox
+from coupling.participant import CheckedParticipant
 from coupling.results.findings import warn
 from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive
@@ -134,7 +134,7 @@ def _check_validity(interface: Interface, until: float) -> None:
             )
 
 
-def valid_until(structure: MovingStructure | BlackBox) -> float:
+def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
     """The longest run that a structure was made for, s; infinite where there is no limit."""
     return float((structure.structure if isinstance(structure, MovingStructure) else structure).valid_until)
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from coupling.file_paths import path_of
 from coupling.files.writing import write_whole
-from coupling.paths import path_of
 from coupling.results import same_waves
 from coupling.results.findings import one_of_each, warn
 from coupling.results.provenance import differences, unfolded, version_of, versions

@@ -24,9 +24,9 @@ import hertzlink as hl
 from coupling.inference.identification import unknowns_of
 from coupling.results.findings import findings_of
 from hertzlink.cases.case import Case, read
+from hertzlink.cases.entry_paths import parsed, written
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.parts import World
-from hertzlink.cases.paths import parsed, written
 from hertzlink.cases.report import table
 from hertzlink.cases.schema import schema
 from hertzlink.cases.templates import KINDS, template

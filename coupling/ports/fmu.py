@@ -10,8 +10,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from coupling.file_paths import path_of
 from coupling.files.writing import whole_file_by_name
-from coupling.paths import path_of
 from coupling.ports.fmu_content import pack
 from coupling.ports.guest import guest_chain
 from particles.chain import Chain

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.paths import path_of
+from coupling.file_paths import path_of
 from coupling.plan import FEWEST_PER_CONTACT, SAME_TIME
 from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.results.findings import warn, with_warnings

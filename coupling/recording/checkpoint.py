@@ -20,7 +20,7 @@ from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
 from coupling.kernels.state import REMEMBERED, Run
-from coupling.participant import BlackBox
+from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
 from coupling.results.provenance import as_text, differences, unfolded, versions
 from coupling.state import Counts, CoupledState, Differences, Ledger, Node
@@ -127,7 +127,7 @@ class Keeper:
 
     def _refuse(self, structure: Any, states: Sequence[Any]) -> None:
         """The ValueError of a state that is no plain data: of the participant's start, or of its next state."""
-        name = structure.name if isinstance(structure, BlackBox) else type(structure).__name__
+        name = structure.name if isinstance(structure, CheckedParticipant) else type(structure).__name__
         for state in states:
             try:
                 plain.check(state, self.types)

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.interface import Interface
-from coupling.participant import BlackBox
+from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import as_text, provenance
@@ -78,7 +78,7 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
     """How a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
     found = []
     for place, box in enumerate(interface.structures):
-        if not isinstance(box, BlackBox) or box.closing is not None or not box.inertias:
+        if not isinstance(box, CheckedParticipant) or box.closing is not None or not box.inertias:
             continue
         points = interface.touched_by(place)
         impulse = frames.ledger.contact["impulse"][points][:, -1]

@@ -7,7 +7,7 @@ from time import perf_counter
 from typing import Any
 
 from coupling.interface import Interface
-from coupling.participant import BlackBox
+from coupling.participant import CheckedParticipant
 from coupling.recording.checkpoint import Keeper
 from coupling.recording.frames import Frames
 from particles.moving import MovingChain
@@ -16,7 +16,7 @@ from structures.moving import MovingStructure
 PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingChain: ("chains", ("advance",)),
     MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "window")),
-    BlackBox: ("structures", ("move", "window")),
+    CheckedParticipant: ("structures", ("move", "window")),
     Frames: ("saving", ("record",)),
     Keeper: ("checkpoint", ("begin", "keep")),
 }

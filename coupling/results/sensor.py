@@ -6,8 +6,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from structures.arrays import in_si_units
 from structures.checks import count_of, one_of, positive
+from structures.user_arrays import in_si_units
 
 Vector = NDArray[np.float64]
 

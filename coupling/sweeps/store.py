@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from coupling.file_paths import path_of
 from coupling.files import plain
 from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
-from coupling.paths import path_of
 from coupling.results.provenance import differences, versions
 from coupling.sweeps.outside import outside_of
 from structures.checks import short

@@ -6,9 +6,9 @@ from typing import Any
 
 import xarray as xr
 
-from coupling.files.reading import read_netcdf
+from coupling.files.user_files import read_netcdf
 from hertzlink.cases.faults import CaseError
-from hertzlink.cases.inputs import from_input
+from hertzlink.cases.rebuilt import from_input
 
 TRACE = "trace"
 """The attribute of an identification that names the file of its signal."""

@@ -14,10 +14,10 @@ from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import checked, value_at
+from hertzlink.cases.entry_paths import Path, parsed, put, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import Steps
 from hertzlink.cases.parts import notes_of
-from hertzlink.cases.paths import Path, parsed, put, written
 from hertzlink.cases.plates import RectanglePlate
 from hertzlink.cases.units import Unit, shown
 from structures.units import NUMBER, factor

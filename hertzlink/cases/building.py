@@ -10,10 +10,10 @@ from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
 from hertzlink.cases.bodies import Body, Nothing, Reduction
 from hertzlink.cases.chains import Seat
+from hertzlink.cases.entry_paths import Path, written
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, RunPart, run_entries
 from hertzlink.cases.parts import World, made
-from hertzlink.cases.paths import Path, written
 from plates.laminate import OrthotropicMaterial
 from structures.material import Material
 from structures.moving import MovingStructure

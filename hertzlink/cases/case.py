@@ -13,9 +13,9 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from hertzlink.cases.building import simulation_of
 from hertzlink.cases.checking import checked
+from hertzlink.cases.entry_paths import parsed, put
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, run_entries
-from hertzlink.cases.paths import parsed, put
 from hertzlink.cases.reading import Source, read_source
 from hertzlink.cases.toml import as_toml
 from hertzlink.cases.with_parts import load

@@ -18,10 +18,10 @@ from hertzlink.cases.declared import (
     union,
     union_of,
 )
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.laws import NumericalLaw
+from hertzlink.cases.numerical_law import NumericalLaw
 from hertzlink.cases.parts import Length, Part, World, forms, made
-from hertzlink.cases.paths import Path
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain

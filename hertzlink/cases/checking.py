@@ -8,10 +8,10 @@ from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
 from hertzlink._hints import nearest
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import CaseModel, case_model
 from hertzlink.cases.parts import hint_of
-from hertzlink.cases.paths import Path
 from hertzlink.cases.units import shown
 from structures.checks import count_of
 

@@ -13,8 +13,8 @@ from pydantic import Discriminator, Field, Tag, create_model
 from coupling.schemes.scheme import MEMBERS, Scheme
 from hertzlink import _described as _described  # for what they describe
 from hertzlink._rooms import ROOMS
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.parts import Part, Round, World, file_of, forms, made
-from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from particles.bead import ATTRIBUTES, Bead
 from particles.dissipation import Dissipation

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 
-from hertzlink.cases.paths import Path, written
+from hertzlink.cases.entry_paths import Path, written
 
 YIELDING = 'law = { kind = "jackson_green" } in [chain]'
 """What a case needs for contacts that yield."""

@@ -1,6 +1,6 @@
 """The line of each entry of a TOML text, which tomllib does not give. The text must be valid TOML."""
 
-from hertzlink.cases.paths import Path
+from hertzlink.cases.entry_paths import Path
 
 BARE_ENDS = ",]}\n\r#"
 

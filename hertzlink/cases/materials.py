@@ -8,9 +8,9 @@ from pydantic import AfterValidator, Field, Tag, ValidationInfo
 
 from hertzlink._hints import nearest
 from hertzlink.cases.declared import FORMS, Data, Declared, Form, described_by, refused, table_of
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Part, World, forms, hint_of, made
-from hertzlink.cases.paths import Path
 from hertzlink.cases.units import fault
 from plates.laminate import OrthotropicMaterial
 from structures.material import MATERIALS, Material, name_key

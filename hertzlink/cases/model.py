@@ -11,10 +11,10 @@ from hertzlink.cases import plates as _plates  # noqa: F401  for its tables
 from hertzlink.cases.bodies import Body, Nothing, Reduce, structure_tables
 from hertzlink.cases.chains import ChainPart, chain_table
 from hertzlink.cases.declared import Data, Declared, described_by, field_of, forget_tables, table_of, union
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.materials import OfCase
 from hertzlink.cases.parts import Duration, Frequency, Length, Number, Part, World, forms, made
-from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from structures.described import registered
 

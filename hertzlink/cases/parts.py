@@ -7,8 +7,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator
 
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from plates.laminate import OrthotropicMaterial
 from structures import quantities

@@ -9,9 +9,9 @@ from pydantic import Field, Tag
 from hertzlink.cases import materials as _materials  # noqa: F401  for its forms
 from hertzlink.cases.bodies import Built
 from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, fields_of, refused, table_of
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Force, Length, Part, World, file_of, forms, made
-from hertzlink.cases.paths import Path
 from plates.additions import Addition, Delamination, PointMass
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate

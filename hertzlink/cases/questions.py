@@ -13,9 +13,9 @@ from coupling.inference.misfit import OF_SENSORS
 from hertzlink.cases.axes import path_of, si_value, unit_at
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import value_at
+from hertzlink.cases.entry_paths import Path, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import IdentifyPart
-from hertzlink.cases.paths import Path, written
 from hertzlink.cases.running import sensors_of
 
 WIDE = 2.0

@@ -14,8 +14,8 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
+from hertzlink.cases.run_with_yielding import WITH_YIELDING
 from hertzlink.cases.running import Task, of_chain
-from hertzlink.cases.yielding import WITH_YIELDING
 from structures.caution import collected
 from structures.checks import count_of
 

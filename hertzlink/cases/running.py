@@ -13,8 +13,8 @@ from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.cases.axes import Axis, axes_of, path_of
 from hertzlink.cases.case import Case, of_run, run_once
+from hertzlink.cases.entry_paths import Path, put, written
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.paths import Path, put, written
 
 FEWEST_DISTANCES = 3
 

@@ -8,8 +8,8 @@ import xarray as xr
 
 from coupling.results.conditioning import clean_signal
 from coupling.results.signals import read_signal
+from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.paths import Path
 from hertzlink.cases.questions import Question
 from structures.caution import collected
 from structures.units import readable

@@ -14,7 +14,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.identify import identify, likely_runs, seconds_of_run
 from coupling.inference.plates import PlateSearch
 from coupling.inference.prediction import Prediction, range_of
-from coupling.participant import BlackBox
+from coupling.participant import CheckedParticipant
 from hertzlink.cases.case import of_run
 from hertzlink.cases.identifying import prepared
 from hertzlink.cases.questions import Question, question_of
@@ -135,7 +135,7 @@ def _structures(task: Task) -> int:
     return prod(len(one.values) for one in task.axes if one.path[0] != "chain")
 
 
-def _structure(moving: MovingStructure | BlackBox) -> str:
+def _structure(moving: MovingStructure | CheckedParticipant) -> str:
     if moving.structure is None:
         return "a structure of your own"
     origin = moving.structure.origin

@@ -88,8 +88,8 @@ def run_case(
     sensor.
     """
     from hertzlink.cases.report import report
+    from hertzlink.cases.run_with_yielding import run_both
     from hertzlink.cases.running import task_of
-    from hertzlink.cases.yielding import run_both
 
     whole, source = read_case(case, changes, parts)
     with located(source):

@@ -80,7 +80,7 @@ def _server(name: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: 
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
-    from hertzlink.explore.plates import MOST_ERROR, basis_of, plates_of
+    from hertzlink.explore.plate_basis import MOST_ERROR, basis_of, plates_of
 
     plates = plates_of(explorer.case, explorer.sliders)
     if plates is None:

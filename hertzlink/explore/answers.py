@@ -18,8 +18,8 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
 from hertzlink.cases.case import Case, run_once
+from hertzlink.cases.entry_paths import put
 from hertzlink.cases.faults import of_case
-from hertzlink.cases.paths import put
 from hertzlink.cases.running import sensors_of
 from hertzlink.explore.sliders import Slider
 from hertzlink.reports.svg import drawn

@@ -12,9 +12,9 @@ from hertzlink.cases.bodies import Built
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import value_at
+from hertzlink.cases.entry_paths import Path, entry, put, written
 from hertzlink.cases.materials import material_of
 from hertzlink.cases.parts import World
-from hertzlink.cases.paths import Path, entry, put, written
 from hertzlink.cases.plates import PlateBody, RectanglePlate, Walled
 from hertzlink.cases.running import Task
 from structures.material import Material

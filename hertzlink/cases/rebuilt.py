@@ -15,10 +15,10 @@ from coupling.results.provenance import as_text, stored, unfolded
 from coupling.schemes.scheme import Scheme
 from hertzlink.cases.case import Case
 from hertzlink.cases.declared import data_of, refused
+from hertzlink.cases.entry_paths import written
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.input_parts import chain_data, structure_data
 from hertzlink.cases.parts import World
-from hertzlink.cases.paths import written
+from hertzlink.cases.rebuilt_parts import chain_data, structure_data
 
 SAME, SAME_ESTIMATE = 1e-9, 1e-2
 """Relative differences of numbers that the builders compute, and of an estimated error, on another processor."""
