@@ -143,7 +143,7 @@ def _given(value: object) -> str:
 
 
 def _metavar(option: Option) -> str:
-    if option.of_material:
+    if option.kind is None:
         return "MATERIAL"
     return "WORD" if option.choices else "NUMBER"
 

@@ -1,22 +1,33 @@
 """What can be changed in a study: parameters with the thesis's values as defaults.
 
-A study declares them once, as fields of a subclass of Conditions; the command line makes its options from these.
+A study declares them once, as fields of a subclass of Conditions; the command line makes its options from these. The
+annotation of a field holds its quantity and what it is: `Annotated[float, BEAD, "Diameter of the beads"]`.
 """
 
 import json
-import re
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields, replace
 from decimal import Decimal
-from math import inf, isfinite
-from typing import Any, Self
+from functools import cache
+from typing import Any, Self, get_origin, get_type_hints
 
 import xarray as xr
 
 from coupling.results.provenance import stored
 from hertzlink._hints import nearest
 from structures.checks import did_you_mean, short
+from structures.described import noted
 from structures.material import MATERIALS, Material
+from structures.quantities import Count, Likely, OneOf, Quantity
+from structures.units import NUMBER, factor
+
+BEAD = replace(Likely.BEAD, low=1e-4, high=0.5)
+SPEED = replace(Likely.SPEED, low=1e-3, high=20.0)
+HEIGHT = replace(Likely.HEIGHT, low=1e-6, high=20.0)
+THICKNESS = replace(Likely.THICKNESS, low=1e-5, high=0.1)
+LENGTH = replace(Likely.SIDE, low=1e-4, high=10.0)
+FORCE = Quantity("N", "a force", "2 N", 1e-6, 1e6)
+"""The quantities of studies, in the ranges for which records and meshes stay within reason."""
 
 OWN = "own_parameters"
 """The attribute of results that holds, as JSON, the parameters which differ from the thesis's."""
@@ -30,9 +41,6 @@ LISTED = 5
 
 READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}
 """The units in which values are printed, and how many make one of the SI unit."""
-
-WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµμ°].*?)\s*")
-"""A number and a unit."""
 
 
 class WrongValue(ValueError):
@@ -48,21 +56,28 @@ class WrongValue(ValueError):
 
 @dataclass(frozen=True)
 class Option:
-    """How one parameter is read, and what it changes.
-
-    choices: the words that are allowed; empty for a number or a material. zero: whether 0 is allowed as the least
-    number. whole: whether numbers are counts.
-    """
+    """How one parameter is read, and what it changes. kind: None for a material."""
 
     says: str
-    unit: str = ""
+    kind: Quantity | Count | OneOf | None
     several: bool = False
-    low: float = 0.0
-    zero: bool = False
-    high: float = inf
-    whole: bool = False
-    choices: tuple[str, ...] = ()
-    of_material: bool = False
+
+    @classmethod
+    def of(cls, hint: Any) -> Self:
+        """The option of an annotated field."""
+        kind, notes = noted(hint)
+        *quantity, says = notes
+        return cls(says, quantity[0] if quantity else None, get_origin(kind) is tuple)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words that are allowed; none for a number or a material."""
+        return self.kind.words if isinstance(self.kind, OneOf) else ()
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of a number."""
+        return self.kind.unit if isinstance(self.kind, Quantity) else ""
 
     def read(self, name: str, given: object) -> Any:
         """The value from text, a number, or for several values a sequence of these; a WrongValue if it is not right."""
@@ -72,84 +87,31 @@ class Option:
         if not items:
             raise WrongValue(name, given, "give at least one value")
         values = dict.fromkeys(self._one(name, item) for item in items)
-        return tuple(values if self.choices or self.of_material else sorted(values))
+        return tuple(values if self.choices or self.kind is None else sorted(values))
 
     def shown(self, value: Any) -> str:
         """The value as text."""
         if value is None:
             return "none"
         values = value if self.several else (value,)
-        if self.choices or self.of_material:
-            return ", ".join(_named(one) if self.of_material else one for one in values)
+        if self.choices or self.kind is None:
+            return ", ".join(_named(one) if self.kind is None else one for one in values)
         if len(values) > LISTED:
             return _printed((values[0], values[-1]), self.unit, f"{len(values)} values from {{}} to {{}}")
         return _printed(values, self.unit, ", ".join(["{}"] * len(values)))
 
     def _one(self, name: str, given: object) -> Any:
-        if self.of_material:
-            return self._material(name, given)
-        if self.choices:
-            return self._choice(name, given)
         try:
-            number = _quantity(given, self.unit) if isinstance(given, str) else float(given)  # type: ignore[arg-type]
+            if self.kind is None:
+                return _material(given)
+            if isinstance(self.kind, OneOf):
+                return self.kind.check(name, str(given).strip().lower())
+            value: Any = _number(given, self.unit) if isinstance(given, str) else given
+            return self.kind.check(name, value)
         except ValueError as error:
-            raise WrongValue(name, given, str(error)) from None
-        except TypeError:
-            raise WrongValue(name, given, f"must be a number{self._unit()}") from None
-        if (
-            not isfinite(number)
-            or not self.low <= number <= self.high
-            or (number == 0.0 and not self.zero and self.low == 0.0)
-        ):
-            raise WrongValue(name, given, f"must be {self._range()}")
-        if self.whole and number != int(number):
-            raise WrongValue(name, given, "must be a whole number")
-        return int(number) if self.whole else number
-
-    def _unit(self) -> str:
-        return f" of {self.unit}" if self.unit else ""
-
-    def _range(self) -> str:
-        unit = f" {self.unit}" if self.unit else ""
-        if self.high == inf:
-            return f"{self.low:g}{unit} or more" if self.low else f"a positive number{self._unit()}"
-        from_ = f"from {self.low:g} to" if self.low or self.zero else "more than 0 and at most"
-        return f"{from_} {self.high:g}{unit}"
-
-    def _choice(self, name: str, given: object) -> str:
-        word = str(given).strip().lower()
-        if word not in self.choices:
-            raise WrongValue(name, given, f"must be one of {', '.join(self.choices)}")
-        return word
-
-    def _material(self, name: str, given: object) -> Material:
-        if isinstance(given, Material):
-            return given
-        if isinstance(given, Mapping):
-            return Material(**given)
-        try:
-            return _named_material(str(given))
-        except ValueError as error:
-            raise WrongValue(name, given, str(error)) from None
-
-
-def number(default: float | tuple[float, ...] | None, unit: str, says: str, **limits: Any) -> Any:
-    """A parameter that is a positive number, or several if its default is a tuple. limits: low, high, whole."""
-    return _parameter(default, Option(says, unit, isinstance(default, tuple), **limits))
-
-
-def substance(default: Material | tuple[Material, ...], says: str) -> Any:
-    """A parameter that is a material, or several."""
-    return _parameter(default, Option(says, several=isinstance(default, tuple), of_material=True))
-
-
-def choice(default: str | tuple[str, ...], choices: Iterable[str], says: str) -> Any:
-    """A parameter that is a word, or several."""
-    return _parameter(default, Option(says, several=isinstance(default, tuple), choices=tuple(choices)))
-
-
-def _parameter(default: Any, option: Option) -> Any:
-    return field(default=default, metadata={"option": option})
+            said = str(error)
+            cure = said.partition(": ")[2] if said.startswith(f"{name} = ") else said
+            raise WrongValue(name, given, cure) from None
 
 
 @dataclass(frozen=True)
@@ -183,9 +145,11 @@ class Conditions:
         return cls(**stored(data.attrs.get(OWN)))
 
     @classmethod
+    @cache
     def options(cls) -> dict[str, Option]:
         """How each parameter is read."""
-        return {one.name: one.metadata["option"] for one in fields(cls)}
+        hints = get_type_hints(cls, include_extras=True)
+        return {one.name: Option.of(hints[one.name]) for one in fields(cls)}
 
     @classmethod
     def thesis(cls, name: str) -> Any:
@@ -251,36 +215,33 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _quantity(text: str, unit: str) -> float:
-    """The number that a user typed, in the unit; a ValueError that says what would be right.
-
-    All studies read their numbers here: in the unit itself, or with one of its kind, as "1 mm". unit: "m", "m/s"; empty
-    for a number without one.
-    """
+def _number(text: str, unit: str) -> float:
+    """The number that a user typed, in the unit itself, or with one of its kind, as "1 mm"."""
     try:
         return float(text)
     except ValueError:
-        found = WITH_UNIT.fullmatch(text) if unit else None
-    what = f"a number of {unit}, as 0.001, 1e-3 or with its unit" if unit else "a number, as 0.001 or 1e-3"
+        what = f"a number of {unit}, as 0.001, 1e-3 or with its unit" if unit else "a number, as 0.001 or 1e-3"
+        found = NUMBER.fullmatch(text) if unit else None
     if found is None:
         raise ValueError(f"must be {what}")
-    # Here: only those who type units need them.
-    from structures.units import factor
-
     try:
         return float(Decimal(found[1]) * factor(found[2], unit))
     except ValueError as error:
         raise ValueError(f"{error}; must be {what}") from None
 
 
-def _named_material(text: str) -> Material:
-    """The material of this name, or the only one of this first word; a ValueError names the nearest."""
-    meant = MATERIALS.meant(text)
+def _material(given: object) -> Material:
+    """A material, from its constants, or that of this name, or the only one of this first word."""
+    if isinstance(given, Material):
+        return given
+    if isinstance(given, Mapping):
+        return Material(**given)
+    meant = MATERIALS.meant(str(given))
     if len(meant) == 1:
         return meant[0]
     if meant:
         raise ValueError(f"there are {' and '.join(one.name for one in meant)}; give the whole name")
-    raise ValueError(f"no such material; {nearest(text, list(MATERIALS))}")
+    raise ValueError(f"no such material; {nearest(str(given), list(MATERIALS))}")
 
 
 def _printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import conditions, corner, draw, edge_shear
-from hertzlink.studies.conditions import WrongValue, choice, number, substance
+from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
 from hertzlink.studies.edge_cases import Pair, measure
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
@@ -36,6 +36,7 @@ from plates.support import Supports
 from plates.theory.impact import critical_distance_bounds, inelasticity_parameter
 from structures.caution import collected
 from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material
+from structures.quantities import OneOf, Quantity
 from structures.structure import Vector
 
 row = Rows("critical_distance")
@@ -83,14 +84,16 @@ PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.
 class Conditions(conditions.Conditions):
     """What can be changed. Other pairs, shear and corners are then left out."""
 
-    material: Material = substance(ALUMINIUM_6061, "Material of the plate")
-    bead: float = number(9.53e-3, "m", "Diameter of the beads and the striker", low=1e-4, high=0.2)
-    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
-    impact_speed: float = number(0.31, "m/s", "Speed of the striker", low=1e-3, high=20.0)
-    edge: tuple[str, ...] = choice(tuple(EDGES), EDGES, "Supports of the edge")
-    inelasticity: tuple[float, ...] = number(
-        PARAMETERS, "", "Zener's inelasticity parameter λ, from which the plate's thickness follows", low=0.05, high=2.0
-    )
+    material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
+    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.53e-3
+    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = 0.31
+    edge: Annotated[tuple[str, ...], OneOf(*EDGES), "Supports of the edge"] = tuple(EDGES)
+    inelasticity: Annotated[
+        tuple[float, ...],
+        Quantity(low=0.05, high=2.0),
+        "Zener's inelasticity parameter λ, from which the plate's thickness follows",
+    ] = PARAMETERS
 
     def check(self) -> None:
         """A pair that the law holds, so that AR at equal λ can be compared."""

@@ -3,7 +3,7 @@
 import warnings
 from dataclasses import dataclass, replace
 from math import radians
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -11,8 +11,9 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, waves
+from hertzlink.studies.conditions import BEAD, SPEED
+from hertzlink.studies.conditions import LENGTH as LENGTH_RANGE
 from hertzlink.studies.conditions import Conditions as Parameters
-from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, Row
 from particles.bead import STANDARD_GRAVITY, Bead, Cylinder, Sphere
@@ -22,6 +23,7 @@ from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from particles.solitary import CONTACT_TO_CENTRE_FORCE, UniformChain
 from structures.caution import HertzlinkWarning
 from structures.material import STEEL_316, Material
+from structures.quantities import Quantity
 from structures.structure import Vector, half_space
 from structures.surface import Surface, hertz_stiffness
 
@@ -79,13 +81,13 @@ class Tacit:
 class Conditions(Parameters):
     """What can be changed. The striker then equals the beads."""
 
-    material: Material = substance(STEEL_316, "Material of the cylinders")
-    radius: float = number(RADIUS, "m", "Radius of the cylinders", low=1e-4, high=0.5)
-    length: float = number(LENGTH, "m", "Length of the cylinders", low=1e-4, high=1.0)
-    angle: tuple[float, ...] = number(
-        ANGLES, "degrees", "Angle between neighbours; 0 is a line contact", zero=True, high=90.0
-    )
-    impact_speed: tuple[float, ...] = number(SPEEDS, "m/s", "Speed of the striker", low=1e-3, high=20.0)
+    material: Annotated[Material, "Material of the cylinders"] = STEEL_316
+    radius: Annotated[float, BEAD, "Radius of the cylinders"] = RADIUS
+    length: Annotated[float, LENGTH_RANGE, "Length of the cylinders"] = LENGTH
+    angle: Annotated[
+        tuple[float, ...], Quantity("degrees", or_zero=True, high=90.0), "Angle between neighbours; 0 is a line contact"
+    ] = ANGLES
+    impact_speed: Annotated[tuple[float, ...], SPEED, "Speed of the striker"] = SPEEDS
 
     def check(self) -> None:
         """No more curves than colours."""

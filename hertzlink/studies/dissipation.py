@@ -6,7 +6,7 @@ The experiments of the thesis exist as figures only; so nothing is fitted here, 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,7 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import conditions, draw
-from hertzlink.studies.conditions import number, substance
+from hertzlink.studies.conditions import BEAD, SPEED
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import INPUT, Row
 from particles.bead import Ellipsoid, Sphere
@@ -25,6 +25,7 @@ from particles.dissipation import Dissipation, LinearDashpot, MassProportional, 
 from particles.moving import STEPS_PER_CONTACT, MovingChain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED, UniformChain
 from structures.material import BRASS_360, PTFE, STEEL_316, Material
+from structures.quantities import Count, Quantity
 from structures.structure import Structure, Vector, half_space
 from structures.surface import hertz_stiffness
 
@@ -69,12 +70,12 @@ YIELD_STRESS = 1e9
 class Conditions(conditions.Conditions):
     """What can be changed; the defaults are the thesis's chain of steel."""
 
-    material: Material = substance(STEEL_316, "Material of the beads and the striker")
-    bead: float = number(2.0 * RADIUS, "m", "Diameter of the beads and the striker", low=1e-4, high=0.5)
-    beads: int = number(BEADS, "", "Number of beads", low=20.0, high=500.0, whole=True)
-    impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
-    exponent: float = number(1.81, "", "Exponent α of the losses", low=0.5, high=5.0)
-    coefficient: float = number(5.58, "N (s/m)^α", "Coefficient |γ| of the losses", low=1e-12, high=1e9)
+    material: Annotated[Material, "Material of the beads and the striker"] = STEEL_316
+    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 2.0 * RADIUS
+    beads: Annotated[int, Count(20, 500), "Number of beads"] = BEADS
+    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
+    exponent: Annotated[float, Quantity(low=0.5, high=5.0), "Exponent α of the losses"] = 1.81
+    coefficient: Annotated[float, Quantity("N (s/m)^α", low=1e-12, high=1e9), "Coefficient |γ| of the losses"] = 5.58
 
     @property
     def sphere(self) -> Sphere:

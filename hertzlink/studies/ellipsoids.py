@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -10,8 +10,8 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, waves
+from hertzlink.studies.conditions import BEAD, FORCE, WrongValue
 from hertzlink.studies.conditions import Conditions as Parameters
-from hertzlink.studies.conditions import WrongValue, number, substance
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import STANDARD_GRAVITY, Bead, Ellipsoid, Sphere
@@ -47,10 +47,10 @@ CASES = (
 class Conditions(Parameters):
     """What can be changed."""
 
-    material: Material = substance(STEEL_316, "Material of the ellipsoids and of the sphere of their mass")
-    minor: float = number(MINOR, "m", "Minor diameter of the ellipsoids", low=1e-4, high=0.5)
-    major: float = number(MAJOR, "m", "Major diameter of the ellipsoids", low=1e-4, high=0.5)
-    peak_force: tuple[float, ...] = number(FORCES, "N", "Approximate peak forces of the waves", low=1e-6, high=1e6)
+    material: Annotated[Material, "Material of the ellipsoids and of the sphere of their mass"] = STEEL_316
+    minor: Annotated[float, BEAD, "Minor diameter of the ellipsoids"] = MINOR
+    major: Annotated[float, BEAD, "Major diameter of the ellipsoids"] = MAJOR
+    peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
 
     def check(self) -> None:
         """A major diameter that is greater than the minor one."""

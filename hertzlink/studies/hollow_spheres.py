@@ -1,7 +1,7 @@
 """Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -9,8 +9,8 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, waves
+from hertzlink.studies.conditions import BEAD, FORCE
 from hertzlink.studies.conditions import Conditions as Parameters
-from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
@@ -20,6 +20,7 @@ from particles.laws.law import ContactLaw, PowerLaw
 from particles.laws.power_fit import fit_power_law
 from particles.solitary import UniformChain
 from structures.material import ALUMINIUM_6061, Material
+from structures.quantities import Quantity
 from structures.structure import half_space
 
 row = Rows("hollow_spheres")
@@ -56,12 +57,12 @@ CASES = ("mass from geometry", "printed mass", "printed mass, gravity", "law of 
 class Conditions(Parameters):
     """What can be changed. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
 
-    material: Material = substance(ALUMINIUM_6061, "Material of the spheres")
-    radius: float = number(RADIUS, "m", "Outer radius of the spheres", low=1e-4, high=0.5)
-    ratio: tuple[float, ...] = number(
-        tuple(TABLE_5_1), "", "Inner over outer radius; 0 is a solid sphere", zero=True, high=0.95
-    )
-    peak_force: tuple[float, ...] = number(FORCES, "N", "Approximate peak forces of the waves", low=1e-6, high=1e6)
+    material: Annotated[Material, "Material of the spheres"] = ALUMINIUM_6061
+    radius: Annotated[float, BEAD, "Outer radius of the spheres"] = RADIUS
+    ratio: Annotated[
+        tuple[float, ...], Quantity(or_zero=True, high=0.95), "Inner over outer radius; 0 is a solid sphere"
+    ] = tuple(TABLE_5_1)
+    peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
 
     def check(self) -> None:
         """No more curves than colours."""

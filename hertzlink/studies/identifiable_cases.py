@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil, pi
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -13,13 +14,14 @@ from coupling.inference.information import REACH, STEP, Design, Sensitivities
 from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.inference.search import inverse
 from hertzlink.studies import conditions
-from hertzlink.studies.conditions import WrongValue, number, substance
+from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, WrongValue
 from particles.bead import Sphere
 from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.half_plane import half_plane
 from structures.caution import collected
 from structures.material import ALUMINIUM_6061, PTFE, STEEL_440C, Material
+from structures.quantities import Quantity
 from structures.rod import Layer, rod
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness
@@ -93,14 +95,16 @@ MOST_PLATES = 6
 class Conditions(conditions.Conditions):
     """What can be changed. The plate's modulus stays known, and rods with a bond are left out."""
 
-    material: Material = substance(ALUMINIUM_6061, "Material of the plate")
-    thickness: tuple[float, ...] = number((2.29e-3, 3.0e-3, 4.83e-3), "m", "Thickness of the plate", low=1e-5, high=0.1)
-    bead: tuple[float, ...] = number((4.76e-3, 9.53e-3), "m", "Diameter of the beads", low=1e-4, high=0.2)
-    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
-    impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
-    distance: tuple[float, ...] = number(DISTANCES, "m", "Distance to the clamped edge", low=1e-4, high=10.0)
-    noise: float = number(NOISE, "", "White noise, as a part of the greatest force at each sensor", low=1e-9, high=1.0)
-    record: tuple[float, ...] = number(RECORDS, "s", "Lengths of the records", low=1e-5, high=0.1)
+    material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
+    thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = (2.29e-3, 3.0e-3, 4.83e-3)
+    bead: Annotated[tuple[float, ...], BEAD, "Diameter of the beads"] = (4.76e-3, 9.53e-3)
+    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
+    distance: Annotated[tuple[float, ...], LENGTH, "Distance to the clamped edge"] = DISTANCES
+    noise: Annotated[
+        float, Quantity(low=1e-9, high=1.0), "White noise, as a part of the greatest force at each sensor"
+    ] = NOISE
+    record: Annotated[tuple[float, ...], Quantity("s", low=1e-5, high=0.1), "Lengths of the records"] = RECORDS
 
     def check(self) -> None:
         """No more plates than panels."""

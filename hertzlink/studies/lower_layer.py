@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
-from hertzlink.studies import draw, striking
+from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, Row
 from hertzlink.studies.upper_layer import THESIS, TwoLayers, theory_lines
@@ -31,8 +32,8 @@ ECHOLESS_LENGTH = 25.4e-3
 class Conditions(TwoLayers):
     """What can be changed."""
 
-    upper: float = striking.length(UPPER, "Thickness of the upper layer")
-    lower: tuple[float, ...] = striking.length(LOWERS, "Thickness of the lower layer")
+    upper: Annotated[float, LENGTH, "Thickness of the upper layer"] = UPPER
+    lower: Annotated[tuple[float, ...], LENGTH, "Thickness of the lower layer"] = LOWERS
 
     def longest(self) -> list[Layer]:
         """With the thickest lower layer."""

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from coupling.results.ar_and_tof import amplitude_ratio
-from hertzlink.studies.conditions import Conditions, WrongValue, choice, number, substance
+from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, Conditions, WrongValue
 from particles.bead import Sphere
 from particles.chain import Chain
 from plates.builders import kirchhoff_plate
@@ -18,6 +18,7 @@ from plates.support import Supports
 from plates.theory.impact import THESIS_IMPACT, wall_stiffness
 from structures.layers import contact_time as contact_time_half_space
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
+from structures.quantities import Count, OneOf
 from structures.reduction import DEFAULT_PULSE
 from structures.surface import Surface, hertz_stiffness
 
@@ -56,23 +57,22 @@ CLOSEST = 1.05
 """Ratio of neighbouring distances of a scan, at least."""
 
 
+SUPPORT = "Support of two opposite edges, from which distances are measured; the other two are free"
+
+
 @dataclass(frozen=True)
 class OnPlate(Conditions):
     """The chain and the plate. Records and meshes follow the contact time where they are not the thesis's."""
 
-    material: Material = substance(ALUMINIUM_6061, "Material of the plate")
-    thickness: tuple[float, ...] = number(THICKNESSES, "m", "Thickness of the plate", low=1e-5, high=0.1)
-    bead: tuple[float, ...] = number(DIAMETERS, "m", "Diameter of the beads and the striker", low=1e-4, high=0.2)
-    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
-    impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
-    side: float = number(SIDE, "m", "Side of the square plate", low=1e-3, high=10.0)
-    support: str = choice(
-        "clamped",
-        ("clamped", "simple", "free"),
-        "Support of two opposite edges, from which distances are measured; the other two are free",
-    )
-    beads: int = number(BEADS, "", "Number of beads", low=2.0, high=200.0, whole=True)
-    sensor: int = number(SENSOR, "", "Bead whose force is read, from the struck end", low=1.0, high=199.0, whole=True)
+    material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
+    thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = THICKNESSES
+    bead: Annotated[tuple[float, ...], BEAD, "Diameter of the beads and the striker"] = DIAMETERS
+    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
+    side: Annotated[float, LENGTH, "Side of the square plate"] = SIDE
+    support: Annotated[str, OneOf("clamped", "simple", "free"), SUPPORT] = "clamped"
+    beads: Annotated[int, Count(2, 200), "Number of beads"] = BEADS
+    sensor: Annotated[int, Count(1, 199), "Bead whose force is read, from the struck end"] = SENSOR
 
     shortest_side: ClassVar[float] = 0.0
     """In units of ℓ."""

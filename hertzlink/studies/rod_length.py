@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 from hertzlink.studies import draw, striking
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.conditions import substance
+from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import MEASURED, Row
@@ -31,9 +31,9 @@ ECHOLESS_LENGTH = 0.2
 class Conditions(Striking):
     """What can be changed."""
 
-    material: Material = substance(STEEL_440C, "Material of the cylinder")
-    radius: float = striking.radius(RADIUS)
-    length: tuple[float, ...] = striking.length(LENGTHS, "Length of the cylinder")
+    material: Annotated[Material, "Material of the cylinder"] = STEEL_440C
+    radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
+    length: Annotated[tuple[float, ...], LENGTH, "Length of the cylinder"] = LENGTHS
 
     def layers(self, length: float) -> list[Layer]:
         """The cylinder."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -10,15 +10,15 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, striking, table_2_1
+from hertzlink.studies import conditions, draw, table_2_1
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import BEADS, SENSOR, Striking
 from hertzlink.studies.struck_cylinders import DASHPOT, THESIS, WAVES
 from hertzlink.studies.table import Row
 from structures.layers import critical_modulus
 from structures.material import MATERIALS, PTFE, STEEL_440C, Material
+from structures.quantities import Likely
 from structures.rod import Layer
 from structures.structure import half_space
 from structures.surface import Surface, hertz_stiffness
@@ -28,6 +28,8 @@ row = Rows("rod_stiffness")
 LENGTH, RADIUS = 76.2e-3, 19.1e-3
 
 MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
+
+MODULUS = replace(Likely.MODULUS, low=1e5, high=1e13)
 
 BODIES = ("cylinder", "half-space")
 """Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory."""
@@ -46,13 +48,12 @@ FAR_SENSOR = 12
 class Conditions(Striking):
     """What can be changed."""
 
-    material: tuple[Material, ...] = substance(tuple(MATERIALS.values()), "Materials of rods and cylinders")
-    modulus: tuple[float, ...] = number(
-        MODULI, "Pa", "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel",
-        low=1e5, high=1e13,
-    )  # fmt: skip
-    length: float = striking.length(LENGTH, "Length of the cylinder")
-    radius: float = striking.radius(RADIUS)
+    material: Annotated[tuple[Material, ...], "Materials of rods and cylinders"] = tuple(MATERIALS.values())
+    modulus: Annotated[
+        tuple[float, ...], MODULUS, "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel"
+    ] = MODULI
+    length: Annotated[float, conditions.LENGTH, "Length of the cylinder"] = LENGTH
+    radius: Annotated[float, conditions.LENGTH, "Radius of the cylinder"] = RADIUS
 
     def layers(self, material: Material) -> list[Layer]:
         """The cylinder of a material."""

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
-from hertzlink.studies.conditions import Conditions, WrongValue, number, substance
+from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
 from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
 from particles.chain import Chain
 from particles.dissipation import LinearDashpot
@@ -17,6 +17,7 @@ from structures.elasticity import HIGHEST_FREQUENCY
 from structures.layers import contact_time as contact_time_half_space
 from structures.layers import time_of_flight as primary_time_of_flight
 from structures.material import PTFE, STEEL_440C, Material
+from structures.quantities import Quantity
 from structures.reduction import DEFAULT_PULSE, reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure, Vector
@@ -33,26 +34,19 @@ DASHPOTS = (4.0, 5.0, 6.0)
 CROSSING = 1e-6
 """s, in which a wave crosses an element of a rod by default."""
 
-SHORTEST, LONGEST = 1e-4, 10.0
-"""Lengths of layers, m, for which meshes stay within reason."""
+DASHPOT = Quantity("N s/m", "a dashpot", "5 N s/m", high=1e6)
+BAND = "Dashpot at each contact; of several values the middle one counts, and the others give its band"
 
 
 @dataclass(frozen=True)
 class Striking(Conditions):
     """The chain. Records, meshes and pulses follow the contact time where the chain is not the thesis's."""
 
-    bead: float = number(9.52e-3, "m", "Diameter of the beads and the striker", low=1e-4, high=0.5)
-    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
-    drop_height: float = number(DROP_HEIGHT, "m", "Height from which the striker falls", low=1e-6, high=20.0)
-    impact_speed: float | None = number(
-        None, "m/s", "Speed of the striker, in place of the drop height", low=1e-3, high=20.0
-    )
-    dashpot: tuple[float, ...] = number(
-        DASHPOTS,
-        "N s/m",
-        "Dashpot at each contact; of several values the middle one counts, and the others give its band",
-        high=1e6,
-    )
+    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.52e-3
+    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    drop_height: Annotated[float, HEIGHT, "Height from which the striker falls"] = DROP_HEIGHT
+    impact_speed: Annotated[float | None, SPEED, "Speed of the striker, in place of the drop height"] = None
+    dashpot: Annotated[tuple[float, ...], DASHPOT, BAND] = DASHPOTS
 
     def check(self) -> None:
         """Not both a speed and a height."""
@@ -144,13 +138,3 @@ class Striking(Conditions):
     def solid(self, layers: Sequence[Layer]) -> Structure:
         """The axisymmetric cylinder of these layers on a fixed base, reduced."""
         return reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)
-
-
-def length(default: Any, says: str) -> Any:
-    """A parameter: a length along the cylinder."""
-    return number(default, "m", says, low=SHORTEST, high=LONGEST)
-
-
-def radius(default: float) -> Any:
-    """A parameter: the radius of the cylinder."""
-    return number(default, "m", "Radius of the cylinder", low=1e-4, high=5.0)

@@ -2,16 +2,16 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, striking
+from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.conditions import substance
+from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import Row
@@ -57,9 +57,9 @@ VISCOUS_UPPER = 6.35e-3
 class TwoLayers(Striking):
     """What can be changed in both studies of layers."""
 
-    upper_material: Material = substance(STEEL_440C, "Material of the upper layer, which the chain strikes")
-    lower_material: Material = substance(PTFE, "Material of the lower layer, on the fixed base")
-    radius: float = striking.radius(RADIUS)
+    upper_material: Annotated[Material, "Material of the upper layer, which the chain strikes"] = STEEL_440C
+    lower_material: Annotated[Material, "Material of the lower layer, on the fixed base"] = PTFE
+    radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
 
     def layers(self, upper: float, lower: float) -> list[Layer]:
         """The cylinder, thicknesses in m."""
@@ -116,8 +116,8 @@ class TwoLayers(Striking):
 class Conditions(TwoLayers):
     """What can be changed."""
 
-    upper: tuple[float, ...] = striking.length(UPPERS, "Thickness of the upper layer")
-    lower: float = striking.length(LOWER, "Thickness of the lower layer")
+    upper: Annotated[tuple[float, ...], LENGTH, "Thickness of the upper layer"] = UPPERS
+    lower: Annotated[float, LENGTH, "Thickness of the lower layer"] = LOWER
 
     def longest(self) -> list[Layer]:
         """With the thickest upper layer."""
