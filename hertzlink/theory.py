@@ -4,8 +4,8 @@ from hertzlink._help import offer as _offer
 from particles.solitary import UniformChain as UniformChain
 from plates.beam import beam_buckling_force as beam_buckling_force
 from plates.theory import impact as _impact
-from plates.theory import lamb as _lamb
 from plates.theory import zener as _zener
+from plates.theory.lamb import LambWaves as LambWaves
 from plates.theory.lamb import rayleigh_speed as rayleigh_speed
 from structures import layers as _layers
 from structures import thin_sphere as _thin_sphere
@@ -23,10 +23,6 @@ plate_contact_time = _impact.contact_time
 plate_inelasticity = _impact.inelasticity_parameter
 plate_normalised_time_of_flight = _impact.normalised_time_of_flight
 plate_point_impedance = _impact.point_impedance
-lamb_cutoff_frequency = _lamb.cutoff_frequency
-lamb_frequency = _lamb.frequency
-lamb_group_speed = _lamb.group_speed
-lamb_phase_speed = _lamb.phase_speed
 zener_contact_time = _zener.contact_time
 zener_restitution = _zener.restitution
 primary_amplitude_ratio = _layers.amplitude_ratio

@@ -850,7 +850,8 @@ def closed(ax: Any) -> None:
 def _formulas() -> dict[str, Target]:
     d, m, k = {"size": BEAD.size}, {"mass": BEAD.mass}, {"stiffness": STIFFNESS}
     chain, load = theory.UniformChain(BEAD.size, BEAD.mass, STIFFNESS), {"preload": 10.0}
-    mode, plate = {"mode": "A0"}, {"material": hl.ALUMINIUM_6061, "thickness": 2e-3}
+    plate = {"material": hl.ALUMINIUM_6061, "thickness": 2e-3}
+    waves = theory.LambWaves(hl.ALUMINIUM_6061, 2e-3)
     surfaces = {"first": BEAD.surface, "second": FLAT}
     table: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
         "theory.UniformChain": (theory.UniformChain, {**d, **m, **k, "exponent": 1.5}),
@@ -863,10 +864,10 @@ def _formulas() -> dict[str, Target]:
         "UniformChain.wave_speed_from_force": (chain.wave_speed_from_force, {"force": 20.0, "preload": 1.0}),
         "UniformChain.wave_speed_from_particle_speed": (chain.wave_speed_from_particle_speed, {"particle_speed": 0.3}),
         "UniformChain.peak_force_from_particle_speed": (chain.peak_force_from_particle_speed, {"particle_speed": 0.3}),
-        "theory.lamb_cutoff_frequency": (theory.lamb_cutoff_frequency, {**plate, "mode": "A1"}),
-        "theory.lamb_frequency": (theory.lamb_frequency, {**plate, "wave_number": 500.0, **mode}),
-        "theory.lamb_group_speed": (theory.lamb_group_speed, {**plate, "frequency": 3e4, **mode}),
-        "theory.lamb_phase_speed": (theory.lamb_phase_speed, {**plate, "frequency": 3e4, **mode}),
+        "theory.LambWaves": (theory.LambWaves, {**plate, "mode": "A1"}),
+        "LambWaves.frequency": (waves.frequency, {"wave_number": 500.0}),
+        "LambWaves.group_speed": (waves.group_speed, {"frequency": 3e4}),
+        "LambWaves.phase_speed": (waves.phase_speed, {"frequency": 3e4}),
         "theory.rayleigh_speed": (theory.rayleigh_speed, {"material": STEEL}),
         "theory.zener_contact_time": (theory.zener_contact_time, {"inelasticity": 1.28}),
         "theory.zener_restitution": (theory.zener_restitution, {"inelasticity": 1.28}),

@@ -421,13 +421,10 @@ def closed_forms() -> Mapping[str, Any]:
         ],
         "Zener": [theory.zener_contact_time(0.4), theory.zener_restitution(0.4)],
         "Lamb": [
-            *(
-                f(hl.PTFE, 2e-3, 2e5, mode)
-                for f in (theory.lamb_group_speed, theory.lamb_phase_speed)
-                for mode in ("A0", "S0")
-            ),
-            *(theory.lamb_frequency(hl.BRASS_360, 2e-3, 500.0, mode) for mode in ("A0", "S0")),
-            *(theory.lamb_cutoff_frequency(hl.BRASS_360, 2e-3), theory.rayleigh_speed(hl.BRASS_360)),
+            *(theory.LambWaves(hl.PTFE, 2e-3, mode).group_speed(2e5) for mode in ("A0", "S0")),
+            *(theory.LambWaves(hl.PTFE, 2e-3, mode).phase_speed(2e5) for mode in ("A0", "S0")),
+            *(theory.LambWaves(hl.BRASS_360, 2e-3, mode).frequency(500.0) for mode in ("A0", "S0")),
+            *(theory.LambWaves(hl.BRASS_360, 2e-3, "A1").cutoff_frequency(), theory.rayleigh_speed(hl.BRASS_360)),
         ],
         "layers": [
             theory.primary_amplitude_ratio(0.6),

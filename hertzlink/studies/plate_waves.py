@@ -3,8 +3,7 @@
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import DIAMETERS, SIDE, THICKNESSES, OnPlate
 from hertzlink.studies.table import Row
-from plates.theory.lamb import group_speed as lamb_group_speed
-from plates.theory.lamb import rayleigh_speed
+from plates.theory.lamb import LambWaves, rayleigh_speed
 from structures.material import ALUMINIUM_6061
 
 row = Rows("plate_waves")
@@ -20,7 +19,9 @@ def impact_frequency(diameter: float) -> float:
 def group_speeds() -> dict[float, list[float]]:
     """Group speed of A0, m/s, at the frequency of the impact: by diameter, m, one for each of THICKNESSES."""
     return {
-        diameter: [lamb_group_speed(ALUMINIUM_6061, thickness, impact_frequency(diameter)) for thickness in THICKNESSES]
+        diameter: [
+            LambWaves(ALUMINIUM_6061, thickness).group_speed(impact_frequency(diameter)) for thickness in THICKNESSES
+        ]
         for diameter in DIAMETERS
     }
 

@@ -347,7 +347,7 @@ def critical_distance_bounds(
     impact_speed : float
         Speed, m/s, of the striker (see Notes).
     wave_speeds : tuple of two floats, optional
-        Two other wave speeds, m/s, such as `theory.lamb_group_speed(material, thickness, frequency, "A0")` and
+        Two other wave speeds, m/s, such as `theory.LambWaves(material, thickness).group_speed(frequency)` and
         `theory.rayleigh_speed(material)`. Plates of a Laminate need them.
 
     Returns

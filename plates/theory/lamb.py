@@ -6,8 +6,8 @@ move in opposite directions. "A0", "A1" … are antisymmetric: the faces move up
 counts the frequencies upwards at a fixed wave number. A mode may therefore be a backward wave near its cut-off (S1 of
 most metals); its phase and group speeds are then those of its forward wave. Wave numbers are real.
 
-Functions take a number, or an array where the type says so, and return the same kind. Every function raises a
-ValueError that names the argument if a number is not finite or out of its range.
+Methods take a number, or an array where the type says so, and return the same kind. A ValueError names the argument if
+a number is not finite or out of its range.
 
 With Ω = ωh/c_s, κ = kh, η = (c_s/c_p)², x = ηΩ² − κ², y = Ω² − κ² and the entire functions C(x) = cos √x and
 S(x) = sin √x / √x, the equations have no poles and no spurious roots:
@@ -24,8 +24,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from structures.checks import each, instance, not_negative, positive, short
+from structures.described import described
 from structures.elasticity import pressure_speed, shear_speed
 from structures.material import Material
+from structures.quantities import Length
 from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
@@ -86,8 +88,9 @@ def rayleigh_speed(material: Material) -> float:
     return shear_speed(material) * sqrt(brentq(rayleigh, 0.0, 1.0, xtol=1e-16))
 
 
-def frequency(material: Material, thickness: float, wave_number: Number, mode: str = "A0") -> Number:
-    """Frequency of a mode at a given wave number: the whole curve of the mode, including backward waves.
+@described
+class LambWaves:
+    """One mode of the guided waves in a free plate of any thickness.
 
     Parameters
     ----------
@@ -95,184 +98,183 @@ def frequency(material: Material, thickness: float, wave_number: Number, mode: s
         The isotropic material of the plate.
     thickness : float
         Thickness t, m.
-    wave_number : float or ndarray
-        Real wave number k, rad/m, zero or more.
     mode : str
         "S" or "A" and a number: "A0", "S0", "A1" …
-
-    Returns
-    -------
-    float or ndarray
-        Frequency, Hz, with the shape of `wave_number` and a relative error of 1e-11.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or if `mode` is not the name of a mode.
-
-    References
-    ----------
-    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> round(hl.theory.lamb_frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, wave_number=70.0, mode="A0"), 1)
-    2749.6
-    """
-    thickness = positive("thickness", thickness, "m")
-    with np.errstate(over="ignore"):
-        waves = each(not_negative, "wave_number", wave_number, "rad/m") * thickness / 2.0
-    if not np.isfinite(waves).all():
-        raise ValueError(f"wave_number = {short(wave_number)}: times thickness = {thickness:g} must be finite")
-    curve, waves = _curve(material, mode), waves.ravel()
-    high = 1.0 + waves
-    while (low := curve.below(waves, high) <= curve.number).any():
-        high = np.where(low, 2.0 * high, high)
-    pulse = _bisected(lambda middle: curve.below(waves, middle) > curve.number, np.zeros_like(high), high)
-    return _like(wave_number, pulse * shear_speed(material) / (pi * thickness))
-
-
-def phase_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
-    """Phase speed ω/k of a mode at a given frequency.
-
-    Parameters
-    ----------
-    material : Material
-        The isotropic material of the plate.
-    thickness : float
-        Thickness t, m.
-    frequency : float or ndarray
-        Frequency, Hz, positive.
-    mode : str
-        "S" or "A" and a number: "A0", "S0", "A1" …
-
-    Returns
-    -------
-    float or ndarray
-        Phase speed, m/s, with the shape of `frequency`. The relative error is 1e-11, except close to a cut-off, where
-        the frequency does not determine the speed.
-
-    Raises
-    ------
-    ValueError
-        If the mode does not propagate at the frequency, or if the frequency is within 1e-5 of the lowest one of a mode
-        with backward waves; also if a number is out of its range, or if `mode` is not the name of a mode.
-
-    Notes
-    -----
-    For long waves, A0 has Kirchhoff's √ω (D/ρt)^{1/4} times 1 − (17 − 7ν)/(240 (1 − ν)) (kt)². In aluminium this is 1 %
-    less where t is 1/19 of a wavelength. S0 has √(E/ρ(1−ν²)). For short waves, A0 and S0 have `rayleigh_speed`, and the
-    other modes have the shear speed.
-
-    References
-    ----------
-    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> round(hl.theory.lamb_phase_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"), 1)
-    511.6
-    """
-    waves, pulse = _forward(material, thickness, frequency, mode)
-    return _like(frequency, shear_speed(material) * pulse / waves)
-
-
-def group_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
-    """Group speed dω/dk of a mode at a given frequency.
-
-    It follows from the derivatives of the Rayleigh-Lamb equation itself.
-
-    Parameters
-    ----------
-    material : Material
-        The isotropic material of the plate.
-    thickness : float
-        Thickness t, m.
-    frequency : float or ndarray
-        Frequency, Hz, positive.
-    mode : str
-        "S" or "A" and a number: "A0", "S0", "A1" …
-
-    Returns
-    -------
-    float or ndarray
-        Group speed, m/s, with the shape of `frequency` and the accuracy of `phase_speed`. It is undefined where
-        two modes cross (S0 and S1 at kt = π for ν = 0).
-
-    Raises
-    ------
-    ValueError
-        If the mode does not propagate at the frequency, or if the frequency is within 1e-5 of the lowest one of a mode
-        with backward waves; also if a number is out of its range, or if `mode` is not the name of a mode.
-
-    References
-    ----------
-    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
-
-    Examples
-    --------
-    Khatri's thesis takes 1000 m/s for its plates (section 6.2.2): aluminium of 2.29 mm has it at 12 kHz.
-
-    >>> import hertzlink as hl
-    >>> round(hl.theory.lamb_group_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"))
-    1003
-    """
-    waves, pulse = _forward(material, thickness, frequency, mode)
-    slope = _curve(material, mode).slope(waves, pulse)
-    return _like(frequency, shear_speed(material) * waves / pulse * slope)
-
-
-def cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> float:
-    """Cut-off frequency of a mode: its frequency at infinite wavelength; 0 for A0 and S0.
-
-    The cut-offs are the resonances through the thickness, in ascending order: t f = c_s m and c_p (m − ½) for S modes,
-    c_p m and c_s (m − ½) for A modes, with m = 1, 2 …
-
-    Parameters
-    ----------
-    material : Material
-        The isotropic material of the plate.
-    thickness : float
-        Thickness t, m.
-    mode : str
-        "S" or "A" and a number: "A1", "S1" …
-
-    Returns
-    -------
-    float
-        Frequency, Hz.
 
     Raises
     ------
     ValueError
         If the thickness is not positive, or if `mode` is not the name of a mode.
 
-    Notes
-    -----
-    A mode that is a backward wave at its cut-off has a forward wave already at lower frequencies: for S1 of steel from
-    6 % below its cut-off.
-
     References
     ----------
-    Graff, Wave Motion in Elastic Solids, chapter 8.
+    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
 
     Examples
     --------
+    Khatri's thesis takes a group speed of 1000 m/s (section 6.2.2): aluminium of 2.29 mm has it at 12 kHz.
+
     >>> import hertzlink as hl
-    >>> round(hl.theory.lamb_cutoff_frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, mode="A1") * 1e-6, 3)
-    0.677
+    >>> round(hl.theory.LambWaves(hl.ALUMINIUM_6061, thickness=2.29e-3, mode="A0").group_speed(12e3))
+    1003
     """
-    curve = _curve(material, mode)
-    size = positive("thickness", thickness, "m")
-    if curve.number == 0:
-        return 0.0
-    shear, pressure = shear_speed(material), pressure_speed(material)
-    full, half = (shear, pressure) if curve.symmetric else (pressure, shear)
-    counts = np.arange(1, curve.number + 1)
-    resonances = np.sort(np.concatenate([full * counts, half * (counts - 0.5)]))
-    return float(resonances[curve.number - 1] / size)
+
+    material: Material
+    thickness: Length
+    mode: str = "A0"
+
+    def __post_init__(self) -> None:
+        if re.fullmatch(r"[AS]\d{1,4}", self.mode) is None:
+            raise ValueError(f"mode = {self.mode!r}: must be 'A' or 'S' and a number, such as 'A0' or 'S1'")
+
+    def frequency(self, wave_number: Number) -> Number:
+        """Frequency at a given wave number: the whole curve of the mode, including backward waves.
+
+        Parameters
+        ----------
+        wave_number : float or ndarray
+            Real wave number k, rad/m, zero or more.
+
+        Returns
+        -------
+        float or ndarray
+            Frequency, Hz, with the shape of `wave_number` and a relative error of 1e-11.
+
+        Raises
+        ------
+        ValueError
+            If a number is out of its range.
+
+        Examples
+        --------
+        >>> import hertzlink as hl
+        >>> round(hl.theory.LambWaves(hl.ALUMINIUM_6061, thickness=2.29e-3).frequency(wave_number=70.0), 1)
+        2749.6
+        """
+        with np.errstate(over="ignore"):
+            waves = each(not_negative, "wave_number", wave_number, "rad/m") * self.thickness / 2.0
+        if not np.isfinite(waves).all():
+            thickness = f"thickness = {self.thickness:g}"
+            raise ValueError(f"wave_number = {short(wave_number)}: times {thickness} must be finite")
+        curve, waves = self._curve, waves.ravel()
+        high = 1.0 + waves
+        while (low := curve.below(waves, high) <= curve.number).any():
+            high = np.where(low, 2.0 * high, high)
+        pulse = _bisected(lambda middle: curve.below(waves, middle) > curve.number, np.zeros_like(high), high)
+        return _like(wave_number, pulse * shear_speed(self.material) / (pi * self.thickness))
+
+    def phase_speed(self, frequency: Number) -> Number:
+        """Phase speed ω/k at a given frequency.
+
+        Parameters
+        ----------
+        frequency : float or ndarray
+            Frequency, Hz, positive.
+
+        Returns
+        -------
+        float or ndarray
+            Phase speed, m/s, with the shape of `frequency`. The relative error is 1e-11, except close to a cut-off,
+            where the frequency does not determine the speed.
+
+        Raises
+        ------
+        ValueError
+            If the mode does not propagate at the frequency, or if the frequency is within 1e-5 of the lowest one of a
+            mode with backward waves; also if a number is out of its range.
+
+        Notes
+        -----
+        For long waves, A0 has Kirchhoff's √ω (D/ρt)^{1/4} times 1 − (17 − 7ν)/(240 (1 − ν)) (kt)². In aluminium this is
+        1 % less where t is 1/19 of a wavelength. S0 has √(E/ρ(1−ν²)). For short waves, A0 and S0 have `rayleigh_speed`,
+        and the other modes have the shear speed.
+
+        Examples
+        --------
+        >>> import hertzlink as hl
+        >>> round(hl.theory.LambWaves(hl.ALUMINIUM_6061, thickness=2.29e-3).phase_speed(frequency=12e3), 1)
+        511.6
+        """
+        waves, pulse = self._forward(frequency)
+        return _like(frequency, shear_speed(self.material) * pulse / waves)
+
+    def group_speed(self, frequency: Number) -> Number:
+        """Group speed dω/dk at a given frequency, from the derivatives of the Rayleigh-Lamb equation itself.
+
+        Parameters
+        ----------
+        frequency : float or ndarray
+            Frequency, Hz, positive.
+
+        Returns
+        -------
+        float or ndarray
+            Group speed, m/s, with the shape of `frequency` and the accuracy of `phase_speed`. It is undefined where two
+            modes cross (S0 and S1 at kt = π for ν = 0).
+
+        Raises
+        ------
+        ValueError
+            As `phase_speed`.
+        """
+        waves, pulse = self._forward(frequency)
+        return _like(frequency, shear_speed(self.material) * waves / pulse * self._curve.slope(waves, pulse))
+
+    def cutoff_frequency(self) -> float:
+        """Cut-off frequency, Hz: that at infinite wavelength; 0 for A0 and S0.
+
+        The cut-offs are the resonances through the thickness, in ascending order: t f = c_s m and c_p (m − ½) for S
+        modes, c_p m and c_s (m − ½) for A modes, with m = 1, 2 … A mode that is a backward wave at its cut-off has a
+        forward wave already at lower frequencies: for S1 of steel from 6 % below its cut-off.
+
+        Returns
+        -------
+        float
+            Frequency, Hz.
+
+        Examples
+        --------
+        >>> import hertzlink as hl
+        >>> round(hl.theory.LambWaves(hl.ALUMINIUM_6061, thickness=2.29e-3, mode="A1").cutoff_frequency() * 1e-6, 3)
+        0.677
+        """
+        curve = self._curve
+        if curve.number == 0:
+            return 0.0
+        shear, pressure = shear_speed(self.material), pressure_speed(self.material)
+        full, half = (shear, pressure) if curve.symmetric else (pressure, shear)
+        counts = np.arange(1, curve.number + 1)
+        resonances = np.sort(np.concatenate([full * counts, half * (counts - 0.5)]))
+        return float(resonances[curve.number - 1] / self.thickness)
+
+    @property
+    def _curve(self) -> "_Curve":
+        return _Curve(self.mode.startswith("S"), int(self.mode[1:]), _speed_ratio(self.material))
+
+    def _forward(self, frequency: Number) -> tuple[Vector, Vector]:
+        """κ of the forward wave, which is the largest κ of the mode, and Ω, in one row each."""
+        frequencies, curve = each(positive, "frequency", frequency, "Hz").ravel(), self._curve
+        unit = shear_speed(self.material) / (pi * self.thickness)
+        pulse = pi * frequencies * self.thickness / shear_speed(self.material)
+        if (pulse > LARGEST_PULSE).any():
+            raise ValueError(f"frequency = {frequencies.max():g}: must be at most {LARGEST_PULSE * unit:.3g} Hz")
+        if (pulse < SMALLEST_PULSE).any():
+            raise ValueError(f"frequency = {frequencies.min():g}: must be at least {SMALLEST_PULSE * unit:.3g} Hz")
+        top = pulse
+        while (short := curve.below(top, pulse) > curve.number).any():
+            top = np.where(short, 2.0 * top, top)
+        trials = np.linspace(0.0, 1.0, TRIAL_WAVE_NUMBERS) ** 2 * top[:, None]
+        there: NDArray[np.bool_] = curve.below(trials, pulse[:, None]) > curve.number
+        if not there.any(axis=1).all():
+            worst = float(frequencies[~there.any(axis=1)][0])
+            cutoff = self.cutoff_frequency()
+            raise ValueError(f"frequency = {worst!r}: must be above {cutoff:g} Hz, the cut-off of {self.mode}")
+        last = TRIAL_WAVE_NUMBERS - 1 - np.argmax(there[:, ::-1], axis=1)
+        rows = np.arange(pulse.size)
+        beyond = _bisected(
+            lambda middle: curve.below(middle, pulse) <= curve.number, trials[rows, last], trials[rows, last + 1]
+        )
+        return beyond, pulse
 
 
 class _Curve(NamedTuple):
@@ -325,37 +327,6 @@ class _Curve(NamedTuple):
         return (not self.symmetric) & (np.maximum(np.abs(x), np.abs(y)) < LONG_BENDING)
 
 
-def _limit(pulse: float, material: Material, thickness: float) -> str:
-    return f"{pulse * shear_speed(material) / (pi * thickness):.3g} Hz"
-
-
-def _forward(material: Material, thickness: float, frequency: Number, mode: str) -> tuple[Vector, Vector]:
-    """κ of the forward wave, which is the largest κ of the mode, and Ω, in one row each."""
-    frequencies, curve = each(positive, "frequency", frequency, "Hz").ravel(), _curve(material, mode)
-    pulse = pi * frequencies * positive("thickness", thickness, "m") / shear_speed(material)
-    if (pulse > LARGEST_PULSE).any():
-        most = _limit(LARGEST_PULSE, material, thickness)
-        raise ValueError(f"frequency = {frequencies.max():g}: must be at most {most}")
-    if (pulse < SMALLEST_PULSE).any():
-        least = _limit(SMALLEST_PULSE, material, thickness)
-        raise ValueError(f"frequency = {frequencies.min():g}: must be at least {least}")
-    top = pulse
-    while (short := curve.below(top, pulse) > curve.number).any():
-        top = np.where(short, 2.0 * top, top)
-    trials = np.linspace(0.0, 1.0, TRIAL_WAVE_NUMBERS) ** 2 * top[:, None]
-    there: NDArray[np.bool_] = curve.below(trials, pulse[:, None]) > curve.number
-    if not there.any(axis=1).all():
-        worst = float(frequencies[~there.any(axis=1)][0])
-        cutoff = cutoff_frequency(material, thickness, mode)
-        raise ValueError(f"frequency = {worst!r}: must be above {cutoff:g} Hz, the cut-off of {mode}")
-    last = TRIAL_WAVE_NUMBERS - 1 - np.argmax(there[:, ::-1], axis=1)
-    rows = np.arange(pulse.size)
-    beyond = _bisected(
-        lambda middle: curve.below(middle, pulse) <= curve.number, trials[rows, last], trials[rows, last + 1]
-    )
-    return beyond, pulse
-
-
 def _bisected(beyond: Callable[[Vector], NDArray[np.bool_]], low: Vector, high: Vector) -> Vector:
     """The places between `low` and `high` where `beyond` changes from False to True."""
     while (high - low > 4e-16 * high + 1e-30).any():
@@ -363,14 +334,6 @@ def _bisected(beyond: Callable[[Vector], NDArray[np.bool_]], low: Vector, high: 
         there = beyond(middle)
         low, high = np.where(there, low, middle), np.where(there, middle, high)
     return high
-
-
-def _curve(material: Material, mode: str) -> _Curve:
-    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    match = re.fullmatch(r"([AS])(\d{1,4})", mode) if isinstance(mode, str) else None
-    if match is None:
-        raise ValueError(f"mode = {mode!r}: must be 'A' or 'S' and a number, such as 'A0' or 'S1'")
-    return _Curve(match[1] == "S", int(match[2]), _speed_ratio(material))
 
 
 def _speed_ratio(material: Material) -> float:

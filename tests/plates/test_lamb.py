@@ -57,14 +57,14 @@ def test_curves_by_polynomials(ratio: float, family: str) -> None:
         frequencies, speeds = by_polynomials(material, wave_number, family == "S")
         for number in range(5):
             mode, frequency = f"{family}{number}", float(frequencies[number])
-            found = hl.theory.lamb_frequency(material, THICKNESS, wave_number, mode)
+            found = hl.theory.LambWaves(material, THICKNESS, mode).frequency(wave_number)
             assert found == pytest.approx(frequency, rel=1e-8), (mode, wave_number * THICKNESS)
             if speeds[number] > 100.0:
                 speed = 2.0 * np.pi * frequency / wave_number
-                assert hl.theory.lamb_phase_speed(material, THICKNESS, frequency, mode) == pytest.approx(
+                assert hl.theory.LambWaves(material, THICKNESS, mode).phase_speed(frequency) == pytest.approx(
                     speed, rel=1e-6
                 )
-                found = hl.theory.lamb_group_speed(material, THICKNESS, frequency, mode)
+                found = hl.theory.LambWaves(material, THICKNESS, mode).group_speed(frequency)
                 assert found == pytest.approx(speeds[number], rel=1e-5)
 
 
@@ -96,15 +96,17 @@ def test_long_bending_waves(ratio: float) -> None:
     material = solid(ratio)
     stiffness = np.sqrt(material.contact_modulus * THICKNESS**2 / (12.0 * material.density))
     waves = np.array([0.4, 0.2, 0.1, 1e-5]) / THICKNESS
-    frequency = hl.theory.lamb_frequency(material, THICKNESS, waves)
+    frequency = hl.theory.LambWaves(material, THICKNESS).frequency(waves)
     kirchhoff = np.sqrt(2.0 * np.pi * frequency * stiffness)
-    phase = hl.theory.lamb_phase_speed(material, THICKNESS, frequency)
+    phase = hl.theory.LambWaves(material, THICKNESS).phase_speed(frequency)
     assert phase == pytest.approx(2.0 * np.pi * frequency / waves, rel=1e-10)
     k = np.sqrt(2.0 * np.pi * frequency / stiffness) * THICKNESS
     rest = 1.0 - (17.0 - 7.0 * ratio) / (240.0 * (1.0 - ratio)) * k**2 - phase / kirchhoff
     assert np.log2(np.abs(rest[:2] / rest[1:3])) == pytest.approx([4.0, 4.0], abs=0.2)
     assert phase[3] == pytest.approx(kirchhoff[3], rel=1e-10)
-    assert hl.theory.lamb_group_speed(material, THICKNESS, frequency)[3] == pytest.approx(2.0 * kirchhoff[3], rel=1e-9)
+    assert hl.theory.LambWaves(material, THICKNESS).group_speed(frequency)[3] == pytest.approx(
+        2.0 * kirchhoff[3], rel=1e-9
+    )
 
 
 @pytest.mark.parametrize(
@@ -123,9 +125,9 @@ def test_curves_have_no_seam(mode: str, near: float, band: float) -> None:
     kt: A0's long waves end; S0 is as fast as shear waves, and A1 as pressure waves, where a quotient is 0/0.
     """
     waves = near * (1.0 + np.linspace(-band, band, 201)) / THICKNESS
-    frequency = hl.theory.lamb_frequency(hl.ALUMINIUM_6061, THICKNESS, waves, mode)
-    speed = np.log(hl.theory.lamb_phase_speed(hl.ALUMINIUM_6061, THICKNESS, frequency, mode))
-    slope = 1.0 - np.exp(speed) / hl.theory.lamb_group_speed(hl.ALUMINIUM_6061, THICKNESS, frequency, mode)
+    frequency = hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, mode).frequency(waves)
+    speed = np.log(hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, mode).phase_speed(frequency))
+    slope = 1.0 - np.exp(speed) / hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, mode).group_speed(frequency)
     assert np.abs(np.diff(slope, 2)).max() < 1e-9
     step = np.diff(np.log(frequency))
     assert np.diff(speed) == pytest.approx(step * (slope[1:] + slope[:-1]) / 2.0, abs=1e-11)
@@ -136,13 +138,14 @@ def test_other_limits(ratio: float) -> None:
     """S0 of long waves as in a sheet, √(E/ρ(1−ν²)); A0 and S0 of short ones Rayleigh's; A2 and S2 shear waves."""
     material = solid(ratio)
     sheet = np.sqrt(material.contact_modulus / material.density)
-    assert hl.theory.lamb_phase_speed(material, THICKNESS, 10.0, "S0") == pytest.approx(sheet, rel=1e-9)
-    assert hl.theory.lamb_group_speed(material, THICKNESS, 10.0, "S0") == pytest.approx(sheet, rel=1e-9)
+    assert hl.theory.LambWaves(material, THICKNESS, "S0").phase_speed(10.0) == pytest.approx(sheet, rel=1e-9)
+    assert hl.theory.LambWaves(material, THICKNESS, "S0").group_speed(10.0) == pytest.approx(sheet, rel=1e-9)
     for mode in ("A0", "S0"):
-        for speed in (hl.theory.lamb_phase_speed, hl.theory.lamb_group_speed):
-            assert speed(material, THICKNESS, 1e9, mode) == pytest.approx(hl.theory.rayleigh_speed(material), rel=1e-10)
+        waves = hl.theory.LambWaves(material, THICKNESS, mode)
+        for speed in (waves.phase_speed, waves.group_speed):
+            assert speed(1e9) == pytest.approx(hl.theory.rayleigh_speed(material), rel=1e-10)
     for mode in ("A2", "S2"):
-        assert hl.theory.lamb_phase_speed(material, THICKNESS, 1e9, mode) == pytest.approx(
+        assert hl.theory.LambWaves(material, THICKNESS, mode).phase_speed(1e9) == pytest.approx(
             shear_speed(material), rel=1e-3
         )
 
@@ -157,13 +160,13 @@ def test_lame_waves(ratio: float, mode: str, order: int) -> None:
     material = solid(ratio)
     shear = shear_speed(material)
     frequency = order * shear / (np.sqrt(2.0) * THICKNESS)
-    assert hl.theory.lamb_phase_speed(material, THICKNESS, frequency, mode) == pytest.approx(
+    assert hl.theory.LambWaves(material, THICKNESS, mode).phase_speed(frequency) == pytest.approx(
         np.sqrt(2.0) * shear, rel=1e-11
     )
-    assert hl.theory.lamb_group_speed(material, THICKNESS, frequency, mode) == pytest.approx(
+    assert hl.theory.LambWaves(material, THICKNESS, mode).group_speed(frequency) == pytest.approx(
         shear / np.sqrt(2.0), rel=1e-10
     )
-    found = hl.theory.lamb_frequency(material, THICKNESS, order * np.pi / THICKNESS, mode)
+    found = hl.theory.LambWaves(material, THICKNESS, mode).frequency(order * np.pi / THICKNESS)
     assert found == pytest.approx(frequency, rel=1e-11)
 
 
@@ -171,8 +174,9 @@ def test_without_poisson_effect_s0_has_the_speed_of_a_bar() -> None:
     """ν = 0: an even stretch needs no motion across, at any frequency, until S1 crosses it at kt = π."""
     material = solid(0.0)
     frequency = np.array([0.01, 0.5, 0.99]) * material.bar_speed / (2.0 * THICKNESS)
-    for speed in (hl.theory.lamb_phase_speed, hl.theory.lamb_group_speed):
-        assert speed(material, THICKNESS, frequency, "S0") == pytest.approx(np.full(3, material.bar_speed), rel=1e-9)
+    waves = hl.theory.LambWaves(material, THICKNESS, "S0")
+    for speed in (waves.phase_speed, waves.group_speed):
+        assert speed(frequency) == pytest.approx(np.full(3, material.bar_speed), rel=1e-9)
 
 
 @pytest.mark.parametrize("family", ["S", "A"])
@@ -183,82 +187,86 @@ def test_cutoffs(ratio: float, family: str) -> None:
     At ν = 1/3 pressure is twice as fast as shear, and cut-offs meet in pairs.
     """
     material = solid(ratio)
-    exact = [hl.theory.lamb_cutoff_frequency(material, THICKNESS, f"{family}{number}") for number in range(6)]
+    exact = [hl.theory.LambWaves(material, THICKNESS, f"{family}{number}").cutoff_frequency() for number in range(6)]
     assert exact[0] == 0.0
     # At k = 0 the polynomials hold one rigid motion of either family, whose frequency is zero but for rounding.
     assert by_polynomials(material, 0.0, family == "S")[0][1:6] == pytest.approx(exact[1:], rel=1e-9)
     for number in range(6):
-        found = hl.theory.lamb_frequency(material, THICKNESS, 0.0, f"{family}{number}")
+        found = hl.theory.LambWaves(material, THICKNESS, f"{family}{number}").frequency(0.0)
         assert found == pytest.approx(exact[number], rel=1e-12, abs=1e-9)
 
 
 def test_backward_waves() -> None:
     """S1 of aluminium runs backwards near its cut-off: two wave numbers at one frequency, of which the forward one."""
     waves = np.linspace(0.0, 4.0, 400) / THICKNESS
-    frequency = hl.theory.lamb_frequency(hl.ALUMINIUM_6061, THICKNESS, waves, "S1")
-    cutoff = hl.theory.lamb_cutoff_frequency(hl.ALUMINIUM_6061, THICKNESS, "S1")
+    frequency = hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, "S1").frequency(waves)
+    cutoff = hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, "S1").cutoff_frequency()
     lowest = frequency.argmin()
     polynomials, speeds = by_polynomials(hl.ALUMINIUM_6061, waves[lowest], symmetric=True)
     assert frequency[lowest] == pytest.approx(polynomials[1], rel=1e-9)
     assert abs(speeds[1]) < 30.0
     assert frequency[lowest] < 0.95 * cutoff
     between = np.array([0.2, 0.5, 0.99]) * (cutoff - frequency[lowest]) + frequency[lowest]
-    assert np.all(hl.theory.lamb_group_speed(hl.ALUMINIUM_6061, THICKNESS, between, "S1") > 0.0)
-    found = 2.0 * np.pi * between / hl.theory.lamb_phase_speed(hl.ALUMINIUM_6061, THICKNESS, between, "S1")
+    assert np.all(hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, "S1").group_speed(between) > 0.0)
+    found = 2.0 * np.pi * between / hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, "S1").phase_speed(between)
     assert np.all(found > waves[lowest])
-    assert hl.theory.lamb_frequency(hl.ALUMINIUM_6061, THICKNESS, found, "S1") == pytest.approx(between, rel=1e-11)
+    assert hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, "S1").frequency(found) == pytest.approx(between, rel=1e-11)
     with pytest.raises(ValueError, match="the cut-off of S1"):
-        hl.theory.lamb_phase_speed(hl.ALUMINIUM_6061, THICKNESS, 0.999 * frequency[lowest], "S1")
+        hl.theory.LambWaves(hl.ALUMINIUM_6061, THICKNESS, "S1").phase_speed(0.999 * frequency[lowest])
 
 
 @pytest.mark.parametrize("mode", ["A0", "S0", "A1", "S2", "A7"])
 def test_group_speed_is_the_slope_of_the_curve(mode: str) -> None:
     """Against central differences of the frequency, whose error falls with the square of the step."""
     wave_number = 4.0 / THICKNESS
-    frequency = hl.theory.lamb_frequency(hl.STEEL_440C, THICKNESS, wave_number, mode)
-    exact = hl.theory.lamb_group_speed(hl.STEEL_440C, THICKNESS, frequency, mode)
+    frequency = hl.theory.LambWaves(hl.STEEL_440C, THICKNESS, mode).frequency(wave_number)
+    exact = hl.theory.LambWaves(hl.STEEL_440C, THICKNESS, mode).group_speed(frequency)
     steps = wave_number * np.array([0.04, 0.02, 0.01])
-    above = hl.theory.lamb_frequency(hl.STEEL_440C, THICKNESS, wave_number + steps, mode)
-    below = hl.theory.lamb_frequency(hl.STEEL_440C, THICKNESS, wave_number - steps, mode)
+    above = hl.theory.LambWaves(hl.STEEL_440C, THICKNESS, mode).frequency(wave_number + steps)
+    below = hl.theory.LambWaves(hl.STEEL_440C, THICKNESS, mode).frequency(wave_number - steps)
     errors = np.pi * (above - below) / steps / exact - 1.0
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx([2.0, 2.0], abs=0.2)
 
 
 def test_arrays_keep_their_shape() -> None:
     frequency = np.array([[1e4, 3e5, 2e6], [4e6, 8e6, 3e7]])
-    for of in (hl.theory.lamb_phase_speed, hl.theory.lamb_group_speed, hl.theory.lamb_frequency):
-        together = of(hl.PTFE, THICKNESS, frequency / 1e3, "A0")
-        one_by_one = [[of(hl.PTFE, THICKNESS, float(item) / 1e3, "A0") for item in row] for row in frequency]
+    waves = hl.theory.LambWaves(hl.PTFE, THICKNESS)
+    for of in (waves.phase_speed, waves.group_speed, waves.frequency):
+        together = of(frequency / 1e3)
+        one_by_one = [[of(float(item) / 1e3) for item in row] for row in frequency]
         assert together == pytest.approx(np.array(one_by_one), rel=1e-12)
-        assert of(hl.PTFE, THICKNESS, np.zeros((0, 2))).shape == (0, 2)
-        assert isinstance(of(hl.PTFE, THICKNESS, 1e3), float)
+        assert of(np.zeros((0, 2))).shape == (0, 2)
+        assert isinstance(of(1e3), float)
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (
-            lambda: hl.theory.lamb_phase_speed(hl.PTFE, THICKNESS, 1e3, "B0"),
+            lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS, "B0").phase_speed(1e3),
             r"mode = 'B0': must be 'A' or 'S' and a number",
         ),
-        (lambda: hl.theory.lamb_phase_speed(hl.PTFE, THICKNESS, 1e3, "A"), "mode = 'A'"),
-        (lambda: hl.theory.lamb_group_speed(hl.PTFE, THICKNESS, 1e3, "s0"), "mode = 's0'"),
-        (lambda: hl.theory.lamb_frequency(hl.PTFE, THICKNESS, 1e3, 0), "mode = 0"),  # type: ignore[arg-type]
-        (lambda: hl.theory.lamb_cutoff_frequency(hl.PTFE, THICKNESS, "A-1"), "mode = 'A-1'"),
-        (lambda: hl.theory.lamb_phase_speed("PTFE", THICKNESS, 1e3), "material = 'PTFE'"),  # type: ignore[arg-type]
+        (lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS, "A").phase_speed(1e3), "mode = 'A'"),
+        (lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS, "s0").group_speed(1e3), "mode = 's0'"),
+        (lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS, 0).frequency(1e3), "mode = 0"),  # type: ignore[arg-type]
+        (lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS, "A-1").cutoff_frequency(), "mode = 'A-1'"),
+        (lambda: hl.theory.LambWaves("PTFE", THICKNESS).phase_speed(1e3), "material = 'PTFE'"),  # type: ignore[arg-type]
         (lambda: hl.theory.rayleigh_speed(None), "material = None"),  # type: ignore[arg-type]
-        (lambda: hl.theory.lamb_phase_speed(hl.PTFE, 0.0, 1e3), r"thickness = 0\.0: must be a positive number of m"),
-        (lambda: hl.theory.lamb_cutoff_frequency(hl.PTFE, -1.0), r"thickness = -1\.0"),
-        (lambda: hl.theory.lamb_cutoff_frequency(hl.PTFE, float("nan"), "S0"), "thickness = nan"),
         (
-            lambda: hl.theory.lamb_group_speed(hl.PTFE, THICKNESS, 0.0),
+            lambda: hl.theory.LambWaves(hl.PTFE, 0.0).phase_speed(1e3),
+            r"thickness = 0\.0: must be a positive number of m",
+        ),
+        (lambda: hl.theory.LambWaves(hl.PTFE, -1.0, "A1").cutoff_frequency(), r"thickness = -1\.0"),
+        (lambda: hl.theory.LambWaves(hl.PTFE, float("nan"), "S0").cutoff_frequency(), "thickness = nan"),
+        (
+            lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS).group_speed(0.0),
             r"frequency = 0\.0: must be a positive number of Hz",
         ),
-        (lambda: hl.theory.lamb_group_speed(hl.PTFE, THICKNESS, np.array([1.0, np.nan])), "frequency = nan"),
-        (lambda: hl.theory.lamb_frequency(hl.PTFE, THICKNESS, -1.0), r"wave_number = -1\.0"),
-        (lambda: hl.theory.lamb_frequency(hl.PTFE, float("inf"), 1.0), "thickness = inf"),
+        (lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS).group_speed(np.array([1.0, np.nan])), "frequency = nan"),
+        (lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS).frequency(-1.0), r"wave_number = -1\.0"),
+        (lambda: hl.theory.LambWaves(hl.PTFE, float("inf")).frequency(1.0), "thickness = inf"),
         (
-            lambda: hl.theory.lamb_phase_speed(hl.PTFE, THICKNESS, np.array([1e7, 1e3]), "A1"),
+            lambda: hl.theory.LambWaves(hl.PTFE, THICKNESS, "A1").phase_speed(np.array([1e7, 1e3])),
             r"frequency = 1000\.0: must be ab",
         ),
     ],

@@ -230,7 +230,7 @@ def test_bounds_with_exact_wave_speeds() -> None:
     """The thesis's 0.57 is the exact Rayleigh speed but for 0.3 %; 0.2 is A0's group speed near 12 kHz in 2.29 mm."""
     printed = np.array(hl.critical_distance_bounds(BEAD, PLATE, 0.31))
     aluminium = PLATE.material
-    speeds = hl.theory.lamb_group_speed(aluminium, PLATE.thickness, 12e3), hl.theory.rayleigh_speed(aluminium)
+    speeds = hl.theory.LambWaves(aluminium, PLATE.thickness).group_speed(12e3), hl.theory.rayleigh_speed(aluminium)
     exact = np.array(hl.critical_distance_bounds(BEAD, PLATE, 0.31, wave_speeds=speeds))
     assert exact == pytest.approx(printed, rel=0.01)
     time = hl.theory.plate_contact_time(BEAD, PLATE, 0.31, inelasticity=0.0)
