@@ -2,6 +2,7 @@
 
 import atexit
 import errno
+import gc
 import importlib
 import os
 import shutil
@@ -17,6 +18,7 @@ import numba
 import numpy as np
 import pytest
 from numba import typeof
+from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 
@@ -85,6 +87,35 @@ def found(kernel: Any) -> int:
     """Kernels that came from the cache, after two calls that are right."""
     assert (kernel(4), kernel(1.5)) == (8, 3.0)
     return int(sum(kernel.stats.cache_hits.values()))
+
+
+class Marks(event.Listener):  # type: ignore[misc]
+    """Lists when Numba begins and ends to compile, among other phases."""
+
+    def __init__(self, phases: list[str]) -> None:
+        self.phases = phases
+
+    def on_start(self, event: Any) -> None:
+        self.phases.append("compile")
+
+    def on_end(self, event: Any) -> None:
+        self.phases.append("compiled")
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_garbage_is_not_collected_while_a_kernel_is_compiled(fresh: Callable[[], Any], collects: bool) -> None:
+    """Afterwards it is, or not, as the user has set it."""
+    kernel, before, phases = fresh(), gc.isenabled(), list[str]()
+    (gc.enable if collects else gc.disable)()
+    gc.callbacks.append(lambda phase, info: phases.append(phase))
+    try:
+        with event.install_listener("numba:compile", Marks(phases)):
+            kernel(4)
+        assert gc.isenabled() == collects
+        assert phases[phases.index("compile") + 1] == "compiled"
+    finally:
+        gc.callbacks.pop()
+        (gc.enable if before else gc.disable)()
 
 
 DAMAGES: dict[str, Callable[[bytes], bytes]] = {
