@@ -212,13 +212,13 @@ class CoSimulation:
         with nullcontext() if checkpoint is None else locked(checkpoint):
             keeper = None
             if checkpoint is not None:
-                asked = given if kept is None else {**given, "sensors": kept.bodies}
+                asked = inputs if selection is None else {**inputs, "sensors": selection.bodies}
                 keeper = Keeper(checkpoint, asked, self.interface, plan.length, plan.stride, self.scheme.repeats, trust)
-            frames = Frames(self.interface, plan.rows, kept)
+            frames = Frames(self.interface, plan.rows, selection)
             filled, file = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
             Work(self.interface, self.scheme, self.window, plan, filled, file, clock).do()
         findings += checked(self.interface, frames, plan.interval)
-        run = dataset(self.interface, frames, plan.interval, given, findings)
+        run = dataset(self.interface, frames, plan.interval, inputs, findings)
         if log.isEnabledFor(logging.INFO):
             log.info("%s", summary(run))
         return run if clock is None else run.assign_attrs(trace=clock.report())
@@ -229,8 +229,8 @@ class CoSimulation:
         Nor does a run of more steps than `most_steps`.
         """
         check_effort(self.interface.chains, until, self.most_steps)
-        given = self.window, self.substeps, until, save_every, self.accuracy.windows
-        return plan_run(self.interface, self.scheme, *given)
+        settings = self.window, self.substeps, until, save_every, self.accuracy.windows
+        return plan_run(self.interface, self.scheme, *settings)
 
     @property
     def longest_window(self) -> float:
@@ -293,8 +293,10 @@ class CoSimulation:
         """
         until = positive("until", until, "s")
         # Those that are small have been examined, and keep their modes.
-        known = {id(one.structure): one for one in self.interface.structures if isinstance(one, MovingStructure)}
-        ends = {name: _with_reduced(self._given[name], until, known) for name in ("structure", "behind")}
+        by_identity = {
+            id(body.structure): body for body in self.interface.structures if isinstance(body, MovingStructure)
+        }
+        ends = {name: _with_reduced(self._given[name], until, by_identity) for name in ("structure", "behind")}
         return self.replace(**ends, **changes)
 
     def describe(self) -> dict[str, Any]:
@@ -331,12 +333,12 @@ class CoSimulation:
         return html_table("CoSimulation", rows)
 
 
-def _with_reduced(facing: Any, until: float, known: dict[int, MovingStructure]) -> Any:
-    """What chains face, with large structures reduced, each of them once. known: by the structure's identity."""
+def _with_reduced(facing: Any, until: float, by_identity: dict[int, MovingStructure]) -> Any:
+    """What chains face, with large structures reduced, each once. by_identity: structures by their id."""
     if isinstance(facing, list):
-        return [_with_reduced(one, until, known) for one in facing]
+        return [_with_reduced(structure, until, by_identity) for structure in facing]
     if isinstance(facing, ContactPoint):
-        return ContactPoint(_with_reduced(facing.structure, until, known), facing.number)
+        return ContactPoint(_with_reduced(facing.structure, until, by_identity), facing.number)
     if isinstance(facing, Closing):
         if facing.structure.size <= LARGEST_DENSE_SIZE:
             return facing
@@ -344,7 +346,7 @@ def _with_reduced(facing: Any, until: float, known: dict[int, MovingStructure]) 
     if not isinstance(facing, Structure) or is_left_out(facing):
         return facing
     facing = as_struck(facing)
-    moving = known[id(facing)]
+    moving = by_identity[id(facing)]
     if facing.size and not moving.compact:
-        moving = known[id(facing)] = MovingStructure(reduce(facing, until))
+        moving = by_identity[id(facing)] = MovingStructure(reduce(facing, until))
     return moving

@@ -62,7 +62,7 @@ LATE = 1e-9
 ROUNDED = 0.99
 """Part of a step that counts as the whole: an error shows three digits of it."""
 
-OWN = {
+DESCRIPTIONS = {
     "displacement": "displacement of the centre of mass; bead 0 is the striker",
     "velocity": "velocity of the centre of mass; bead 0 is the striker",
     "contact_energy": "strain energy of striker and beads",
@@ -156,18 +156,18 @@ def explicit_chain(
     interval, rows = _saved_times(chain, until, save_every)
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
-        whole = ceil(reach / size * (1.0 - 1e-9)) * size
-        if whole > WIDEST * bead.radius:
+        cell_multiple = ceil(reach / size * (1.0 - 1e-9)) * size
+        if cell_multiple > WIDEST * bead.radius:
             coarse = spacing is not None and MARGIN * radius <= WIDEST * bead.radius
             culprit = f"spacing = {spacing!r}" if coarse else f"impact_speed = {chain.impact_speed!r}"
-            raise ValueError(f"{culprit}: contacts reach {whole:.3g} m, too wide for {bead!r}; take less")
-        model = explicit_bead(bead, whole, size)
+            raise ValueError(f"{culprit}: contacts reach {cell_multiple:.3g} m, too wide for {bead!r}; take less")
+        model = explicit_bead(bead, cell_multiple, size)
         if save_every is not None:
             _check_saving(interval, SAFETY * model.stable_step)
         frames = _run(chain, model, interval, rows, rigid_wall)
         if frames is not None:
-            given = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
-            return _dataset(chain, frames, {**given, "spacing": size}, {"spacing": size, "reach": whole})
+            inputs = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
+            return _dataset(chain, frames, {**inputs, "spacing": size}, {"spacing": size, "reach": cell_multiple})
         reach *= WIDENING
         log.info("bodies touch beyond the mesh's reach, which widens to %.3g m", reach)
     raise ValueError(
@@ -266,7 +266,7 @@ def _findings(bead: Bead, force: Vector, wall: bool) -> list[str]:
     ]
 
 
-def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[str, float]) -> xr.Dataset:
+def _dataset(chain: Chain, frames: _Frames, inputs: dict[str, Any], mesh: dict[str, float]) -> xr.Dataset:
     """The result of a run, with the variables that CoSimulation's has where they mean something here."""
     saved, bodies = frames.saved, len(chain.beads) + 1
     nothing = np.zeros(frames.times.size)
@@ -279,7 +279,7 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
     }  # fmt: skip
     variables = {}
     for name, value in values.items():
-        variables[name] = variable(name, value, description=OWN.get(name, VARIABLES[name].description))
+        variables[name] = variable(name, value, description=DESCRIPTIONS.get(name, VARIABLES[name].description))
     coordinates = {
         "time": ("time", frames.times, {"units": "s"}),
         "bead": ("bead", np.arange(bodies)),
@@ -293,9 +293,9 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
         "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step, **mesh,
         "seconds": frames.seconds,
     }  # fmt: skip
-    findings = _findings(chain.beads[0], saved.contact_force, given["rigid_wall"])
+    findings = _findings(chain.beads[0], saved.contact_force, inputs["rigid_wall"])
     moving, peaks = MovingChain(chain, None), saved.contact_force.max(axis=0)
     motion = Motion(range(peaks.size), saved.contact_force, None, peaks, moving.approach(peaks))
     findings += yields([moving], [motion], np.empty(0))
     warn(findings)
-    return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **attributes}), findings)
+    return with_warnings(xr.Dataset(variables, coordinates, {**provenance(inputs), **attributes}), findings)

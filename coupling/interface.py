@@ -104,10 +104,10 @@ class Interface:
         self.contacts: list[Contact] = []
         self._given: list[Any] = []
         for number, ends in enumerate(zip(facing, behind, strict=True)):
-            for end, given in zip((LAST, FIRST), ends, strict=True):
-                if given is not None or end == LAST:
+            for end, faced in zip((LAST, FIRST), ends, strict=True):
+                if faced is not None or end == LAST:
                     where = NAMES[end] if len(chains) == 1 else f"{NAMES[end]}[{number}]"
-                    place, point = self._seat(where, given, chains[number])
+                    place, point = self._seat(where, faced, chains[number])
                     self.contacts.append(Contact(number, end, place, point))
         self.size = len(self.contacts)
         self.single = self.size == 1 and len(self.structures[0].surfaces) == 1
@@ -142,14 +142,14 @@ class Interface:
         """The only structure, if its gaps close."""
         self.damped = [
             place
-            for place, one in enumerate(self.structures)
-            if isinstance(one, MovingStructure) and one.structure.damping is not None
+            for place, structure in enumerate(self.structures)
+            if isinstance(structure, MovingStructure) and structure.structure.damping is not None
         ]
 
     def describe(self) -> dict[str, Any]:
         """Chains, structures and contacts as plain data."""
         chains = [chain.chain.describe() for chain in self.chains]
-        structures: list[Any] = [one.describe() for one in self.structures]
+        structures: list[Any] = [structure.describe() for structure in self.structures]
         if self.single:
             return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
         for contact in self.contacts:
@@ -162,10 +162,14 @@ class Interface:
         if len(self.chains) > 1 or len(self.structures) > 1:
             counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
             return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
-        one, beads = self.structures[0], len(self.chains[0].chain.beads)
+        structure, beads = self.structures[0], len(self.chains[0].chain.beads)
         if self.chains[0].surface is None:
             return f"{beads} bead{'s' * (beads != 1)} that face{'s' * (beads == 1)} nothing"
-        kind = one.structure.origin.get("kind", "structure") if isinstance(one, MovingStructure) else one.name
+        kind = (
+            structure.structure.origin.get("kind", "structure")
+            if isinstance(structure, MovingStructure)
+            else structure.name
+        )
         return f"{beads} bead{'s' * (beads != 1)} on {kind}"
 
     def touched_by(self, structure: int) -> list[int]:
@@ -237,23 +241,23 @@ class Interface:
 
         force: the mean forces on the structures. answer: the chains' mean forces and works.
         """
-        ledger, way = state.ledger, surface - state.surface
+        ledger, step = state.ledger, surface - state.surface
         damped = ledger.damped
         if self.damped:
             damped = damped.copy()
             for place in self.damped:
                 damped[place] += self.structures[place].dissipated(state.structures[place], structures[place], length)
-        given, work = answer
+        forces, work = answer
         return CoupledState(
             state.time + length,
             chains,
             structures,
             surface,
             force,
-            Ledger(ledger.work + force * way, ledger.given + work, ledger.impulse + length * force, damped),
+            Ledger(ledger.work + force * step, ledger.given + work, ledger.impulse + length * force, damped),
             evaluations,
-            float(abs(given - force).max()),
-            (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, given)),
+            float(abs(forces - force).max()),
+            (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, forces)),
             memory,
         )
 
@@ -306,10 +310,10 @@ class Interface:
             corners.append(before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0))
         return corners
 
-    def _seat(self, where: str, given: Any, chain: Chain) -> tuple[int, int]:
+    def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
-        given = half_space(chain.beads[-1].surface.material) if given is None else given
-        whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
+        facing = half_space(chain.beads[-1].surface.material) if facing is None else facing
+        whole_one, point = (facing.structure, facing.number) if isinstance(facing, ContactPoint) else (facing, None)
         _takes_part(where, whole_one)
         count = points(whole_one)
         if point is None and count > 1:
@@ -317,11 +321,11 @@ class Interface:
                 f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
                 "; gaps close by stepping.Closing(structure, opening)"
             )
-        place = next((i for i, one in enumerate(self._given) if one is whole_one), len(self._given))
+        place = next((i for i, structure in enumerate(self._given) if structure is whole_one), len(self._given))
         if place == len(self._given):
             self._given.append(whole_one)
             self.structures.append(_moving_structure(whole_one))
-            bodies = [one.structure for one in self.structures if isinstance(one, MovingStructure)]
+            bodies = [structure.structure for structure in self.structures if isinstance(structure, MovingStructure)]
             if len({id(body) for body in bodies}) < len(bodies):
                 raise ValueError(
                     f"{where}: is in two MovingStructures, which move independently; give one of them twice"
@@ -341,34 +345,34 @@ class Interface:
                 seats[contact.point] = k
         return seats
 
-    def _moving(self, chain: Chain, number: int, alone: bool, given: dict[str, float | None]) -> MovingChain:
+    def _moving(self, chain: Chain, number: int, alone: bool, settings: dict[str, float | None]) -> MovingChain:
         facts = [self._facts(k) for k in self.of_chain[number]]
         surface, flexibility = (None, 0.0) if alone else facts[0]
         if len(facts) == 1:
-            return moving_chain(chain, surface, flexibility, **given)
+            return moving_chain(chain, surface, flexibility, **settings)
         behind, spring = facts[1]
-        return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **given)
+        return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **settings)
 
     def _facts(self, k: int) -> tuple[Surface, float]:
         """Surface and flexibility (m/N) of a contact's point."""
         contact = self.contacts[k]
         structure = self.structures[contact.structure]
         surface = instance("structure.surface", structure.surfaces[contact.point], Surface, "a Surface(material)")
-        known = structure.structure if isinstance(structure, MovingStructure) else structure
-        return surface, float(known.flexibilities[contact.point])
+        of_surface = structure.structure if isinstance(structure, MovingStructure) else structure
+        return surface, float(of_surface.flexibilities[contact.point])
 
 
-def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
+def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
     """What each of `count` chains faces: of several a list, one structure with as many points, or None for all."""
     if not several:
-        return [given]
-    if given is None:
+        return [facing]
+    if facing is None:
         return [None] * count
-    if isinstance(given, Structure | Participant):
-        if points(given) == count:
-            return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
-    elif isinstance(given, Iterable) and not isinstance(given, str | ContactPoint):
-        entries = list(given)
+    if isinstance(facing, Structure | Participant):
+        if points(facing) == count:
+            return [ContactPoint(facing, number) for number in range(count)] if count > 1 else [facing]
+    elif isinstance(facing, Iterable) and not isinstance(facing, str | ContactPoint):
+        entries = list(facing)
         if len(entries) != count:
             raise ValueError(f"{name}: has {count_of(len(entries), 'entry')}, must have one for each of {count} chains")
         return entries
@@ -378,15 +382,17 @@ def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
     )
 
 
-def _takes_part(where: str, given: Any) -> None:
+def _takes_part(where: str, facing: Any) -> None:
     """A ValueError for what is neither a structure nor a participant."""
-    if isinstance(given, type):
-        raise ValueError(f"{where} = the class {given.__name__}: must be an object of it, such as {given.__name__}(…)")
-    if not isinstance(given, Structure):
-        has_members(where, given, ("surface",), {"start": 0, "advance": 3}, PARTICIPANTS, type(given).__name__)
+    if isinstance(facing, type):
+        raise ValueError(
+            f"{where} = the class {facing.__name__}: must be an object of it, such as {facing.__name__}(…)"
+        )
+    if not isinstance(facing, Structure):
+        has_members(where, facing, ("surface",), {"start": 0, "advance": 3}, PARTICIPANTS, type(facing).__name__)
 
 
-def _moving_structure(given: Any) -> Any:
+def _moving_structure(facing: Any) -> Any:
     """What advances a Structure, or a user's participant with its answers checked."""
     if isinstance(given, Structure):
         return MovingStructure(given)

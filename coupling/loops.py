@@ -69,7 +69,7 @@ def is_compiled(interface: Interface, scheme: Scheme) -> bool:
     """Whether the compiled loop can run them: Newton's method, on linear structures or one whose gaps close."""
     if type(scheme) is not Condensed or (interface.boxes and len(interface.structures) > 1):
         return False
-    return all(one.compact for one in interface.structures)
+    return all(structure.compact for structure in interface.structures)
 
 
 def run_windows(work: Work) -> None:

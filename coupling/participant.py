@@ -84,7 +84,7 @@ class CheckedParticipant:
     def __init__(self, participant: Participant) -> None:
         self.participant, self.surfaces = participant, surfaces_of(participant)
         self.name = type(participant).__name__
-        if not self.surfaces or not all(isinstance(one, Surface) for one in self.surfaces):
+        if not self.surfaces or not all(isinstance(surface, Surface) for surface in self.surfaces):
             raise ValueError(
                 f"{self.name}.surface = {short(participant.surface)}: must be a Surface(material), or a tuple with "
                 "one for each contact point"

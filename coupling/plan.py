@@ -56,10 +56,11 @@ class Plan(NamedTuple):
 
     def describe(self, interface: Interface, window: float | Adaptive | None) -> dict[str, Any]:
         """The part of the plan that belongs to the input of a run, as plain data."""
-        given: dict[str, Any] = {"window": self.substeps * self.length, "substeps": self.substeps}
+        attributes: dict[str, Any] = {"window": self.substeps * self.length, "substeps": self.substeps}
         if isinstance(window, Adaptive):
-            given = {"window": repr(window)}
-        return {**given, "save_every": self.interval, "steps": [one.steps(self.length) for one in interface.chains]}
+            attributes = {"window": repr(window)}
+        steps = [chain.steps(self.length) for chain in interface.chains]
+        return {**attributes, "save_every": self.interval, "steps": steps}
 
 
 def plan_run(
@@ -144,8 +145,8 @@ def _saved_times(interface: Interface, intervals: float, save_every: float | Non
     bodies = sum(chain.rest.size for chain in interface.chains)
     if intervals * bodies > MOST_SAVED:
         name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
-        given = "" if save_every is None else f" = {save_every!r}"
-        raise ValueError(f"{name}{given}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
+        stated = "" if save_every is None else f" = {save_every!r}"
+        raise ValueError(f"{name}{stated}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
     size = intervals * bodies * LARGE_ARRAYS * 8.0
     if size > LARGE_SIZE:
         name = "until" if save_every is None else "save_every"

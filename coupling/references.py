@@ -96,8 +96,8 @@ def assert_same_waves(
     write = os.environ.get(UPDATE, "") not in ("", "0") if update is None else _switch(update)
     _check(run)
     old = None if write else _read(path)
-    known = None if old is None else [int(one) for one in np.atleast_1d(old.attrs["sensors"])]
-    chosen = _sensors(sensors) or known or same_waves.default_sensors(run)
+    listed_sensors = None if old is None else [int(number) for number in np.atleast_1d(old.attrs["sensors"])]
+    chosen = _sensors(sensors) or listed_sensors or same_waves.default_sensors(run)
     with collected() as findings:
         now = same_waves.kept_waves(run, chosen)
     warn(one_of_each(findings))
@@ -124,15 +124,15 @@ def _complaint(old: xr.Dataset, now: xr.Dataset, run: xr.Dataset, tolerances: An
     """The lines of the message; none where all agrees."""
     lines, record = same_waves.shapes(old, now), same_waves.records(old, now)
     if not lines:
-        found = list(same_waves.rows(old, now, *tolerances))
-        fails = [one for one in found if one.fails]
+        rows = list(same_waves.rows(old, now, *tolerances))
+        fails = [row for row in rows if row.fails]
         ends = [line for line in record if "ends" in line]
         if not fails and not ends:
             return []
         if fails:
             lines = same_waves.table(fails)
-        if len(fails) < len(found):
-            lines.append(f"{len(found) - len(fails)} of {len(found)} quantities agree")
+        if len(fails) < len(rows):
+            lines.append(f"{len(rows) - len(fails)} of {len(rows)} quantities agree")
     return [f"  {line}" for line in [*lines, *record]] + [
         _who_wrote(old, run),
         _input(old, run),
@@ -155,11 +155,11 @@ def _who_wrote(old: xr.Dataset, run: xr.Dataset) -> str:
 
 def _input(old: xr.Dataset, run: xr.Dataset) -> str:
     there, now = (_json(data.attrs.get("input", "")) for data in (old, run))
-    found = list(differences(there, now))
-    if not found:
+    changes = list(differences(there, now))
+    if not changes:
         return "input: the same"
-    more = [f"and {len(found) - MOST_INPUTS} more"] if len(found) > MOST_INPUTS else []
-    return "input: " + "; ".join([*found[:MOST_INPUTS], *more])
+    more = [f"and {len(changes) - MOST_INPUTS} more"] if len(changes) > MOST_INPUTS else []
+    return "input: " + "; ".join([*changes[:MOST_INPUTS], *more])
 
 
 def _json(text: object) -> Any:
@@ -170,15 +170,15 @@ def _json(text: object) -> Any:
 
 
 def _described(waves: xr.Dataset, run: xr.Dataset, sensors: list[int]) -> xr.Dataset:
-    kept = {name: str(run.attrs[name]) for name in ("input", "versions") if name in run.attrs}
-    made = {"format": FORMAT, "format_version": VERSION, "hertzlink": versions()["hertzlink"], "sensors": sensors}
-    return waves.assign_attrs(**made, **kept)
+    attributes = {name: str(run.attrs[name]) for name in ("input", "versions") if name in run.attrs}
+    origin = {"format": FORMAT, "format_version": VERSION, "hertzlink": versions()["hertzlink"], "sensors": sensors}
+    return waves.assign_attrs(**origin, **attributes)
 
 
 def _write(path: Path, waves: xr.Dataset) -> None:
     packed = {
-        name: {"zlib": True, "shuffle": True, "_FillValue": None} if one.ndim else {"_FillValue": None}
-        for name, one in waves.variables.items()
+        name: {"zlib": True, "shuffle": True, "_FillValue": None} if variable.ndim else {"_FillValue": None}
+        for name, variable in waves.variables.items()
     }
     content = bytes(waves.to_netcdf(engine="h5netcdf", encoding=packed))
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -194,42 +194,42 @@ def _read(path: Path) -> xr.Dataset:
     check_hdf5(content, f"reference: {path}")
     try:
         with xr.open_dataset(content, engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
-            found = file.load().drop_encoding()
+            data = file.load().drop_encoding()
     except (OSError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise ValueError(f"reference: {path} cannot be read ({error}); write it again") from error
-    whole_one = {"sensors", "hertzlink"} <= set(found.attrs) and "time" in found.coords
-    kinds = {one.attrs.get("kind") for one in found.data_vars.values()}
-    if found.attrs.get("format") != FORMAT or not whole_one or not kinds <= set(same_waves.KINDS):
+    whole_one = {"sensors", "hertzlink"} <= set(data.attrs) and "time" in data.coords
+    kinds = {variable.attrs.get("kind") for variable in data.data_vars.values()}
+    if data.attrs.get("format") != FORMAT or not whole_one or not kinds <= set(same_waves.KINDS):
         raise ValueError(
             f"reference: {path} was not written by assert_same_waves; give another file, or write it again"
         )
-    if int(found.attrs.get("format_version", 0)) > VERSION:
+    if int(data.attrs.get("format_version", 0)) > VERSION:
         raise ValueError(
-            f"reference: {path} was written by hertzlink {found.attrs['hertzlink']}, in a form that this version does "
+            f"reference: {path} was written by hertzlink {data.attrs['hertzlink']}, in a form that this version does "
             "not know; update hertzlink, or write it again"
         )
-    return found
+    return data
 
 
-def _by_kind(name: str, given: Tolerance, default: float) -> dict[str, float]:
-    if isinstance(given, Mapping):
-        for kind in given:
+def _by_kind(name: str, tolerance: Tolerance, default: float) -> dict[str, float]:
+    if isinstance(tolerance, Mapping):
+        for kind in tolerance:
             one_of(name, kind, same_waves.KINDS)
-        return {kind: not_negative(f"{name}[{kind!r}]", given.get(kind, default)) for kind in same_waves.KINDS}
-    return dict.fromkeys(same_waves.KINDS, not_negative(name, given))
+        return {kind: not_negative(f"{name}[{kind!r}]", tolerance.get(kind, default)) for kind in same_waves.KINDS}
+    return dict.fromkeys(same_waves.KINDS, not_negative(name, tolerance))
 
 
-def _sensors(given: Sequence[int] | None) -> list[int]:
-    if given is None:
+def _sensors(sensors: Sequence[int] | None) -> list[int]:
+    if sensors is None:
         return []
     try:
-        numbers = [whole("sensors", one) for one in given]
+        numbers = [whole("sensors", number) for number in sensors]
     except TypeError:
         numbers = []
     if not numbers:
-        raise ValueError(f"sensors = {short(given)}: must be a list of numbers of beads")
+        raise ValueError(f"sensors = {short(sensors)}: must be a list of numbers of beads")
     return list(dict.fromkeys(numbers))
 
 
-def _switch(given: object) -> bool:
-    return instance("update", given, bool, "True, False or None")
+def _switch(update: object) -> bool:
+    return instance("update", update, bool, "True, False or None")

@@ -71,7 +71,7 @@ def read(file: BinaryIO, size: int, types: Types, trust: bool = False, checked: 
     line = file.readline(size)
     try:
         record = json.loads(line)
-        headers = [_header(one) for one in record["arrays"]]
+        headers = [_header(header) for header in record["arrays"]]
         expected = len(line) + sum(math.prod(shape) * dtype.itemsize for dtype, shape, _ in headers)
         if expected != size:
             raise Unreadable(f"holds {size} bytes instead of {expected}")
@@ -104,25 +104,25 @@ def check(tree: Any, types: Types) -> None:
 
 def own_types(*types: type) -> dict[str, type]:
     """Types of hertzlink under the names by which the bytes refer to them; these stay when modules move."""
-    return {one.__name__: one for one in types}
+    return {kind.__name__: kind for kind in types}
 
 
 def types_of(*trees: Any) -> dict[str, type]:
     """The named tuples and dataclasses in trees that a program made itself, under names with a dot."""
-    return {f"{one.__module__}.{one.__qualname__}": one for tree in trees for one in _types_in(tree)}
+    return {f"{kind.__module__}.{kind.__qualname__}": kind for tree in trees for kind in _types_in(tree)}
 
 
-def fits(found: Any, like: Any) -> bool:
+def fits(value: Any, like: Any) -> bool:
     """Whether numbers, arrays and tuples that were read have the form of others: compiled loops check no bounds."""
     if isinstance(like, np.ndarray):
-        same = isinstance(found, np.ndarray) and (found.dtype, found.shape) == (like.dtype, like.shape)
-        return bool(same and found.flags.c_contiguous)
+        same = isinstance(value, np.ndarray) and (value.dtype, value.shape) == (like.dtype, like.shape)
+        return bool(same and value.flags.c_contiguous)
     if isinstance(like, tuple):
-        same = type(found) is type(like) and len(found) == len(like)
-        return same and all(fits(*pair) for pair in zip(found, like, strict=True))
+        same = type(value) is type(like) and len(value) == len(like)
+        return same and all(fits(*pair) for pair in zip(value, like, strict=True))
     if isinstance(like, int):
-        return isinstance(found, int | np.integer) and bool(found >= 0)
-    return isinstance(found, int | float | np.integer | np.floating)
+        return isinstance(value, int | np.integer) and bool(value >= 0)
+    return isinstance(value, int | float | np.integer | np.floating)
 
 
 class _Writer:
@@ -166,7 +166,7 @@ class _Writer:
         return self._pickled(value, where)
 
     def _items(self, values: Iterable[Any], where: str) -> list[Any]:
-        return [self.node(one, f"{where}[{i}]") for i, one in enumerate(values)]
+        return [self.node(item, f"{where}[{i}]") for i, item in enumerate(values)]
 
     def _array(self, array: NDArray[Any]) -> int:
         """The number of an array, which is written once even if the tree holds it several times."""
@@ -196,11 +196,11 @@ class _Reader:
 
     def value(self, node: Any) -> Any:
         if isinstance(node, list):
-            return [self.value(one) for one in node]
+            return [self.value(item) for item in node]
         if not isinstance(node, dict):
             return node
         if "type" in node:
-            return _made(self.types[node["type"]], [self.value(one) for one in node["fields"]], self.checked)
+            return _made(self.types[node["type"]], [self.value(field) for field in node["fields"]], self.checked)
         ((kind, inner),) = node.items()
         if kind == "pickle":
             return self._unpickled(self._numbered(inner).tobytes())
@@ -235,9 +235,9 @@ _MAKERS: dict[str, Any] = {
 }
 
 
-def _header(given: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
+def _header(header: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
     """Type, shape and order of an array."""
-    kind, shape, columns = given
+    kind, shape, columns = header
     fields = [("", kind)] if isinstance(kind, str) else [(str(name), text) for name, text in kind]
     if not all(DTYPE.fullmatch(text) for _, text in fields) or any(type(size) is not int or size < 0 for size in shape):
         raise Unreadable(f"holds an array of type {short(kind)} and shape {short(shape)}")
@@ -304,7 +304,7 @@ def _made(kind: type, values: list[Any], checked: bool) -> Any:
         return tuple.__new__(kind, values)
     if checked:
         return kind(**dict(zip(names, values, strict=True)))
-    made = object.__new__(kind)
+    result = object.__new__(kind)
     for name, value in zip(names, values, strict=True):
-        object.__setattr__(made, name, value)
-    return made
+        object.__setattr__(result, name, value)
+    return result

@@ -88,10 +88,10 @@ def whole_file_by_name(target: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
+def whole_folder(target: Path, is_ours: Callable[[Path], bool]) -> Iterator[Path]:
     """A new folder to fill, which replaces the target at the end; after any error the target is as it was.
 
-    own: whether a path in the folder that is replaced may be deleted. If there is another one at the end, or another
+    is_ours: whether a path in the folder that is replaced may be deleted. If another is there at the end, or another
     target, the new folder gets another name. Raises OSError that names the target, the cause, and that name.
     It has the rights of the folder that it replaces.
     """
@@ -111,7 +111,7 @@ def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
             folder.chmod(rights)
             complete = True
             if target.exists():
-                foreign = sorted(path.name for path in target.iterdir() if not own(path))
+                foreign = sorted(path.name for path in target.iterdir() if not is_ours(path))
                 if foreign:
                     raise FileExistsError(errno.EEXIST, f"holds {foreign[0]}, which would be deleted")
                 exchange(folder, target)
@@ -126,7 +126,7 @@ def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
         raise
     finally:
         # What the folder holds now: what was replaced, or after an error what was written.
-        _remove(folder, own if replaced else lambda path: True)
+        _remove(folder, is_ours if replaced else lambda path: True)
 
 
 def check_place(target: Path) -> None:
@@ -187,21 +187,21 @@ def sync_folder(folder: Path) -> None:
             os.close(handle)
 
 
-def exchange(one: Path, other: Path) -> None:
-    """Two folders change names: in one step on Linux. Elsewhere `other` has no name for a moment."""
+def exchange(first: Path, second: Path) -> None:
+    """Two folders change names: in one step on Linux. Elsewhere `second` has no name for a moment."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (AttributeError, OSError, TypeError):
         rename = None
     if rename is not None:
-        if rename(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE) == 0:
+        if rename(AT_FDCWD, os.fsencode(first), AT_FDCWD, os.fsencode(second), RENAME_EXCHANGE) == 0:
             return
         if ctypes.get_errno() not in (errno.ENOSYS, errno.EINVAL):
-            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()), str(other))
-    aside = _part(other)
-    os.rename(other, aside)
-    os.rename(one, other)
-    os.rename(aside, one)
+            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()), str(second))
+    aside = _part(second)
+    os.rename(second, aside)
+    os.rename(first, second)
+    os.rename(aside, first)
 
 
 def _stem(target: Path) -> str:
@@ -265,11 +265,11 @@ def _sync(path: Path) -> None:
         os.fsync(file.fileno())
 
 
-def _remove(folder: Path, own: Callable[[Path], bool]) -> None:
+def _remove(folder: Path, is_ours: Callable[[Path], bool]) -> None:
     """Delete files one by one; a folder that holds anything else stays."""
     with suppress(OSError):
         for path in folder.iterdir():
-            if own(path):
+            if is_ours(path):
                 path.unlink(missing_ok=True)
         folder.rmdir()
 

@@ -71,8 +71,8 @@ class Features(Misfit):
         return np.array([self.prediction.waves(time, draw, self.measured.sensors) for draw in draws])
 
     def _spread(self, scattered: Vector) -> Vector:
-        found: Vector = np.hypot(np.nanstd(scattered[:, self.usable], axis=0), NUMERICAL * abs(self.known))
-        return found
+        spread: Vector = np.hypot(np.nanstd(scattered[:, self.usable], axis=0), NUMERICAL * abs(self.known))
+        return spread
 
     def refresh(self, p: Vector, final: bool = True) -> None:
         """Noise makes peaks too high on average, and the reader smooths what is noisy: by how much, near p.
@@ -113,16 +113,16 @@ class Features(Misfit):
         return moments, Curves(traces, self.prediction.interval).at(moments)
 
     def _clean(self, traces: Vector) -> Vector:
-        found: Vector = self.prediction.waves(*self._sampled(traces), self.measured.sensors)[self.usable]
-        return found
+        features: Vector = self.prediction.waves(*self._sampled(traces), self.measured.sensors)[self.usable]
+        return features
 
     def _waves(self, traces: Vector) -> Vector:
         """Of a prediction, as noise would bias them."""
         return self._clean(traces) + self.bias
 
     def _residual(self, traces: Vector) -> Vector:
-        found = self._waves(traces)
-        return np.where(np.isfinite(found), (self.known - found) / self.spread, MISSING)
+        features = self._waves(traces)
+        return np.where(np.isfinite(features), (self.known - features) / self.spread, MISSING)
 
     def of_traces(self, p: Vector, traces: Vector) -> float:
         """χ² of traces at p; infinite for a run that failed."""
@@ -148,18 +148,18 @@ class Features(Misfit):
         residuals = [self._residual(trace) for trace in traces]
         slopes = [(residuals[2 * k + 1] - residuals[2 * k]) / (above[k] - below[k]) for k in range(self.size)]
         projected = np.stack(slopes, axis=1)
-        found = self._waves(self._traces(p))
+        features = self._waves(self._traces(p))
         none = np.zeros(0)
-        return Point(p, self.residual(p), projected, -projected, none, none, [found])
+        return Point(p, self.residual(p), projected, -projected, none, none, [features])
 
     def data(self, point: Point) -> xr.Dataset:
         """What was measured and what is fitted, over the features."""
-        found = point.fitted[0]
+        fitted = point.fitted[0]
         return xr.Dataset(
             {
                 "measured": ("feature", self.known),
-                "fitted": ("feature", found),
-                "residual": ("feature", self.known - found),
+                "fitted": ("feature", fitted),
+                "residual": ("feature", self.known - fitted),
                 "noise": ("feature", self.spread),
             },
             {"feature": self.features},
@@ -173,13 +173,13 @@ def _memory(seen: Vector) -> Vector:
     """
     memory = np.linspace(0.0, 0.999, 1000)
     differences = 1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3
-    found: Vector = np.interp(-(seen**2), -differences, memory)
-    return found
+    coefficients: Vector = np.interp(-(seen**2), -differences, memory)
+    return coefficients
 
 
 def _correlated(white: Vector, memory: Vector) -> Vector:
     """Noise of the same size with such a memory, sensors × samples."""
     return np.stack([
-        lfilter([1.0], [1.0, -one], np.append(row[0], np.sqrt(1.0 - one**2) * row[1:]))
-        for row, one in zip(white, memory, strict=True)
+        lfilter([1.0], [1.0, -coefficient], np.append(row[0], np.sqrt(1.0 - coefficient**2) * row[1:]))
+        for row, coefficient in zip(white, memory, strict=True)
     ])  # fmt: skip

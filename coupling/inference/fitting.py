@@ -188,8 +188,8 @@ def fit_dissipation(
     """
     if isinstance(instance("chain", chain, Chain, "a Chain"), DeformableChain):
         raise ValueError(f"chain = {short(chain)}: must be a Chain of point masses, not of deformable beads")
-    if not any(law is one for one in (PowerDashpot, *ONE_PARAMETER)):
-        names = ", ".join(one.__name__ for one in ONE_PARAMETER)
+    if not any(law is loss for loss in (PowerDashpot, *ONE_PARAMETER)):
+        names = ", ".join(loss.__name__ for loss in ONE_PARAMETER)
         raise ValueError(f"law = {short(law)}: must be one of PowerDashpot, {names}")
     if structure is not None:
         instance("structure", structure, Structure, "a Structure or None")
@@ -307,8 +307,8 @@ class _Model:
         """The simulated pulses at the measured moments, for all parameters at once."""
         chains = [replace(self.chain, dissipation=self.loss(p)) for p in parameters]
         moving = [self._moving(chain) for chain in chains]
-        longest = min(one.contact_time for one in moving) / STEPS_PER_CONTACT
-        dt = min([longest, *(one.damping_time / 20.0 for one in moving)])
+        longest = min(chain.contact_time for chain in moving) / STEPS_PER_CONTACT
+        dt = min([longest, *(chain.damping_time / 20.0 for chain in moving)])
         runs = batch(chains, self.until, self.structure, save_every=8.0 * longest, sensors=self.measured, dt=dt)
         dynamic = runs.contact_force - runs.static_force
         forces = [0.5 * (dynamic.sel(contact=n) + dynamic.sel(contact=n + 1)).values for n in self.measured]
@@ -332,20 +332,21 @@ class _Model:
         """
         pairs = list(zip(pulses, self.measured.values(), strict=True))
         if self.compare == "pulses":
-            return np.concatenate([one.force - measured.force for one, measured in pairs])
+            return np.concatenate([pulse.force - measured.force for pulse, measured in pairs])
         scales = [
-            float(measured.force @ one.force) / max(float(one.force @ one.force), 1e-300) for one, measured in pairs
+            float(measured.force @ pulse.force) / max(float(pulse.force @ pulse.force), 1e-300)
+            for pulse, measured in pairs
         ]
-        return np.array([one.peak * (1.0 - scale) for (one, _), scale in zip(pairs, scales, strict=True)])
+        return np.array([pulse.peak * (1.0 - scale) for (pulse, _), scale in zip(pairs, scales, strict=True)])
 
     def check_amplitudes(self) -> None:
         """Raise a ValueError if a measured wave is larger than without losses, because no loss makes waves grow."""
         lossless = self.pulses([np.array([-LARGEST_LOGARITHM, 1.0])])[0]
-        for (sensor, measured), found in zip(self.measured.items(), lossless, strict=True):
-            if measured.peak > MOST_PEAK_RATIO * found.peak:
+        for (sensor, measured), simulated in zip(self.measured.items(), lossless, strict=True):
+            if measured.peak > MOST_PEAK_RATIO * simulated.peak:
                 raise ValueError(
                     f"signals: sensor {sensor} recorded {measured.peak:.4g} N, but the chain without losses has "
-                    f"{found.peak:.4g} N; check the calibration and the impact speed"
+                    f"{simulated.peak:.4g} N; check the calibration and the impact speed"
                 )
 
     def residual(self, p: Vector) -> Vector:
@@ -376,10 +377,12 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Dissip
     """The loss, its intervals, and what the signals determine."""
     pairs = list(zip(model.measured.items(), model.pulses([p])[0], strict=True))
     mean = np.mean([pulse.peak for (_, pulse), _ in pairs])
-    amplitude = float(np.mean([abs(pulse.peak - found.peak) for (_, pulse), found in pairs]) / mean)
+    amplitude = float(np.mean([abs(pulse.peak - simulated.peak) for (_, pulse), simulated in pairs]) / mean)
     shapes = {
-        sensor: float(np.abs(pulse.force * found.peak / pulse.peak - found.force).mean() / np.abs(pulse.force).mean())
-        for (sensor, pulse), found in pairs
+        sensor: float(
+            np.abs(pulse.force * simulated.peak / pulse.peak - simulated.force).mean() / np.abs(pulse.force).mean()
+        )
+        for (sensor, pulse), simulated in pairs
     }
     # A tiny number keeps a matrix of insensitive parameters invertible; their intervals then become very wide.
     information = jacobian.T @ jacobian + 1e-30 * np.eye(p.size)

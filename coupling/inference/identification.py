@@ -155,7 +155,7 @@ class Identification:
     @property
     def identified(self) -> bool:
         """Whether every unknown that is no nuisance is identified, by a model that explains the signal."""
-        return self.explained and all(one.verdict in (IDENTIFIED, NUISANCE) for one in self.unknowns.values())
+        return self.explained and all(unknown.verdict in (IDENTIFIED, NUISANCE) for unknown in self.unknowns.values())
 
     def posterior(self, runs: int = 20_000, seed: int = 0) -> xr.Dataset:
         """Draws of the unknowns from their posterior distribution, by an ensemble of walkers (emcee).
@@ -207,7 +207,7 @@ class Identification:
 
     def __str__(self) -> str:
         head = ("unknown", "value", "95 % interval", "verdict")
-        rows = [head, *(one.row() for one in self.unknowns.values())]
+        rows = [head, *(unknown.row() for unknown in self.unknowns.values())]
         widths = [max(len(row[k]) for row in rows) for k in range(3)]
         lines = [
             "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[3]]) for row in rows
@@ -222,16 +222,18 @@ class Identification:
         return "\n".join(line.rstrip() for line in lines)
 
     def __repr__(self) -> str:
-        texts = [f"{row[0]} = {row[1]} ({row[3]})" for one in self.unknowns.values() if (row := one.row())]
+        texts = [f"{row[0]} = {row[1]} ({row[3]})" for unknown in self.unknowns.values() if (row := unknown.row())]
         return f"Identification({'; '.join(texts)})"
 
     def _in_words(self, name: str, value: float) -> str:
         """Another value of an unknown, in its unit."""
-        one = self.unknowns[name]
-        return f"{name} = {value / one.unit_size:.4g} {one.unit}".rstrip()
+        unknown = self.unknowns[name]
+        return f"{name} = {value / unknown.unit_size:.4g} {unknown.unit}".rstrip()
 
     def _repr_html_(self) -> str:
-        rows = [(row[0], f"{row[1]}; {row[2]}; {row[3]}") for one in self.unknowns.values() if (row := one.row())]
+        rows = [
+            (row[0], f"{row[1]}; {row[2]}; {row[3]}") for unknown in self.unknowns.values() if (row := unknown.row())
+        ]
         return html_table("Identification", [*rows, ("residual over noise", f"{self.misfit:.3g}")])
 
     def to_dataset(self) -> xr.Dataset:
@@ -244,17 +246,17 @@ class Identification:
             that of the values; over `mode` as well: the values of all fits, NaN for the nuisances of the sensors.
         """
         names, all_of = list(self.unknowns), list(self.unknowns.values())
-        found = self.data.assign_coords(unknown=names)
-        found["value"] = "unknown", [one.value for one in all_of]
-        found["low"] = "unknown", [one.interval[0] for one in all_of]
-        found["high"] = "unknown", [one.interval[1] for one in all_of]
-        found["verdict"] = "unknown", [one.verdict for one in all_of]
-        found["unit"] = "unknown", [one.unit for one in all_of]
-        found["unit_size"] = "unknown", [one.unit_size for one in all_of]
+        data = self.data.assign_coords(unknown=names)
+        data["value"] = "unknown", [unknown.value for unknown in all_of]
+        data["low"] = "unknown", [unknown.interval[0] for unknown in all_of]
+        data["high"] = "unknown", [unknown.interval[1] for unknown in all_of]
+        data["verdict"] = "unknown", [unknown.verdict for unknown in all_of]
+        data["unit"] = "unknown", [unknown.unit for unknown in all_of]
+        data["unit_size"] = "unknown", [unknown.unit_size for unknown in all_of]
         fits = [[fit.get(name, np.nan) for name in names] for fit in self.modes]
-        found["modes"] = ("mode", "unknown"), np.reshape(fits, (len(fits), len(names)))
-        found["correlation"] = self.correlation
-        return found.assign_attrs(
+        data["modes"] = ("mode", "unknown"), np.reshape(fits, (len(fits), len(names)))
+        data["correlation"] = self.correlation
+        return data.assign_attrs(
             misfit=self.misfit, explained=int(self.explained), runs=self.runs, **as_attribute(self.warnings),
             **provenance({"identify": self.input}),
         )  # fmt: skip
@@ -272,7 +274,7 @@ class Identification:
 
 def unknowns_of(data: xr.Dataset) -> list[Unknown]:
     """The unknowns in the Dataset of an identification."""
-    names = [str(one) for one in data.unknown.values]
+    names = [str(name) for name in data.unknown.values]
     values, low, high, verdicts = (data[name].values.tolist() for name in ("value", "low", "high", "verdict"))
     units, sizes = data.unit.values.tolist(), data.unit_size.values.tolist()
     return [

@@ -156,7 +156,7 @@ def identify(
     (3.0, True)
     """
     names = nuisances_of(nuisances, ranges)
-    wanted = [range_of(name, given) for name, given in ranges.items()]
+    wanted = [range_of(name, ends) for name, ends in ranges.items()]
     if not wanted:
         raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
     measured = measured_signal(signal, sensors, noise)
@@ -167,7 +167,7 @@ def identify(
     check_build(build, dict(ranges), "build", "unknowns")
 
     def fitted(build: Build, ranges: Mapping[str, Any], guess: Any) -> Identification:
-        wanted = [range_of(name, given) for name, given in ranges.items()]
+        wanted = [range_of(name, ends) for name, ends in ranges.items()]
         prediction = Prediction(build, wanted, measured.sensors, length)
         _check_record(prediction, measured.step, record)
         if compare == "features":
@@ -175,7 +175,7 @@ def identify(
         else:
             misfit = Misfit(prediction, measured, names, length)
         count = whole("scan", scan) if scan is not None else SCANNED.get(len(wanted), MOST_SCANNED)
-        lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
+        lines = [k for k, unknown in enumerate(wanted) if unknown.name not in names] or list(range(len(wanted)))
         start = _guess(guess, wanted)
         points = GlobalSearch(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
         judgement = Judgement(points, not_negative("discrepancy", discrepancy), names)
@@ -183,33 +183,35 @@ def identify(
         runs = more + likely_runs(len(lines), len(wanted) - len(lines), starts, start is not None)
         if start is None:
             _warn_of_time(prediction, runs)
-        given = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed, "compare": compare}
+        inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed, "compare": compare}
         if "sensor_force" in signal:
-            given["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
+            inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
                 "conditioning": str(signal.attrs.get("conditioning", "")).splitlines()
             }
         with one_thread, Progress(runs, label="identify", likely=True) as prediction.progress:
             try:
-                return judgement.result(given)
+                return judgement.result(inputs)
             finally:
                 prediction.progress = None
 
-    ends = {one.name: (one.low, one.high) for one in wanted}
+    ends = {unknown.name: (unknown.low, unknown.high) for unknown in wanted}
     plate = PlateSearch(build, ends, names, measured.sensors, length, fitted)
     if quick and plate.serves:
         return plate.run()
-    found = fitted(build, ranges, guess)
-    return replace(found, remarks=plate.fit(found).remarks()) if search == "full" and plate.serves else found
+    identification = fitted(build, ranges, guess)
+    if search == "full" and plate.serves:
+        return replace(identification, remarks=plate.fit(identification).remarks())
+    return identification
 
 
-def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
+def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
     """The names of nuisances, or a ValueError."""
-    if not isinstance(given, str | list | tuple | set | frozenset | dict):
-        raise ValueError(f"nuisances = {short(given)}: must be a list of names, such as ['gain', 'time_zero']")
-    names = [given] if isinstance(given, str) else list(given)
-    known = (*OF_SENSORS, *ranges)
+    if not isinstance(nuisances, str | list | tuple | set | frozenset | dict):
+        raise ValueError(f"nuisances = {short(nuisances)}: must be a list of names, such as ['gain', 'time_zero']")
+    names = [nuisances] if isinstance(nuisances, str) else list(nuisances)
+    allowed = (*OF_SENSORS, *ranges)
     for name in names:
-        if not isinstance(name, str) or name not in known:
+        if not isinstance(name, str) or name not in allowed:
             raise ValueError(
                 f"nuisances: {short(name)} is none; must be {', '.join(OF_SENSORS)}, or an unknown that has a range"
             )
@@ -246,13 +248,15 @@ def seconds_of_run(prediction: Prediction, places: Sequence[float]) -> float:
 def _guess(guess: Any, ranges: Sequence[Range]) -> Vector | None:
     if guess is None:
         return None
-    names = [one.name for one in ranges]
+    names = [unknown.name for unknown in ranges]
     if not isinstance(guess, Mapping) or sorted(guess) != sorted(names):
         raise ValueError(f"guess = {short(guess)}: must give a value for each of {', '.join(names)}")
-    for one in ranges:
-        if not one.low <= finite(f"guess[{one.name!r}]", guess[one.name]) <= one.high:
-            raise ValueError(f"guess[{one.name!r}] = {guess[one.name]!r}: must be from {one.low:g} to {one.high:g}")
-    return np.array([one.place(guess[one.name]) for one in ranges])
+    for unknown in ranges:
+        if not unknown.low <= finite(f"guess[{unknown.name!r}]", guess[unknown.name]) <= unknown.high:
+            raise ValueError(
+                f"guess[{unknown.name!r}] = {guess[unknown.name]!r}: must be from {unknown.low:g} to {unknown.high:g}"
+            )
+    return np.array([unknown.place(guess[unknown.name]) for unknown in ranges])
 
 
 def _check_record(prediction: Prediction, step: float, record: float) -> None:

@@ -80,8 +80,8 @@ class Information:
     def __str__(self) -> str:
         rows = [("unknown", "value", "95 % at best", "verdict")]
         for name, value in self.values.items():
-            known = self.verdict(name) == IDENTIFIED
-            part = f"± {100.0 * REACH * self.relative[name]:.2g} %" if known else "-"
+            identified = self.verdict(name) == IDENTIFIED
+            part = f"± {100.0 * REACH * self.relative[name]:.2g} %" if identified else "-"
             rows.append((name, f"{value:.4g}", part, self.verdict(name)))
         for name, bound in self.bounds.items():
             if name not in self.values:
@@ -161,10 +161,10 @@ def identifiability(
     """
     one_of("compare", compare, COMPARE)
     design = Design(build, values, sensors, until, nuisances, positive("noise", noise), sample_every)
-    known = design.features() if compare == "features" else design.waveform()
+    information = design.features() if compare == "features" else design.waveform()
     for message in design.prediction.warnings:
         caution(message)
-    return known
+    return information
 
 
 @one_thread
@@ -227,8 +227,8 @@ def best_sensors(
     if choices is not None and not isinstance(choices, Mapping):
         raise ValueError(f"choices = {short(choices)}: must be a mapping such as {{'radius': [2.4e-3, 4.8e-3]}}")
     named = {
-        name: listed(f"choices[{name!r}]", given, object, "one value or more")
-        for name, given in (choices or {}).items()
+        name: listed(f"choices[{name!r}]", values, object, "one value or more")
+        for name, values in (choices or {}).items()
     }
     rows, messages = list[tuple[float, str, tuple[Any, ...]]](), dict[str, None]()
     size = whole("count", count)
@@ -317,27 +317,27 @@ class Design:
         """Errors with steps that suit them, and a warning where half the steps change them."""
         first = errors(np.full(self.places.size, STEP))
         steps = np.clip(0.3 * first[: self.places.size], 1e-5, 2e-2)
-        found, half = errors(steps), errors(0.5 * steps)
-        away = abs(half - found)[: self.places.size] / found[: self.places.size]
+        full, half = errors(steps), errors(0.5 * steps)
+        away = abs(half - full)[: self.places.size] / full[: self.places.size]
         # The size of a bound that makes an unknown blind does not matter.
-        parts = zip(self.values, found, away, strict=False)
+        parts = zip(self.values, full, away, strict=False)
         unsure = {name: part for name, error, part in parts if part > SURE and REACH * error <= HALF}
         if not unsure:
-            return found, []
+            return full, []
         notes = [f"bounds of {', '.join(unsure)} are exact to {100.0 * max(unsure.values()):.0f} % only"]
-        return found, notes
+        return full, notes
 
     def waveform(self) -> Information:
         """From all samples."""
-        kept: list[Vector] = []
+        covariances: list[Vector] = []
 
         def errors(steps: Vector) -> Vector:
             covariance = inverse(self._columns(steps))
-            kept.append(covariance)
+            covariances.append(covariance)
             return np.sqrt(np.diag(covariance))
 
-        found, notes = self._sure(errors)
-        return self._information(found, kept[1], self.misfit.names, notes)
+        full_errors, notes = self._sure(errors)
+        return self._information(full_errors, covariances[1], self.misfit.names, notes)
 
     def features(self) -> Information:
         """From AR and TOF alone."""
@@ -361,7 +361,7 @@ class Design:
             trace = self.prediction.traces([places])[0]
             return self.prediction.primaries(moments, trace, numbers)
 
-        kept: list[Vector] = []
+        covariances: list[Vector] = []
 
         def errors(steps: Vector) -> Vector:
             columns = np.zeros((int(usable.sum()), self.places.size))
@@ -370,18 +370,18 @@ class Design:
                 change = (at(self.places + shift) - at(self.places - shift)) / (2.0 * step)
                 columns[:, k] = np.nan_to_num(change[usable] / spread[usable])
             covariance = inverse(columns)
-            kept.append(covariance)
+            covariances.append(covariance)
             return np.sqrt(np.diag(covariance))
 
-        found, notes = self._sure(errors)
+        full_errors, notes = self._sure(errors)
         missing = int((~usable).sum())
         if missing:
             notes.append(f"{missing} of {usable.size} features have no wave to be measured of")
-        return self._information(found, kept[1], list(self.values), notes)
+        return self._information(full_errors, covariances[1], list(self.values), notes)
 
     def _information(self, errors: Vector, covariance: Vector, names: list[str], notes: list[str]) -> Information:
         unit = dict.fromkeys(names, 1.0)
-        unit |= {one.name: one.high - one.low for one in self.prediction.ranges}
+        unit |= {unknown.name: unknown.high - unknown.low for unknown in self.prediction.ranges}
         unit[TIME_ZERO] = self.misfit.unit
         root = np.sqrt(np.diag(covariance))
         correlation = xr.DataArray(
@@ -415,11 +415,11 @@ class Sensitivities:
 
     def part(self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None) -> Vector:
         """Columns of the unknowns that are not known otherwise, and of the nuisances of these sensors."""
-        names, own = self.design.misfit.names, {str(n) for n in sensors}
+        names, numbers = self.design.misfit.names, {str(n) for n in sensors}
         free = self._free(unknowns)
         used = [
             k for k, name in enumerate(names)
-            if name in free or (name not in self.design.values and (" " not in name or name.split(" ")[1] in own))
+            if name in free or (name not in self.design.values and (" " not in name or name.split(" ")[1] in numbers))
         ]  # fmt: skip
         rows = [self.design.prediction.sensors.index(n) for n in sensors]
         inside = self.design.measured.time <= until
@@ -483,7 +483,7 @@ def spread_of_features(
     noisy = [
         prediction.primaries(time, clean + random.normal(size=sized) * noise[:, None], sensors) for _ in range(draws)
     ]
-    found = np.array(noisy)
+    features = np.array(noisy)
     with np.errstate(invalid="ignore"):
-        spread = found.std(axis=0)
+        spread = features.std(axis=0)
     return np.where(spread > 0.0, spread, np.nan)

@@ -84,7 +84,7 @@ class Judgement:
         self.search, self.discrepancy, self.nuisances = search, discrepancy, nuisances
         self.misfit, self.ranges = search.misfit, search.ranges
 
-    def result(self, given: dict[str, Any]) -> Identification:
+    def result(self, inputs: dict[str, Any]) -> Identification:
         """Scan, solve, and judge."""
         prediction = self.misfit.prediction
         prediction.stage("search")
@@ -104,14 +104,15 @@ class Judgement:
                 "more than their intervals"
             )
         notes += [
-            f"{one.name}: {AT_END}; widen it"
-            for one in unknowns.values()
-            if one.range is not None and is_at_end(one.value, one.range)
+            f"{unknown.name}: {AT_END}; widen it"
+            for unknown in unknowns.values()
+            if unknown.range is not None and is_at_end(unknown.value, unknown.range)
         ]
         notes += [
-            f"{one.name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
-            for one in unknowns.values()
-            if one.name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
+            f"{unknown.name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn "
+            "its wires"
+            for unknown in unknowns.values()
+            if unknown.name.startswith(f"{GAIN} ") and unknown.interval[1] < 0.0
         ]
         notes += self._other_units(point)
         if explained and isinstance(self.misfit, Features) and self.misfit.samples <= len(self.ranges):
@@ -127,7 +128,7 @@ class Judgement:
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
             [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
-            given, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
+            inputs, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
         )  # fmt: skip
 
     def _other_units(self, point: Point) -> list[str]:
@@ -142,7 +143,7 @@ class Judgement:
             size = 1e3**thousands
             if not 1 <= abs(thousands) <= len(PARTS) or not 1.0 / NEAR < gain / size < NEAR:
                 continue
-            units = "V or N", " or ".join(PARTS[abs(thousands) - 1] + one for one in "VN")
+            units = "V or N", " or ".join(PARTS[abs(thousands) - 1] + unit for unit in "VN")
             read, true = units if thousands > 0 else units[::-1]
             said.append(
                 f"sensor {sensor}: its force is {gain:.4g} times what the model expects, near {size:g}: "
@@ -208,9 +209,9 @@ class Judgement:
 
     def _lacking(self, point: Point, discrepancy: float) -> Vector:
         """Covariance of columnsᵀ · residual by what the model lacks, in parts of each peak, of unit noise."""
-        found = np.zeros((point.columns.shape[1],) * 2)
+        information = np.zeros((point.columns.shape[1],) * 2)
         if discrepancy == 0.0:
-            return found
+            return information
         measured, begin = self.misfit.measured, 0
         width = CORRELATED * self.misfit.unit / measured.step
         lags = np.arange(-int(4.0 * width), int(4.0 * width) + 1)
@@ -219,8 +220,8 @@ class Judgement:
             columns = point.columns[begin : begin + int(used.sum())]
             begin += len(columns)
             size = discrepancy * float(abs(fitted).max()) / noise
-            found += size**2 * columns.T @ fftconvolve(columns, kernel, mode="same", axes=0)
-        return found
+            information += size**2 * columns.T @ fftconvolve(columns, kernel, mode="same", axes=0)
+        return information
 
     def _unknowns(
         self, best: Solution, point: Point, covariance: Vector, reach: float, scale: float, modes: list[Vector],
@@ -228,9 +229,9 @@ class Judgement:
     ) -> dict[str, Unknown]:  # fmt: skip
         errors = reach * np.sqrt(np.diag(covariance))
         correlated = abs(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance))) - np.eye(len(errors)))
-        found = {}
-        for k, one in enumerate(self.ranges):
-            value, half = one.value(best.p[k]), errors[k]
+        unknowns = {}
+        for k, unknown in enumerate(self.ranges):
+            value, half = unknown.value(best.p[k]), errors[k]
             ends = best.p[k] - half, best.p[k] + half
             inflation = max(scale, float(covariance[k, k] / max(inverse(point.columns)[k, k], 1e-300)))
             doubtful = half > DOUBTFUL or ends[0] < 0.0 or ends[1] > 1.0
@@ -240,22 +241,22 @@ class Judgement:
                 ends = self._profile(best, k, half, inflation * (reach / 1.959964) ** 2, ridge)
             # Fits that are as good lie within the interval, wherever they are.
             ends = min(ends[0], *(mode[k] for mode in modes)), max(ends[1], *(mode[k] for mode in modes))
-            low, high = (one.value(end) for end in ends)
-            bounds = one.low, one.high
+            low, high = (unknown.value(end) for end in ends)
+            bounds = unknown.low, unknown.high
             verdict = verdict_of(value, (low, high), bounds) if explained else NOT_TRUSTED
-            verdict = NUISANCE if one.name in self.nuisances else verdict
-            found[one.name] = Unknown(one.name, value, (low, high), verdict, bounds)
-        return found | self._of_sensors(best, point, errors)
+            verdict = NUISANCE if unknown.name in self.nuisances else verdict
+            unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict, bounds)
+        return unknowns | self._of_sensors(best, point, errors)
 
     def _is_parabola(
         self, best: Solution, point: Point, k: int, covariance: Vector, reach: float, inflation: float
     ) -> bool:
         """Whether χ² rises at both ends of an interval as its curvature predicts."""
         # The others move along, as the correlations say.
-        way = reach * covariance[: best.p.size, k] / np.sqrt(covariance[k, k])
+        step = reach * covariance[: best.p.size, k] / np.sqrt(covariance[k, k])
         low, high = self.misfit.bounds()
         for side in (-1.0, 1.0):
-            residual = self.misfit.residual(np.clip(best.p + side * way, low, high))
+            residual = self.misfit.residual(np.clip(best.p + side * step, low, high))
             rise = (float(residual @ residual) - point.misfit) / (inflation * reach**2)
             if not LEAST_RISE < rise < LARGEST_RISE:
                 return False
@@ -273,7 +274,7 @@ class Judgement:
                 values.append(float(self.misfit.time_constant(best.p) or np.nan))
             else:
                 values.append(float((point.gains if kind == GAIN else point.offsets)[row]))
-        found = {}
+        unknowns = {}
         for name, value, error in zip(names, values, errors[len(self.ranges) :], strict=True):
             half = error * self.misfit.unit if name == TIME_ZERO else float(error)
             ends = (value - half, value + half)
@@ -281,8 +282,8 @@ class Judgement:
                 wide = float(np.exp(min(half, 50.0)))
                 ends = max(value / wide, SHORTEST_TIME_CONSTANT), min(value * wide, LONGEST_TIME_CONSTANT)
             unit, size = UNITS.get(name.partition(" ")[0], ("", 1.0))
-            found[name] = Unknown(name, value, ends, NUISANCE, unit=unit, unit_size=size)
-        return found
+            unknowns[name] = Unknown(name, value, ends, NUISANCE, unit=unit, unit_size=size)
+        return unknowns
 
     def _profile(self, best: Solution, k: int, half: float, inflation: float, ridge: Vector) -> tuple[float, float]:
         """Where χ², with all others fitted anew, has risen by that of 95 %; the ends of the range where it has not.
@@ -302,14 +303,14 @@ class Judgement:
             # The others move on along the ridge, else few tries would not bring them there.
             start = np.clip(p + (trial - p[k]) * ridge, *bounds)
             start[k] = trial
-            found = self.search.solved(start, fixed=k, tries=8)
-            new = float(np.sqrt(max(found.misfit - best.misfit, 0.0) / inflation))
+            solution = self.search.solved(start, fixed=k, tries=8)
+            new = float(np.sqrt(max(solution.misfit - best.misfit, 0.0) / inflation))
             if wanted <= new < 2.0 * wanted:
                 # Its root is nearly straight.
                 return float(inner + (wanted - rise) / (new - rise) * (trial - inner))
             if new < wanted:
-                ridge = (found.p - p) / (trial - p[k])
-                inner, rise, p = trial, new, found.p
+                ridge = (solution.p - p) / (trial - p[k])
+                inner, rise, p = trial, new, solution.p
                 step *= 1.6
             else:
                 outer, step = trial, 0.5 * abs(trial - inner)
@@ -318,13 +319,13 @@ class Judgement:
     def _modes(self, best: Solution, solutions: Sequence[Solution], covariance: Vector, scale: float) -> list[Vector]:
         """Places of the solutions that the noise does not exclude, the best first."""
         count = len(self.ranges)
-        kept = [best.p[:count]]
+        modes = [best.p[:count]]
         near = np.maximum(3.0 * np.sqrt(np.diag(covariance))[:count], SAME)
-        for one in solutions:
-            fits = one.misfit - best.misfit < WITHIN * scale
-            if fits and all((abs(one.p[:count] - other) > near).any() for other in kept):
-                kept.append(one.p[:count])
-        return kept
+        for solution in solutions:
+            fits = solution.misfit - best.misfit < WITHIN * scale
+            if fits and all((abs(solution.p[:count] - other) > near).any() for other in modes):
+                modes.append(solution.p[:count])
+        return modes
 
     def _correlation(self, covariance: Vector) -> xr.DataArray:
         root = np.sqrt(np.diag(covariance))
@@ -339,7 +340,7 @@ def correlation_of(residual: Vector) -> tuple[Vector, int]:
     there = np.isfinite(residual)
     values = np.where(there, residual, 0.0)
     size = 2 * residual.size
-    sums, pairs = (np.fft.irfft(abs(np.fft.rfft(one, size)) ** 2, size)[: residual.size] for one in (values, there))
+    sums, pairs = (np.fft.irfft(abs(np.fft.rfft(part, size)) ** 2, size)[: residual.size] for part in (values, there))
     return sums / np.maximum(pairs, 1.0), int(there.sum())
 
 

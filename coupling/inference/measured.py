@@ -43,33 +43,33 @@ def measured_signal(
     time = np.asarray(data.time.values, dtype=float)
     force = np.stack([np.asarray(sensor_force(data, n).values, dtype=float) for n in numbers])
     for number, row in zip(numbers, force, strict=True):
-        known = row[np.isfinite(row)]
-        if known.size < FEWEST_SAMPLES:
+        finite = row[np.isfinite(row)]
+        if finite.size < FEWEST_SAMPLES:
             raise ValueError(
-                f"signal: sensor {number} has {count_of(known.size, 'sample')} with a number; needs {FEWEST_SAMPLES}"
+                f"signal: sensor {number} has {count_of(finite.size, 'sample')} with a number; needs {FEWEST_SAMPLES}"
             )
-        if np.ptp(known) == 0.0:
-            raise ValueError(f"signal: sensor {number} is constant, {known[0]:g} N; must hold a wave")
-    given = noise is not None or "noise" in data
-    return Measured(time, force, numbers, _noises(data, numbers, force, noise), given)
+        if np.ptp(finite) == 0.0:
+            raise ValueError(f"signal: sensor {number} is constant, {finite[0]:g} N; must hold a wave")
+    has_noise = noise is not None or "noise" in data
+    return Measured(time, force, numbers, _noises(data, numbers, force, noise), has_noise)
 
 
-def _noises(data: xr.Dataset, sensors: list[int], force: Vector, given: float | Mapping[int, float] | None) -> Vector:
+def _noises(data: xr.Dataset, sensors: list[int], force: Vector, noise: float | Mapping[int, float] | None) -> Vector:
     """Of each sensor, N, and never below what runs are exact to."""
     noises = []
     for number, row in zip(sensors, force, strict=True):
         peak = float(np.nanmax(abs(row)))
-        if isinstance(given, Mapping):
-            if number not in given:
-                raise ValueError(f"noise = {dict(given)!r}: must hold sensor {number}, a number of N")
-            found = positive(f"noise[{number}]", given[number], "N")
-        elif given is not None:
-            found = positive("noise", given, "N")
+        if isinstance(noise, Mapping):
+            if number not in noise:
+                raise ValueError(f"noise = {dict(noise)!r}: must hold sensor {number}, a number of N")
+            level = positive(f"noise[{number}]", noise[number], "N")
+        elif noise is not None:
+            level = positive("noise", noise, "N")
         elif "noise" in data and "sensor" in data.noise.dims:
-            found = float(data.noise.sel(sensor=number))
+            level = float(data.noise.sel(sensor=number))
         else:
-            found = estimated(row)
-        noises.append(float(np.hypot(found, NUMERICAL * peak)))
+            level = estimated(row)
+        noises.append(float(np.hypot(level, NUMERICAL * peak)))
     return np.array(noises)
 
 
@@ -79,22 +79,22 @@ def estimated(force: Vector) -> float:
     Differences leave white noise and remove what is smooth; the median of their sizes leaves out the waves. Noise of
     low frequency shows in the lead alone.
     """
-    known = force[np.isfinite(force)]
-    peak = float(abs(known).max())
-    white, rise = _rough(known), abs(known - np.median(known[:FEWEST_OF_LEAD]))
+    finite = force[np.isfinite(force)]
+    peak = float(abs(finite).max())
+    white, rise = _rough(finite), abs(finite - np.median(finite[:FEWEST_OF_LEAD]))
     first = int(np.argmax(rise > LEAD * peak + 5.0 * white))
     margin = max(FEWEST_OF_LEAD // 2, 2 * (int(np.argmax(rise > 0.5 * peak)) - first))
     if first >= margin + 3 * FEWEST_OF_LEAD // 2:
-        lead = known[: first - margin]
+        lead = finite[: first - margin]
         slow = float(lead.std(ddof=1))
         if slow > white * (1.0 + COLOURED / np.sqrt(lead.size)):
             return slow
     return white
 
 
-def _rough(known: Vector) -> float:
+def _rough(force: Vector) -> float:
     """From third differences, whose variance is 20 times that of the noise; waves are the few large ones."""
-    rough = np.diff(known, 3) / np.sqrt(20.0)
+    rough = np.diff(force, 3) / np.sqrt(20.0)
     size = float(np.median(abs(rough))) / 0.6744898
     usual = rough[abs(rough) <= CLIPPED * size]
     return float(np.sqrt((usual**2).mean() / OF_CLIPPED)) if size > 0.0 else 0.0

@@ -85,8 +85,8 @@ class Misfit:
     def names(self) -> list[str]:
         """Of the parameters in the order of `Point.columns`."""
         shared = [name for name in (TIME_ZERO, TIME_CONSTANT) if name in self.free]
-        own = [f"{name} {n}" for n in self.measured.sensors for name in (GAIN, OFFSET) if name in self.free]
-        return [*(one.name for one in self.prediction.ranges), *shared, *own]
+        of_sensors = [f"{name} {n}" for n in self.measured.sensors for name in (GAIN, OFFSET) if name in self.free]
+        return [*(unknown.name for unknown in self.prediction.ranges), *shared, *of_sensors]
 
     @property
     def samples(self) -> int:
@@ -108,17 +108,17 @@ class Misfit:
         """Whether it is within what runs are exact to, at each sensor, as where a run is taken for a signal."""
         begin = 0
         for used, force, noise in zip(self.used, self.measured.force, self.measured.noise, strict=True):
-            own = residual[begin : begin + int(used.sum())] * noise
-            begin += own.size
-            if np.sqrt((own**2).mean()) > NUMERICAL * np.nanmax(abs(force)):
+            part = residual[begin : begin + int(used.sum())] * noise
+            begin += part.size
+            if np.sqrt((part**2).mean()) > NUMERICAL * np.nanmax(abs(force)):
                 return False
         return True
 
     def is_white(self, residual: Vector) -> bool:
         """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
-        found = self._correlations(residual)
-        count = float(sum(along.size for _, along in found))
-        total = float(sum(size * (along**2).sum() for size, along in found))
+        correlations = self._correlations(residual)
+        count = float(sum(along.size for _, along in correlations))
+        total = float(sum(size * (along**2).sum() for size, along in correlations))
         return total < count + 4.0 * float(np.sqrt(2.0 * count))
 
     def drifts(self, residual: Vector) -> bool:
@@ -126,19 +126,21 @@ class Misfit:
 
         So are those of an offset, hum or drift of a sixth of the noise, which the sum of squares does not see.
         """
-        found = self._correlations(residual)
-        count = float(sum(along.size for _, along in found))
-        return float(sum(np.sqrt(size) * along.sum() for size, along in found)) > 4.0 * float(np.sqrt(count))
+        correlations = self._correlations(residual)
+        count = float(sum(along.size for _, along in correlations))
+        return float(sum(np.sqrt(size) * along.sum() for size, along in correlations)) > 4.0 * float(np.sqrt(count))
 
     def _correlations(self, residual: Vector) -> list[tuple[int, Vector]]:
         """The samples of each sensor, and their correlations over the steps of a contact time."""
-        found, begin = list[tuple[int, Vector]](), 0
+        correlations, begin = list[tuple[int, Vector]](), 0
         lags = max(2, int(self.unit / self.measured.step))
         for used in self.used:
-            own = residual[begin : begin + int(used.sum())]
-            begin += own.size
-            found.append((own.size, np.array([own[lag:] @ own[:-lag] for lag in range(1, lags + 1)]) / (own @ own)))
-        return found
+            part = residual[begin : begin + int(used.sum())]
+            begin += part.size
+            correlations.append(
+                (part.size, np.array([part[lag:] @ part[:-lag] for lag in range(1, lags + 1)]) / (part @ part))
+            )
+        return correlations
 
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper bounds of p."""
@@ -185,8 +187,8 @@ class Misfit:
         step, total = self.measured.step, np.zeros(1)
         grid = np.arange(0.0, self.until, step)
         for force, noise, shape in zip(self.measured.force, self.measured.noise, curves.at(grid), strict=True):
-            known = np.where(np.isfinite(force), force, 0.0)
-            along, square = correlate(known, shape, method="fft"), float(shape @ shape)
+            filled = np.where(np.isfinite(force), force, 0.0)
+            along, square = correlate(filled, shape, method="fft"), float(shape @ shape)
             if square > 0.0:
                 gained = np.maximum(along, 0.0) ** 2 / square if GAIN in self.free else 2.0 * along - square
                 total = total + gained / noise**2
@@ -290,17 +292,17 @@ class Misfit:
             later, earlier = (self._passed(traces, p, factor) for factor in (1.001, 0.999))
             changes.append(Curves((later - earlier)[None] / 2e-3, interval).at(moments))
         bent = np.concatenate(changes)
-        own = sum(name in self.free for name in (GAIN, OFFSET))
+        nuisances = sum(name in self.free for name in (GAIN, OFFSET))
         for row, used in enumerate(self.used):
             _, force, noise = self._sensor(row)
             shape = shapes[row][used]
             residual, gain, offset, basis = self._fitted(force, shape, noise)
             nonlinear = gain * bent[:, row, used].T / noise
-            linear = np.zeros((shape.size, own * sensors))
+            linear = np.zeros((shape.size, nuisances * sensors))
             if GAIN in self.free:
-                linear[:, own * row] = shape / noise
+                linear[:, nuisances * row] = shape / noise
             if OFFSET in self.free:
-                linear[:, own * row + own - 1] = 1.0 / noise
+                linear[:, nuisances * row + nuisances - 1] = 1.0 / noise
             residuals.append(residual)
             projected.append(-(nonlinear - basis @ (basis.T @ nonlinear)))
             full.append(np.hstack([nonlinear, linear]))

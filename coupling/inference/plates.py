@@ -145,19 +145,19 @@ def share_modes(plates: Sequence[Struck]) -> bool:
     if first.kind != "Kirchhoff plate" or first.additions or first.shape.fixed or plates[0].face != "front":
         return False
     held = [getattr(first.supports, side) for side in SIDES] if isinstance(first.supports, Supports) else [None]
-    return all(isinstance(one, str) for one in held) and all(_alike(first, one.plate) for one in plates)
+    return all(isinstance(name, str) for name in held) and all(_alike(first, struck.plate) for struck in plates)
 
 
 def _alike(first: Plate, second: Plate) -> bool:
     """Whether two plates differ in thickness, Young's modulus and density alone."""
     materials = first.material, second.material
-    if not all(isinstance(one, Material) for one in materials):
+    if not all(isinstance(material, Material) for material in materials):
         return False
-    (one, ratio), (other, also) = (
+    (values, ratio), (others, also) = (
         (plate.data([]) | dict.fromkeys(("thickness", "material", "section")), plate.section.struck.poisson_ratio)
         for plate in (first, second)
     )
-    return one == other and ratio == also
+    return values == others and ratio == also
 
 
 class PlateBasis:
@@ -194,8 +194,8 @@ class PlateBasis:
             return self.reduced.at(x, y, thickness=plate.thickness, material=plate.section.struck)
         key = (x, y, plate.thickness, plate.section.struck)
         if self._last is None or self._last[0] != key:  # most runs change the chain alone
-            whole = struck.finer(self.slowest.highest_frequency).meshed()
-            self._last = key, reduce(whole, self.until)
+            fine = struck.finer(self.slowest.highest_frequency).meshed()
+            self._last = key, reduce(fine, self.until)
         return self._last[1]
 
 
@@ -203,13 +203,13 @@ def basis_between(
     first: Struck, ends: Sequence[Sequence[Struck]], until: float, tolerance: float
 ) -> PlateBasis:  # fmt: skip
     """One basis for plates whose properties vary independently, each between two ends."""
-    waves = [sorted(wave_speed(first.plate.section, one.plate.section) for one in both) for both in ends]
-    slow, fast = (float(np.prod([one[end] for one in waves])) for end in (0, 1))
+    waves = [sorted(wave_speed(first.plate.section, struck.plate.section) for struck in both) for both in ends]
+    slow, fast = (float(np.prod([speeds[end] for speeds in waves])) for end in (0, 1))
     # As a thinner plate, of the same material.
     slowest = thinner(first.plate, slow)
     places: list[float | tuple[float, float]] = []
     for i, side in enumerate((slowest.length, slowest.width)):
-        all_of = [first.place[i], *(one.place[i] for both in ends for one in both)]
+        all_of = [first.place[i], *(struck.place[i] for both in ends for struck in both)]
         low, high, margin = min(all_of), max(all_of), 0.5 * slowest.finest_cell
         places.append(low if low == high else (max(low, margin), min(high, side - margin)))
     return PlateBasis(slowest, fast / slow, until, places, tolerance)
@@ -293,9 +293,9 @@ class PlateSearch:
                 caution(message)
         return best
 
-    def fit(self, found: Identification) -> "PlateFit":
+    def fit(self, identification: Identification) -> "PlateFit":
         """A fit of the builder itself."""
-        return PlateFit(self, found, self.build, self.struck(**self.middle).plate.highest_frequency)
+        return PlateFit(self, identification, self.build, self.struck(**self.middle).plate.highest_frequency)
 
     def _searched(self) -> Identification:
         first = self.fitted(self.with_one_edge, self.ranges, None)
@@ -313,15 +313,15 @@ class PlateSearch:
                 fits.append(self._fit_on(self.basis(guess, self._errors(first), frequency), self.ranges, guess))
             else:
                 fits.append(PlateFit(self, self.fitted(self.build, self.ranges, guess), self.build, frequency))
-        runs += sum(one.found.runs for one in fits)
-        best = min(fits, key=lambda one: one.found.misfit)
+        runs += sum(fit.found.runs for fit in fits)
+        best = min(fits, key=lambda candidate: candidate.found.misfit)
         if not best.found.explained and shared:
             remarks.append(
                 f"no fit nearby explained the signal; all within {100.0 * WIDER:.0f} % of the best was searched"
             )
             fit = self._nearby(best.values, frequency)
             runs += fit.found.runs
-            best = min(best, fit, key=lambda one: one.found.misfit)
+            best = min(best, fit, key=lambda candidate: candidate.found.misfit)
         for _ in range(DOUBLINGS):
             if not shared or not best.finer():
                 break
@@ -339,16 +339,16 @@ class PlateSearch:
     def warn_of_blind(self, first: Identification) -> None:
         """Say that the fits of a plate with one edge do not know where the chain stands on the whole one."""
         fits = [first[name] for name in self.moved]
-        if blind := [one.name for one in fits if is_blind(one.value, one.interval, self.ranges[one.name])]:
+        if blind := [u.name for u in fits if is_blind(u.value, u.interval, self.ranges[u.name])]:
             caution(
                 f"search: the nearest edge alone does not determine {' and '.join(blind)}, so the whole plate was "
                 "searched only near one guess, and intervals may be too short; measure at more beads, or take search = "
                 '"full"'
             )
 
-    def _errors(self, found: Identification) -> Vector:
+    def _errors(self, identification: Identification) -> Vector:
         """Half intervals of the coordinates, m."""
-        return sum((abs(slope) * found[name].error for name, slope in self.moved.items()), np.zeros(2))
+        return sum((abs(slope) * identification[name].error for name, slope in self.moved.items()), np.zeros(2))
 
     def _fit_on(
         self, basis: PlateBasis, ranges: Mapping[str, tuple[float, float]], guess: dict[str, float] | None
@@ -356,8 +356,8 @@ class PlateSearch:
         def build(**values: float) -> CoSimulation:
             return basis.simulation(self.struck(**values))
 
-        found = self.fitted(build, ranges, guess)
-        return PlateFit(self, found, build, basis.slowest.highest_frequency, True, tuple(basis.warnings))
+        identification = self.fitted(build, ranges, guess)
+        return PlateFit(self, identification, build, basis.slowest.highest_frequency, True, tuple(basis.warnings))
 
     def _nearby(self, guess: dict[str, float], frequency: float) -> "PlateFit":
         """A search of all positions and thicknesses around a guess, on one basis."""
@@ -404,7 +404,7 @@ class Difference:
         return max(self.shifts.values())
 
     def __str__(self) -> str:
-        name = max(self.shifts, key=lambda one: self.shifts[one])
+        name = max(self.shifts, key=lambda key: self.shifts[key])
         return (
             f"changes the trace by {self.change:.1g} times the noise and {name} by {self.worst:.1g} standard deviations"
         )
@@ -435,8 +435,8 @@ class PlateFit:
 
     def on_mesh(self, frequency: float) -> Structure | None:
         """The plate on a mesh of its own for a frequency, Hz; None where that mesh is too large."""
-        whole = self.struck.finer(frequency).meshed()
-        return None if whole.size > MOST_UNKNOWNS else reduce(whole, self.search.until, TOLERANCE, MOST_VECTORS)
+        fine = self.struck.finer(frequency).meshed()
+        return None if fine.size > MOST_UNKNOWNS else reduce(fine, self.search.until, TOLERANCE, MOST_VECTORS)
 
     def difference(self, structure: Structure) -> Difference:
         """What this structure changes, to first order."""
@@ -518,11 +518,11 @@ class PlateFit:
         difference = self._of_finer
         if difference is None:
             large = f"a finer one has more than {MOST_UNKNOWNS} unknowns, so its accuracy is not known"
-            return [f"warning: {model}; {large}", *(f"warning: {one}" for one in self.warnings)]
+            return [f"warning: {model}; {large}", *(f"warning: {remark}" for remark in self.warnings)]
         said = [f"{model}; one for {2e-3 * self.frequency:g} kHz {difference}"]
         if difference.worst > DOUBTFUL:
             # What the basis lacks is in the difference; its warnings say why.
-            said = [f"warning: {said[0]}", *(f"warning: {one}" for one in self.warnings)]
+            said = [f"warning: {said[0]}", *(f"warning: {remark}" for remark in self.warnings)]
         usual = self.struck.plate.highest_frequency
         plain = self.on_mesh(usual) if usual < self.frequency else None
         if plain is not None and (difference := self.difference(plain)).worst > TOLERATED:

@@ -36,13 +36,13 @@ def sampled(search: GlobalSearch, best: Vector, flatness: float, runs: int, seed
 
     def logarithm(points: Vector) -> Vector:
         inside = ((points >= low) & (points <= high)).all(axis=1)
-        found = np.full(len(points), -np.inf)
+        logarithms = np.full(len(points), -np.inf)
         if inside.any():
-            kept = points[inside]
-            traces = misfit.prediction.traces(list(kept[:, : len(search.ranges)]))
-            values = [misfit.of_traces(p, trace) for p, trace in zip(kept, traces, strict=True)]
-            found[inside] = -0.5 * np.array(values) / flatness
-        return found
+            points_inside = points[inside]
+            traces = misfit.prediction.traces(list(points_inside[:, : len(search.ranges)]))
+            values = [misfit.of_traces(p, trace) for p, trace in zip(points_inside, traces, strict=True)]
+            logarithms[inside] = -0.5 * np.array(values) / flatness
+        return logarithms
 
     random = np.random.default_rng(whole("seed", seed, 0))
     errors = np.sqrt(flatness * np.diag(inverse(misfit.at(best, search.steps).columns))[:size])
@@ -67,15 +67,18 @@ def sampled(search: GlobalSearch, best: Vector, flatness: float, runs: int, seed
     return _dataset(search, chain, {"acceptance": float(np.mean(sampler.acceptance_fraction))}, usual, notes)
 
 
-def _dataset(search: GlobalSearch, chain: Vector, known: dict[str, Any], usual: float, notes: list[str]) -> xr.Dataset:
+def _dataset(
+    search: GlobalSearch, chain: Vector, attributes: dict[str, Any], usual: float, notes: list[str]
+) -> xr.Dataset:
     misfit = search.misfit
     data: dict[str, Any] = {
-        one.name: ("draw", np.array([one.value(place) for place in chain[:, k]])) for k, one in enumerate(search.ranges)
+        unknown.name: ("draw", np.array([unknown.value(place) for place in chain[:, k]]))
+        for k, unknown in enumerate(search.ranges)
     }
     names = [name for name in OF_SENSORS if name in misfit.free]
     if "time_zero" in names:
         data["time_zero"] = "draw", np.array([misfit.time_zero(p) for p in chain]), {"units": "s"}
     if "time_constant" in names:
         data["time_constant"] = "draw", np.exp(chain[:, -1]), {"units": "s"}
-    known |= {"autocorrelation_time": usual, "warnings": notes}
-    return xr.Dataset(data, {"draw": np.arange(len(chain))}, known)
+    attributes |= {"autocorrelation_time": usual, "warnings": notes}
+    return xr.Dataset(data, {"draw": np.arange(len(chain))}, attributes)

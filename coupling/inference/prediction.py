@@ -79,14 +79,14 @@ class Range(NamedTuple):
         return self.value(place) * log(self.high / self.low) if self.logarithmic else self.high - self.low
 
 
-def range_of(name: str, given: Any) -> Range:
+def range_of(name: str, ends: Any) -> Range:
     """A Range from (low, high), or a ValueError."""
     what = "must be the lowest and the highest value, such as (1e-3, 6e-3)"
-    if not isinstance(given, tuple | list) or len(given) != 2:
-        raise ValueError(f"{name} = {short(given)}: {what}")
-    low, high = (finite(name, end) for end in given)
+    if not isinstance(ends, tuple | list) or len(ends) != 2:
+        raise ValueError(f"{name} = {short(ends)}: {what}")
+    low, high = (finite(name, end) for end in ends)
     if not low < high:
-        raise ValueError(f"{name} = {short(given)}: has no width; {what}")
+        raise ValueError(f"{name} = {short(ends)}: has no width; {what}")
     return Range(name, low, high)
 
 
@@ -102,11 +102,11 @@ def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], re
     """Of the prediction where the user gives none, s: four times what a wave takes through the chain, but not longer
     than a record, s, or than the structure was reduced for.
     """
-    check_build(build, {one.name: None for one in ranges}, "build", "unknowns")
-    middle = {one.name: one.value(0.5) for one in ranges}
-    made = instance("build(...)", build(**middle), CoSimulation, "a CoSimulation")
-    wanted = min(record, FROM_IMPACT * made.chain.transit_time)
-    valid = min((valid_until(one) for one in made.interface.structures), default=inf)
+    check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
+    middle = {unknown.name: unknown.value(0.5) for unknown in ranges}
+    simulation = instance("build(...)", build(**middle), CoSimulation, "a CoSimulation")
+    wanted = min(record, FROM_IMPACT * simulation.chain.transit_time)
+    valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
     if valid < SHORT * wanted:
         caution(
             f"until: the structure was made for runs of {readable(valid, 's', 4)}, so that later samples do not count; "
@@ -125,7 +125,7 @@ class Prediction:
     def __init__(
         self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
     ) -> None:
-        check_build(build, {one.name: None for one in ranges}, "build", "unknowns")
+        check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
         self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
         self.runs, self.failed, self._said = 0, 0, dict[str, str]()
         self.progress: Progress | None = None
@@ -150,16 +150,16 @@ class Prediction:
         """
         moving = self.first.chain
         hop = moving.transit_time / (beads := len(moving.chain.beads))
-        found = list[float]()
+        features = list[float]()
         with collected():
             signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
             for n in sensors:
                 waves = reflections(signal, n, earliest=EARLY * 2.0 * (beads - n) * hop)
-                for one in (waves.primary, waves.secondary):
-                    found += (
-                        [one.amplitude_ratio, one.time_of_flight] if isinstance(one, ReflectedWave) else [np.nan] * 2
+                for wave in (waves.primary, waves.secondary):
+                    features += (
+                        [wave.amplitude_ratio, wave.time_of_flight] if isinstance(wave, ReflectedWave) else [np.nan] * 2
                     )
-        return np.array(found)
+        return np.array(features)
 
     def primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
         """The same of the primary waves alone."""
@@ -173,7 +173,7 @@ class Prediction:
 
     def values(self, places: Vector) -> dict[str, float]:
         """The unknowns at places from 0 to 1."""
-        return {one.name: one.value(place) for one, place in zip(self.ranges, places, strict=True)}
+        return {unknown.name: unknown.value(place) for unknown, place in zip(self.ranges, places, strict=True)}
 
     def stage(self, name: str) -> None:
         """What the next runs are for, where the user sees it."""
@@ -181,29 +181,29 @@ class Prediction:
             self.progress.stage(name)
 
     def made(self, **values: Any) -> CoSimulation:
-        made = instance("build(...)", self.build(**values), CoSimulation, "a CoSimulation")
+        simulation = instance("build(...)", self.build(**values), CoSimulation, "a CoSimulation")
         if self.progress is not None:
             self.progress.advance()
-        if len(made.interface.chains) > 1:
+        if len(simulation.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
-        return made.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))
+        return simulation.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))
 
     def traces(self, places: Sequence[Vector]) -> Vector:
         """The forces at the sensors, N; NaN for a run that fails."""
         rows = [self.values(place) for place in places]
         self.runs += len(rows)
         with collected() as messages:
-            found = self._together(rows) if self._compiled else np.stack([self._alone(row) for row in rows])
-        self.failed += int(np.isnan(found).all(axis=(1, 2)).sum())
+            traces = self._together(rows) if self._compiled else np.stack([self._alone(row) for row in rows])
+        self.failed += int(np.isnan(traces).all(axis=(1, 2)).sum())
         for message in messages:
             if not message.startswith("batch: "):
                 self._said.setdefault(kind(message), message.split(" (at run ")[0])
-        return found
+        return traces
 
     def _together(self, rows: list[dict[str, float]]) -> Vector:
         """The traces of many runs in the compiled loop."""
         # A function without unknowns is of no use, so there is at least one.
-        columns: dict[str, Any] = {one.name: [row[one.name] for row in rows] for one in self.ranges}
+        columns: dict[str, Any] = {unknown.name: [row[unknown.name] for row in rows] for unknown in self.ranges}
         runs = batch(self.made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
         return self._forces(runs)
 
@@ -236,8 +236,8 @@ class Prediction:
         for k in range(size):
             step = steps[k]
             if rough:
-                way = step if places[k] + step <= 1.0 else -step
-                offsets, weights = (0.0, way), (-step / way, step / way)
+                shift = step if places[k] + step <= 1.0 else -step
+                offsets, weights = (0.0, shift), (-step / shift, step / shift)
             elif places[k] - step < 0.0:
                 offsets, weights = (0.0, step, 2.0 * step), (-1.5, 2.0, -0.5)
             elif places[k] + step > 1.0:
@@ -260,9 +260,9 @@ class Prediction:
 
 def high_passed(trace: Vector, interval: float, time_constant: float) -> Vector:
     """A trace behind an RC high-pass of a time constant, s; exact for a force that is straight between samples."""
-    kept = np.exp(-interval / time_constant)
-    gain = (1.0 - kept) * time_constant / interval
-    passed: Vector = lfilter([gain, -gain], [1.0, -kept], trace, axis=-1)
+    decay = np.exp(-interval / time_constant)
+    gain = (1.0 - decay) * time_constant / interval
+    passed: Vector = lfilter([gain, -gain], [1.0, -decay], trace, axis=-1)
     return passed
 
 

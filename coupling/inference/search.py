@@ -67,20 +67,22 @@ class GlobalSearch:
     def solutions(self) -> list[Solution]:
         """The local minima from the best points of the scan, the least first; with a guess only the nearest."""
         if self.guess is not None:
-            found = self._scanned(self.guess[None])
-            self._prepare(found)
-            return [self.solved(found[0][1])]
+            scanned = self._scanned(self.guess[None])
+            self._prepare(scanned)
+            return [self.solved(scanned[0][1])]
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
-        found = self._scanned(sobol.random_base2(number))
-        self._prepare(found)
-        solutions = self._solved_from(self._apart(found, [], ROUGH_STARTS * self.starts))
+        scanned = self._scanned(sobol.random_base2(number))
+        self._prepare(scanned)
+        solutions = self._solved_from(self._apart(scanned, [], ROUGH_STARTS * self.starts))
         for _ in range(MOST_ROUNDS):
             least = solutions[0].misfit
             starts = self._along_lines(solutions)
             if not (explained := self.misfit.explains(least, solutions[0].p)):
-                found = sorted([*found, *self._scanned(sobol.random(len(found)))], key=lambda one: one[0])
-                starts += self._apart(found, [*(one.p for one in solutions), *starts], MORE_STARTS * self.starts)
-            solutions = sorted([*solutions, *self._solved_from(starts)], key=lambda one: one.misfit)
+                scanned = sorted([*scanned, *self._scanned(sobol.random(len(scanned)))], key=lambda pair: pair[0])
+                starts += self._apart(
+                    scanned, [*(solution.p for solution in solutions), *starts], MORE_STARTS * self.starts
+                )
+            solutions = sorted([*solutions, *self._solved_from(starts)], key=lambda solution: solution.misfit)
             if explained and solutions[0].misfit > least - 1.0:
                 break
         return solutions
@@ -90,26 +92,26 @@ class GlobalSearch:
         solutions = self.solutions()
         if alone or self.misfit.explains(solutions[0].misfit, solutions[0].p):
             return solutions[0]
-        return min([*solutions, *map(self.solved, self._along_lines(solutions))], key=lambda one: one.misfit)
+        return min([*solutions, *map(self.solved, self._along_lines(solutions))], key=lambda solution: solution.misfit)
 
     def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
         """χ² and p at places that can be run, the best first."""
         traces = self.misfit.prediction.traces(list(places))
         pairs = zip(places, traces, strict=True)
-        found = [self.misfit.start(place, trace)[::-1] for place, trace in pairs if np.isfinite(trace).all()]
-        return sorted(found, key=lambda one: one[0])
+        scanned = [self.misfit.start(place, trace)[::-1] for place, trace in pairs if np.isfinite(trace).all()]
+        return sorted(scanned, key=lambda pair: pair[0])
 
-    def _prepare(self, found: list[tuple[float, Vector]]) -> None:
+    def _prepare(self, scanned: list[tuple[float, Vector]]) -> None:
         """Choose the samples that count from the best point of the scan."""
-        if not found:
+        if not scanned:
             raise ValueError("build: all runs of the scan fail; try a point of the ranges by itself")
-        self.misfit.keep_window(self.misfit.time_zero(found[0][1]))
-        self.misfit.refresh(found[0][1], final=False)
+        self.misfit.keep_window(self.misfit.time_zero(scanned[0][1]))
+        self.misfit.refresh(scanned[0][1], final=False)
 
-    def _apart(self, found: Sequence[tuple[float, Vector]], known: Sequence[Vector], count: int) -> list[Vector]:
-        """The best points that are apart from each other and from those known."""
-        size, near, chosen = len(self.ranges), list(known), list[Vector]()
-        for _, p in found:
+    def _apart(self, scanned: Sequence[tuple[float, Vector]], starts: Sequence[Vector], count: int) -> list[Vector]:
+        """The best points that are apart from each other and from `starts`."""
+        size, near, chosen = len(self.ranges), list(starts), list[Vector]()
+        for _, p in scanned:
             if len(chosen) < count and all(abs(p[:size] - other[:size]).max() > APART for other in near):
                 near.append(p)
                 chosen.append(p)
@@ -117,13 +119,18 @@ class GlobalSearch:
 
     def _solved_from(self, starts: Sequence[Vector]) -> list[Solution]:
         """Least squares: rough ones from each start, full ones from the best of their results."""
-        roughs = sorted((self.solved(p, tries=ROUGH_TRIES, rough=True) for p in starts), key=lambda one: one.misfit)
-        better = [one for one in roughs[: self.starts] if one.misfit < WORSE * roughs[0].misfit]
-        return sorted([*(self.solved(one.p) for one in better), *roughs[len(better) :]], key=lambda one: one.misfit)
+        roughs = sorted(
+            (self.solved(p, tries=ROUGH_TRIES, rough=True) for p in starts), key=lambda solution: solution.misfit
+        )
+        better = [solution for solution in roughs[: self.starts] if solution.misfit < WORSE * roughs[0].misfit]
+        return sorted(
+            [*(self.solved(solution.p) for solution in better), *roughs[len(better) :]],
+            key=lambda solution: solution.misfit,
+        )
 
     def _along_lines(self, solutions: Sequence[Solution]) -> list[Vector]:
         """The best minima on the lines along each range through the best solution, away from the solutions known."""
-        best, found = solutions[0].p, list[tuple[float, Vector]]()
+        best, candidates = solutions[0].p, list[tuple[float, Vector]]()
         size = len(self.ranges)
         grid = (np.arange(ON_LINE) + 0.5) / ON_LINE
         for k in self.lines:
@@ -140,13 +147,13 @@ class GlobalSearch:
             for i in minima[np.isfinite(values[minima])]:
                 p = best.copy()
                 p[k] = places[i]
-                found.append((float(values[i]), p))
-        found.sort(key=lambda one: one[0])
-        known, chosen = [(one.misfit, one.p) for one in solutions], list[Vector]()
-        for value, p in found:
+                candidates.append((float(values[i]), p))
+        candidates.sort(key=lambda pair: pair[0])
+        solved, chosen = [(solution.misfit, solution.p) for solution in solutions], list[Vector]()
+        for value, p in candidates:
             # A point that fits better than a solution nearby is not in its valley.
-            if all(abs(p[:size] - other[:size]).max() > APART or value < fit for fit, other in known):
-                known.append((value, p))
+            if all(abs(p[:size] - other[:size]).max() > APART or value < fit for fit, other in solved):
+                solved.append((value, p))
                 chosen.append(p)
         return chosen[:FROM_LINES]
 
@@ -164,9 +171,9 @@ class GlobalSearch:
         p = np.clip(start, low, high)
 
         def full(x: Vector) -> Vector:
-            whole = p.copy()
-            whole[free] = x
-            return whole
+            full_point = p.copy()
+            full_point[free] = x
+            return full_point
 
         def slope(x: Vector) -> Vector:
             jacobian: Vector = self.misfit.at(full(x), self.steps, rough).projected[:, free]
@@ -200,5 +207,5 @@ def inverse(columns: Vector) -> Vector:
     size = np.sqrt((columns**2).sum(axis=0))
     size = np.where(size > 0.0, size, 1.0)
     information = (columns / size).T @ (columns / size) + 1e-14 * np.eye(columns.shape[1])
-    found: Vector = np.linalg.inv(information) / np.outer(size, size)
-    return found
+    covariance: Vector = np.linalg.inv(information) / np.outer(size, size)
+    return covariance

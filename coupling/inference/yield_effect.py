@@ -25,8 +25,8 @@ class Dented:
     build: Callable[..., CoSimulation]
 
     def __call__(self, **values: Any) -> CoSimulation:
-        made = self.build(**values)
-        return made.replace(chain=replace(made.chain.chain, law=JacksonGreen()))
+        simulation = self.build(**values)
+        return simulation.replace(chain=replace(simulation.chain.chain, law=JacksonGreen()))
 
 
 def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[str]:
@@ -35,15 +35,15 @@ def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[st
     The user is warned of it.
     """
     elastic = search.misfit.prediction
-    said = [one for one in elastic.warnings if not one.startswith("yield: ")]
+    said = [warning for warning in elastic.warnings if not warning.startswith("yield: ")]
     if len(said) == len(elastic.warnings):
         return said
     with collected():
         run = elastic.made(**elastic.values(best.p[: len(search.ranges)])).run(elastic.until)
-    for one in findings_of(run):
-        if one.startswith("yield: "):
-            known = CURE in one and not isinstance(search.misfit, Features)
-            words = f"{one.split('; ')[0]}; {_moved(search, best, degrees)}; {CURE}" if known else one
+    for finding in findings_of(run):
+        if finding.startswith("yield: "):
+            curable = CURE in finding and not isinstance(search.misfit, Features)
+            words = f"{finding.split('; ')[0]}; {_moved(search, best, degrees)}; {CURE}" if curable else finding
             caution(f"identify: {words}")
             said.append(words)
     return said
@@ -56,11 +56,11 @@ def _moved(search: GlobalSearch, best: Solution, degrees: int) -> str:
     prediction.progress = elastic.progress
     prediction.stage("yielding")
     misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
-    own = GlobalSearch(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
-    found = own.nearest(search.misfit.explains(best.misfit, best.p))
-    old, new = (elastic.values(one.p[: len(ranges)]) for one in (best, found))
-    changes = {one.name: new[one.name] / old[one.name] - 1.0 for one in ranges if old[one.name]}
+    local = GlobalSearch(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
+    nearest = local.nearest(search.misfit.explains(best.misfit, best.p))
+    old, new = (elastic.values(solution.p[: len(ranges)]) for solution in (best, nearest))
+    changes = {unknown.name: new[unknown.name] / old[unknown.name] - 1.0 for unknown in ranges if old[unknown.name]}
     moves = [f"{name} by {100.0 * change:+.2g} %" for name, change in changes.items() if abs(change) > LEAST]
-    sizes = [(one.misfit / degrees) ** 0.5 for one in (best, found)]
+    sizes = [(solution.misfit / degrees) ** 0.5 for solution in (best, nearest)]
     moved = f"moves {', '.join(moves)}" if moves else "moves nothing"
     return f"a model that yields {moved}, and its residual is {sizes[1]:.3g} times the noise instead of {sizes[0]:.3g}"

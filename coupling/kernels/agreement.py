@@ -165,9 +165,9 @@ class Contacts(NamedTuple):
                     run.contact[k].slope = slope[k]
                 break
             for k in range(count):
-                way = trial.contact[k].surface - last_surface[k]
-                if tried > 1 and abs(way) > search.still:
-                    slope[k] = min((trial.contact[k].answer - last_answer[k]) / way, 0.0)
+                step = trial.contact[k].surface - last_surface[k]
+                if tried > 1 and abs(step) > search.still:
+                    slope[k] = min((trial.contact[k].answer - last_answer[k]) / step, 0.0)
                 for j in range(count):
                     matrix[k, j] = (1.0 if j == k else 0.0) - slope[k] * compliance[k, j]
             solve(matrix, gap, count)

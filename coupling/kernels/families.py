@@ -56,10 +56,19 @@ def do_run(
 
     moving: the body that moves at time zero.
     """
-    one = of_run(family, number)
-    start(one.run, one.rest, one.speed, moving)
+    task = of_run(family, number)
+    start(task.run, task.rest, task.speed, moving)
     ended[number] = move_on(
-        one.run, one.chains, one.structure, one.contacts, one.search, one.recorder, one.trial, begin, window, windows
+        task.run,
+        task.chains,
+        task.structure,
+        task.contacts,
+        task.search,
+        task.recorder,
+        task.trial,
+        begin,
+        window,
+        windows,
     )[0]
 
 

@@ -78,13 +78,13 @@ def record_sensors_of(
     chain: Any, c: int, recorder: Any, row: int, t: float, run: Any, begin: Vector, work: Vector
 ) -> None:
     """Fill forces and velocities of chain c."""
-    first, last, k, own, end = begin[c, 0], begin[c + 1, 0], begin[c, 1], recorder.begin[c], recorder.begin[c + 1]
+    first, last, k, columns, end = begin[c, 0], begin[c + 1, 0], begin[c, 1], recorder.begin[c], recorder.begin[c + 1]
     y, v, surface, rate = run.y[first:last], run.v[first:last], run.contact[k].surface, 0.0
     if run.totals[0].remembered > 0:
         rate = (surface - run.node[1, k].surface) / run.window[0].length
-    contacts, forces = recorder.contact[own[0] : end[0]], recorder.force[row, own[0] : end[0]]
+    contacts, forces = recorder.contact[columns[0] : end[0]], recorder.force[row, columns[0] : end[0]]
     contact_forces(chain, y, v, t, surface, rate, contacts, forces, work[:, first:last])
-    for j in range(own[1], end[1]):
+    for j in range(columns[1], end[1]):
         recorder.velocity[row, j] = v[recorder.body[j]]
     deepen(y, surface, recorder.deepest[begin[c, 2] : begin[c + 1, 2]])
 

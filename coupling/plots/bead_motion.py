@@ -93,31 +93,31 @@ def bead_motion(
     >>> float(motion.stress.sel(stress_component="axial").min()) < 0.0
     True
     """
-    known = _Run(run, chain, structure, behind)
-    rows = nearest_rows(known.time, times)
-    numbers = known.numbers(beads)
-    pushes = [known.pushes(number, rows) for number in numbers]
+    reading = _Run(run, chain, structure, behind)
+    rows = nearest_rows(reading.time, times)
+    numbers = reading.numbers(beads)
+    pushes = [reading.pushes(number, rows) for number in numbers]
     fields: dict[Bead, BeadField] = {}
-    for bead in dict.fromkeys(known.bodies[number] for number in numbers):
-        same = [pair for number, pair in zip(numbers, pushes, strict=True) if known.bodies[number] == bead]
+    for bead in dict.fromkeys(reading.bodies[number] for number in numbers):
+        same = [pair for number, pair in zip(numbers, pushes, strict=True) if reading.bodies[number] == bead]
         widest = max(push.radius for pair in same for moments in pair for push in moments)
         fields[bead] = BeadField(bead, chain.modes - 1, widest)
     parts = [
-        _moved(fields[known.bodies[number]], known, number, rows, pair)
+        _moved(fields[reading.bodies[number]], reading, number, rows, pair)
         for number, pair in zip(numbers, pushes, strict=True)
     ]
     grid = _joined([part.grid for part in parts], numbers)
-    displacement, stress = (np.concatenate(one, axis=1) for one in list(zip(*parts, strict=True))[1:])
-    found = motion_dataset(grid, known.time[rows], displacement, von_mises(stress))
-    found["stress"] = (
+    displacement, stress = (np.concatenate(values, axis=1) for values in list(zip(*parts, strict=True))[1:])
+    motion = motion_dataset(grid, reading.time[rows], displacement, von_mises(stress))
+    motion["stress"] = (
         ("time", "point", "stress_component"),
         stress[..., list(STRESS_COMPONENTS.values())],
         {"units": "Pa", "long_name": "stress, positive in tension"},
     )
     of_points = np.repeat(numbers, [len(part.grid.points) for part in parts])
-    found = found.assign_coords(bead=("point", of_points), stress_component=list(STRESS_COMPONENTS))
+    motion = motion.assign_coords(bead=("point", of_points), stress_component=list(STRESS_COMPONENTS))
     note = {**provenance({}), "input": run.attrs.get("input", ""), "up": [0.0, 0.0, 1.0], "depth": "along the chain"}
-    return found.assign_attrs(note)
+    return motion.assign_attrs(note)
 
 
 class _Part(NamedTuple):
@@ -135,11 +135,11 @@ Pair = tuple[list[Push], list[Push]]
 class _Run:
     """The data of a chain's run about its beads; body 0 is the striker. Checks the run, see `bead_motion`."""
 
-    def __init__(self, given: object, chain: object, structure: object, behind: object) -> None:
+    def __init__(self, dataset: object, chain: object, structure: object, behind: object) -> None:
         self.chain = chain = instance("chain", chain, DeformableChain, "the DeformableChain that was run")
         if chain.vibrations is not vibration:
             raise ValueError("chain: has vibrations of its own, whose shapes are not known; leave vibrations out")
-        reading = Reading(given, "the Dataset of a run of a DeformableChain")
+        reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
         run = reading.data
         reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
         reading.check_one_chain(*BEAD_VARIABLES)
@@ -168,10 +168,10 @@ class _Run:
         if beads is None:
             return list(range(first, last + 1))
         wanted = [beads] if isinstance(beads, int | np.integer) else listed("beads", beads, int | np.integer, "numbers")  # type: ignore[arg-type]
-        found = [whole("beads", number, 0) for number in wanted]
-        if min(found) < first or max(found) > last or len(set(found)) < len(found):
+        listed_numbers = [whole("beads", number, 0) for number in wanted]
+        if min(listed_numbers) < first or max(listed_numbers) > last or len(set(listed_numbers)) < len(listed_numbers):
             raise ValueError(f"beads = {beads!r}: must be different numbers from {first} to {last}")
-        return sorted(found)
+        return sorted(listed_numbers)
 
     def pushes(self, number: int, rows: Any) -> Pair:
         """The pressures on a bead at the rows, and at rest."""
@@ -186,11 +186,11 @@ class _Run:
 
     def _radius_at_one_newton(self, bead: Bead, number: int, contact: int) -> float:
         """Radius of a contact circle, m, by Hertz; it grows with the cube root of the force."""
-        one, other = bead.surface, self._other(number, contact)
-        flat, sharp = relative_curvatures(one, other)
+        surface, facing = bead.surface, self._other(number, contact)
+        flat, sharp = relative_curvatures(surface, facing)
         if sharp - flat > CIRCULAR_DIFFERENCE * (sharp + flat):
             raise ValueError(f"contact {contact + 1}: is not circular, so the stress of the bead is not axisymmetric")
-        return sqrt(hertz_stiffness(one, other) ** (-2.0 / 3.0) / sharp)
+        return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / sharp)
 
     def _other(self, number: int, contact: int) -> Surface:
         """The surface that the bead touches there."""
@@ -230,15 +230,15 @@ def _joined(grids: list[Grid], numbers: list[int]) -> Grid:
         np.concatenate([grid.points for grid in grids]),
         np.concatenate(cells),
         grids[0].kind,
-        np.repeat(numbers, [len(one) for one in cells]),
+        np.repeat(numbers, [len(part) for part in cells]),
         True,
     )
 
 
-def _surface(name: str, given: object) -> Surface | None:
+def _surface(name: str, facing: object) -> Surface | None:
     """The surface that an end of the chain faces."""
     what = "a Structure, a Surface or None"
-    thing = instance(name, given, Structure | Surface | None, what)  # type: ignore[arg-type]
+    thing = instance(name, facing, Structure | Surface | None, what)  # type: ignore[arg-type]
     surface: Any = thing.surfaces[0] if isinstance(thing, Structure) else thing
     if isinstance(thing, Structure) and thing.contacts > 1:
         raise ValueError(f"{name}: has several contact points; give the Surface of the one that this chain touches")
@@ -248,12 +248,12 @@ def _surface(name: str, given: object) -> Surface | None:
 def _faced(run: xr.Dataset) -> dict[str, int]:
     """The ends of this chain that face something, and the numbers of the structures there."""
     here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
-    own = int(run.chain) if "chain" in run.coords else 0
+    number = int(run.chain) if "chain" in run.coords else 0
     contacts = zip(Reading(run).contacts, here, strict=True)
-    return {END_NAMES[one.end]: one.structure for one, some in contacts if some and one.chain == own}
+    return {END_NAMES[contact.end]: contact.structure for contact, some in contacts if some and contact.chain == number}
 
 
-def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any]) -> None:
+def _check_same(run: xr.Dataset, chain: DeformableChain, stated: Mapping[str, Any]) -> None:
     """Raise a ValueError if the run is of another chain."""
     bodies = Reading(run).beads[0] + 1
     if bodies != len(chain.beads) + 1:
@@ -264,7 +264,7 @@ def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any
     if modes != chain.modes:
         raise ValueError(f"chain: has modes = {chain.modes}, that of the run {modes}; give the one that was run")
     place = int(run.chain) if "chain" in run.coords else 0
-    described = given["chains"][place] if "chains" in given else given.get("chain")
+    described = stated["chains"][place] if "chains" in stated else stated.get("chain")
     if described is not None:
         _refuse("chain", described, chain.describe(), "give the one that was run")
     if not np.allclose(run.centre.values[:bodies], chain.centres, rtol=1e-9, atol=0.0):
@@ -277,17 +277,17 @@ def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any
         )
 
 
-def _check_end(name: str, facing: object, place: int | None, given: Mapping[str, Any]) -> None:
+def _check_end(name: str, facing: object, place: int | None, stated: Mapping[str, Any]) -> None:
     """Raise a ValueError if nothing, or another structure, was there. Reduction and time stepping may differ."""
     if facing is None:
         return
     if place is None:
         raise ValueError(f"{name} = {short(facing)}: must be None, as nothing was there in the run")
-    described = given["structures"][place] if "structures" in given else given.get("structure")
+    described = stated["structures"][place] if "structures" in stated else stated.get("structure")
     if isinstance(facing, Structure) and isinstance(described, dict):
         theirs, mine = (
-            {key: value for key, value in one.items() if key not in ("reduction", "stepper")}
-            for one in (described, facing.origin)
+            {key: value for key, value in origin.items() if key not in ("reduction", "stepper")}
+            for origin in (described, facing.origin)
         )
         _refuse(name, theirs, mine, "give the one that was run, or its Surface")
 

@@ -31,7 +31,7 @@ ROW = 0.19
 UNDER = 0.48
 """Height of the numbers and the label below axes, inches."""
 
-OWN = "hertzlink"
+MARK = "hertzlink"
 """The name of figures that the plots made, and may resize."""
 
 
@@ -44,7 +44,7 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
     from matplotlib import pyplot
 
     figure = pyplot.figure(figsize=(width, height), layout="constrained")
-    figure.set_gid(OWN)
+    figure.set_gid(MARK)
     axes: Axes = figure.add_subplot()
     return axes
 
@@ -54,7 +54,7 @@ def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    figure.set_gid(OWN)
+    figure.set_gid(MARK)
     axes: Axes = figure.add_subplot()
     return axes
 
@@ -62,7 +62,7 @@ def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
 def resized(ax: "Axes", height: float) -> bool:
     """Whether the figure is one of ours, which then gets this height, inches; a user's keeps its own."""
     figure: Any = ax.get_figure(root=True)
-    if figure is None or figure.get_gid() != OWN:
+    if figure is None or figure.get_gid() != MARK:
         return False
     figure.set_figheight(height)
     return True

@@ -158,8 +158,8 @@ class Drawing:
         ends = {(True, True): "both", (True, False): "max", (False, True): "min"}
         extend = ends.get((bool(above), bool(below_it)), "neither")
         colours = ScalarMappable(Normalize(self.low / scale, self.high / scale), self.kind[2])
-        way = "horizontal" if wide else "vertical"
-        shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=way)
+        orientation = "horizontal" if wide else "vertical"
+        shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=orientation)
         shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
         shown.ax.tick_params(labelsize=LETTERS - 1.0)
         if self.history is not None:
@@ -168,9 +168,9 @@ class Drawing:
         return figure, place
 
     def _draw_history(self, axes: Any, columns: int, time: Vector, force: Vector, name: str, names: list[str]) -> None:
-        for number, one in enumerate(force.reshape(time.size, -1).T):
+        for number, trace in enumerate(force.reshape(time.size, -1).T):
             label = names[number] if names else None
-            axes.plot(time, one, linewidth=LINE, label=label, **LINE_STYLES[number % len(LINE_STYLES)])
+            axes.plot(time, trace, linewidth=LINE, label=label, **LINE_STYLES[number % len(LINE_STYLES)])
         if names:
             axes.legend(
                 ncols=min(columns, len(names)), loc="upper center",

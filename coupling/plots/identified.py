@@ -167,8 +167,8 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
     size = data.unit_size.values if "unit_size" in data else 1.0
     value, low, high = (data[name].values / size for name in ("value", "low", "high"))
     units = data.unit.values.tolist() if "unit" in data else [""] * value.size
-    half, verdicts = 0.5 * (high - low), [str(one) for one in data.verdict.values]
-    names = [plain(str(one)) for one in data.unknown.values]
+    half, verdicts = 0.5 * (high - low), [str(verdict) for verdict in data.verdict.values]
+    names = [plain(str(name)) for name in data.unknown.values]
     part = np.full(half.shape, np.nan)
     np.divide(100.0 * half, abs(value), out=part, where=value != 0.0)
     wide = np.maximum(part, NARROWEST)
@@ -181,8 +181,8 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
         length = wide[row] - start if shown else 0.0
         ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(verdict, PALE))
         # The interval need not be symmetric, and a blind unknown has no value.
-        known = f"{value[row]:.4g}, " * (verdict != BLIND) + f"{low[row]:.4g} to {high[row]:.4g} {units[row]}".rstrip()
-        words.append(f"{names[row]}\n{known}, {verdict}")
+        text = f"{value[row]:.4g}, " * (verdict != BLIND) + f"{low[row]:.4g} to {high[row]:.4g} {units[row]}".rstrip()
+        words.append(f"{names[row]}\n{text}, {verdict}")
     ax.axvline(BLIND_PERCENT, color=INK, linestyle=":", linewidth=0.9, label="wider than this: blind")
     ax.set_xscale("log")
     ax.set_xlim(start, 3.0 * max(BLIND_PERCENT, float(np.nanmax(wide, initial=1.0))))
@@ -227,7 +227,7 @@ def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
     ['modulus', 'speed']
     """
     matrix = dataset_of(found).correlation
-    names = [plain(str(one)) for one in matrix[matrix.dims[0]].values]
+    names = [plain(str(name)) for name in matrix[matrix.dims[0]].values]
     side = 2.4 + 0.5 * len(names)
     ax = axes_for(ax, side + 1.0, side)
     image = ax.imshow(matrix.values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
@@ -240,13 +240,13 @@ def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
-def dataset_of(found: Any) -> xr.Dataset:
+def dataset_of(result: Any) -> xr.Dataset:
     """An identification as a Dataset; a ValueError for anything else."""
-    data = found if isinstance(found, xr.Dataset | type) else None
-    if data is None and callable(getattr(found, "to_dataset", None)) and hasattr(found, "unknowns"):
-        data = found.to_dataset()
+    data = result if isinstance(result, xr.Dataset | type) else None
+    if data is None and callable(getattr(result, "to_dataset", None)) and hasattr(result, "unknowns"):
+        data = result.to_dataset()
     if not isinstance(data, xr.Dataset) or any(name not in data for name in NEEDED):
-        raise ValueError(f"found = {short(found)}: must be what identify returned, or the Dataset that it saved")
+        raise ValueError(f"found = {short(result)}: must be what identify returned, or the Dataset that it saved")
     return data
 
 
@@ -274,22 +274,22 @@ def _fit_of_features(data: xr.Dataset, ax: "Axes") -> "Axes":
 
 
 def _name_features(ax: "Axes", data: xr.Dataset) -> None:
-    names = [plain(str(one)).replace(" at ", "\nat ") for one in data[FEATURE].values]
+    names = [plain(str(name)).replace(" at ", "\nat ") for name in data[FEATURE].values]
     ax.set_xticks(range(len(names)), names, fontsize=SMALL)
     ax.set_xlim(-0.6, len(names) - 0.4)
 
 
-def _one(found: object, sensor: int | None) -> tuple[xr.Dataset, int]:
+def _one(result: object, sensor: int | None) -> tuple[xr.Dataset, int]:
     """The data of one sensor, and its number; all data, and 0, where AR and TOF were compared."""
-    data = dataset_of(found)
+    data = dataset_of(result)
     if FEATURE in data.dims:
         if sensor is not None:
             raise ValueError(
                 f"sensor = {sensor!r}: must be None where AR and TOF were compared, which are drawn together"
             )
         return data, 0
-    known = [int(one) for one in np.atleast_1d(data.sensor.values)]
-    number = known[0] if sensor is None else whole("sensor", sensor)
-    if number not in known:
-        raise ValueError(f"sensor = {sensor!r}: must be one that was compared: {', '.join(map(str, known))}")
+    sensors = [int(number) for number in np.atleast_1d(data.sensor.values)]
+    number = sensors[0] if sensor is None else whole("sensor", sensor)
+    if number not in sensors:
+        raise ValueError(f"sensor = {sensor!r}: must be one that was compared: {', '.join(map(str, sensors))}")
     return (data.sel(sensor=number) if "sensor" in data.dims else data), number

@@ -85,12 +85,12 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     return motion_dataset(field.grid, moments[rows], displacement, stress).assign_attrs(note)
 
 
-def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vector]:
+def _contacts_of(data: object, structure: Structure) -> tuple[int, Vector, Vector]:
     """The number of a structure in the run; and at each of its p contact points the force relative to the preload (N),
     the mean over each saved interval, and the displacement (m); intervals × p, times × p. NaN if nothing touches it.
     """
-    contacts, force, static = contact_forces(given)
-    run = instance("run", given, xr.Dataset, "the Dataset of a run")
+    contacts, force, static = contact_forces(data)
+    run = instance("run", data, xr.Dataset, "the Dataset of a run")
     if "structure" in run.dims:
         raise ValueError("run: has several structures; choose that one with run.isel(structure=0)")
     place = int(run.structure) if "structure" in run.coords else 0
@@ -100,11 +100,11 @@ def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vect
     steps = np.diff(moments)
     if moments[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
         raise ValueError("run: must be a whole run, from its start on, with every saved time")
-    own = {contact.point: k for k, contact in enumerate(contacts) if contact.structure == place}
-    if max(own, default=0) >= structure.contacts:
+    place_of = {contact.point: k for k, contact in enumerate(contacts) if contact.structure == place}
+    if max(place_of, default=0) >= structure.contacts:
         raise ValueError(f"structure: has {structure.contacts} contact points, that of the run more; give that one")
     dynamic, surface = force - static, run.surface_displacement.values.reshape(moments.size, -1)
-    points = [own.get(point) for point in range(structure.contacts)]
+    points = [place_of.get(point) for point in range(structure.contacts)]
     nothing = np.full(moments.size, np.nan)
     forces = np.stack([nothing if k is None else dynamic[:, k] for k in points], axis=-1)
     places = np.stack([nothing if k is None else surface[:, k] for k in points], axis=-1)
@@ -113,8 +113,8 @@ def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vect
 
 def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
     """Raise a ValueError if the input of the run describes another structure."""
-    given = stored(run.attrs.get("input"))
-    theirs = given["structures"][place] if "structures" in given else given.get("structure")
+    stated = stored(run.attrs.get("input"))
+    theirs = stated["structures"][place] if "structures" in stated else stated.get("structure")
     mine = json.loads(json.dumps(dict(structure.origin), default=repr))
     if not isinstance(theirs, dict):
         return
@@ -161,17 +161,17 @@ def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[n
     return states, contact
 
 
-def _contact_error(found: Vector, expected: Vector) -> float:
+def _contact_error(actual: Vector, expected: Vector) -> float:
     """Largest relative difference at the contacts that something touches."""
     touched = ~np.isnan(expected[0])
-    found, expected = found[:, touched], expected[:, touched]
-    greatest = float(max(abs(found).max(), abs(expected).max()))
-    return float(abs(found - expected).max()) / greatest if greatest > 0.0 else 0.0
+    actual, expected = actual[:, touched], expected[:, touched]
+    greatest = float(max(abs(actual).max(), abs(expected).max()))
+    return float(abs(actual - expected).max()) / greatest if greatest > 0.0 else 0.0
 
 
 def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
     """The Dataset of `structure_motion` without its attributes: fields at t times, t × p × 3 in m and t × p in Pa."""
-    whole = {"units": "1"}
+    counted = {"units": "1"}
     variables: dict[str, Any] = {
         "displacement": (
             ("time", "point", "component"),
@@ -179,8 +179,8 @@ def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises:
             {"units": "m", "long_name": "displacement from static equilibrium"},
         ),
         "von_mises": (("time", "point"), von_mises, {"units": "Pa", "long_name": "von Mises stress"}),
-        "cells": (("cell", "corner"), grid.cells, {**whole, "long_name": "points of each cell, in VTK's order"}),
-        "part": (("cell",), grid.part, {**whole, "long_name": "number of the cell's material"}),
+        "cells": (("cell", "corner"), grid.cells, {**counted, "long_name": "points of each cell, in VTK's order"}),
+        "part": (("cell",), grid.part, {**counted, "long_name": "number of the cell's material"}),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", moments, {"units": "s"}),
@@ -191,9 +191,9 @@ def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises:
     return xr.Dataset(variables, coordinates, {"cell_type": grid.kind, "shape": shape})
 
 
-def known_motion(given: object) -> None:
+def known_motion(data: object) -> None:
     """Raise a ValueError if this is not a Dataset of `structure_motion` or `bead_motion`."""
-    motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...) or bead_motion(...)")
+    motion = instance("motion", data, xr.Dataset, "the Dataset of structure_motion(...) or bead_motion(...)")
     missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
     if motion.sizes.get("time") == 0:
         raise ValueError("motion: holds no time")

@@ -72,14 +72,14 @@ def _folder(folder: str | Path) -> Path:
     """The folder; a ValueError if it cannot be written."""
     if not isinstance(folder, str | Path):
         raise ValueError(f"folder = {folder!r}: must be the name of a folder")
-    whole = Path(folder).resolve()
-    if not whole.parent.is_dir():
+    place = Path(folder).resolve()
+    if not place.parent.is_dir():
         raise ValueError(f"folder = {str(folder)!r}: its parent folder does not exist")
-    if whole.exists():
+    if place.exists():
         foreign = (
-            [] if not whole.is_dir() else [path.name for path in whole.iterdir() if not OWN_FILES.fullmatch(path.name)]
+            [] if not place.is_dir() else [path.name for path in place.iterdir() if not OWN_FILES.fullmatch(path.name)]
         )
-        if not whole.is_dir() or foreign or whole == Path.cwd() or whole in Path.cwd().parents:
+        if not place.is_dir() or foreign or place == Path.cwd() or place in Path.cwd().parents:
             held = f"holds {foreign[0]}" if foreign else "is no folder of an earlier motion"
             raise ValueError(f"folder = {str(folder)!r}: {held}; name another")
-    return whole
+    return place

@@ -178,8 +178,8 @@ def _write_gif(path: Path, images: Images, rate: float) -> None:
 
     frames = [Image.fromarray(image) for image in images]
     sample = Image.fromarray(np.concatenate([np.asarray(frame)[::2, ::2] for frame in frames]))
-    found = sample.quantize(PALETTE - 2, method=Image.Quantize.MEDIANCUT).getpalette() or []
-    colours = np.reshape(found, (-1, 3))
+    levels = sample.quantize(PALETTE - 2, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    colours = np.reshape(levels, (-1, 3))
     colours = colours[(colours < 255 - NEAR).any(axis=1) & (colours > NEAR).any(axis=1)]
     palette = Image.new("P", (1, 1))
     palette.putpalette([*PAPER, *INK, *colours.ravel().tolist()])

@@ -108,7 +108,7 @@ def _surfaces(shape: Shape, rest: Vector) -> list[tuple[Any, Any]]:
     import pyvista
     from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
-    flat, found = shape.kind == "quad" and np.ptp(rest[:, 2]) == 0.0, []
+    flat, surfaces = shape.kind == "quad" and np.ptp(rest[:, 2]) == 0.0, []
     kind = pyvista.CellType[shape.kind.upper()]
     for part in np.unique(shape.part):
         grid = pyvista.UnstructuredGrid({kind: shape.cells[shape.part == part]}, rest)
@@ -121,8 +121,8 @@ def _surfaces(shape: Shape, rest: Vector) -> list[tuple[Any, Any]]:
             FEATURE_ANGLE, boundary_edges=True, feature_edges=not flat, manifold_edges=False, non_manifold_edges=False
         )
         round_off = {"cell_normals": False, "split_vertices": True, "feature_angle": FEATURE_ANGLE}
-        found.append((surface if flat else surface.compute_normals(**round_off), edges))
-    return found
+        surfaces.append((surface if flat else surface.compute_normals(**round_off), edges))
+    return surfaces
 
 
 @cache

@@ -102,29 +102,29 @@ def described_input(run: Any, name: str = "run") -> dict[str, Any]:
     if not isinstance(run, xr.Dataset | type) and callable(getattr(run, "describe", None)) and hasattr(run, "scheme"):
         # By JSON, so that what is drawn is the same before and after a run.
         return dict(json.loads(json.dumps(run.describe(), default=repr)))
-    given = run.attrs.get("input", "") if isinstance(run, xr.Dataset) else None
-    if given is None:
+    text = run.attrs.get("input", "") if isinstance(run, xr.Dataset) else None
+    if text is None:
         raise ValueError(f"{name} = {short(run)}: must be a CoSimulation, or the Dataset of its run")
-    known = stored(given)
-    known = known if _has_chain(known) else stored(known.get("first_run", ""))
-    if not _has_chain(known):
+    inputs = stored(text)
+    inputs = inputs if _has_chain(inputs) else stored(inputs.get("first_run", ""))
+    if not _has_chain(inputs):
         raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
-    return known
+    return inputs
 
 
-def _has_chain(known: Mapping[str, Any]) -> bool:
-    chains = known.get("chains", [known.get("chain")])
-    return bool(chains) and all(isinstance(one, Mapping) and one.get("beads") for one in chains)
+def _has_chain(inputs: Mapping[str, Any]) -> bool:
+    chains = inputs.get("chains", [inputs.get("chain")])
+    return bool(chains) and all(isinstance(chain, Mapping) and chain.get("beads") for chain in chains)
 
 
-def _rows(known: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _rows(inputs: Mapping[str, Any]) -> list[dict[str, Any]]:
     """For each chain what it faces: the chain, and the structure and its contact point at either end."""
-    if "chain" in known:
-        return [{"chain": known["chain"], LAST: (known.get("structure"), 0)}]
-    rows: list[dict[str, Any]] = [{"chain": chain, "name": f"chain {i}"} for i, chain in enumerate(known["chains"])]
-    for chain, end, structure, point in known.get("contacts", []):
+    if "chain" in inputs:
+        return [{"chain": inputs["chain"], LAST: (inputs.get("structure"), 0)}]
+    rows: list[dict[str, Any]] = [{"chain": chain, "name": f"chain {i}"} for i, chain in enumerate(inputs["chains"])]
+    for chain, end, structure, point in inputs.get("contacts", []):
         row = rows[int(chain)]
-        row[LAST if end in (0, LAST) else FIRST] = (known["structures"][int(structure)], int(point))
+        row[LAST if end in (0, LAST) else FIRST] = (inputs["structures"][int(structure)], int(point))
         row["name"] += f", contact {point} of structure {structure}"
     return rows
 
@@ -134,7 +134,7 @@ def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
     chain = row["chain"]
     high = 0.5 * max(_size(bead)[1] for bead in chain["beads"])
     last, first = (row.get(end, (None, 0)) for end in (LAST, FIRST))
-    high = max([high, *(side_view(None, one) for one, _ in (last, first) if one is not None)])
+    high = max([high, *(side_view(None, structure) for structure, _ in (last, first) if structure is not None)])
     y = top - high
     if row.get("name"):
         y -= 9.0
@@ -245,6 +245,6 @@ def _scale_bar(drawn: Drawn, y: float) -> None:
     """A bar of a round length below the sketch, left."""
     drawn.ax.autoscale_view()
     left, right = drawn.ax.get_xlim()
-    length = next((one for one in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if one < 0.25 * (right - left)), 1.0)
+    length = next((mm for mm in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if mm < 0.25 * (right - left)), 1.0)
     drawn.ax.plot([left, left + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt")
     drawn.text(left + length, y, f" {length:g} mm", ha="left", va="center")

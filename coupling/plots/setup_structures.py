@@ -70,8 +70,8 @@ class Drawn:
 
     def legend(self) -> tuple[list[Any], list[str]]:
         """Handles and words."""
-        known = {words: handle for words, handle in self._known.items() if handle is not None}
-        return list(known.values()), list(known)
+        labelled = {words: handle for words, handle in self._known.items() if handle is not None}
+        return list(labelled.values()), list(labelled)
 
 
 def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.0, mirrored: bool = False) -> float:
@@ -79,20 +79,20 @@ def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.
 
     Without `drawn` nothing is drawn, and half of its height is returned.
     """
-    given = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
-    kind, way = str(given.get("kind", "structure")), -1.0 if mirrored else 1.0
-    if given.get("layers"):
-        return _layers(drawn, given, x, y, way)
+    data = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
+    kind, sign = str(data.get("kind", "structure")), -1.0 if mirrored else 1.0
+    if data.get("layers"):
+        return _layers(drawn, data, x, y, sign)
     if kind == "spherical shell":
-        return _shell(drawn, given, x, y, way)
-    if "thickness" in given:
-        return _plate_from_side(drawn, given, kind, x, y, way)
+        return _shell(drawn, data, x, y, sign)
+    if "thickness" in data:
+        return _plate_from_side(drawn, data, kind, x, y, sign)
     if drawn is None:
         return SPACE
-    of = f" of {_material(given)}" if given.get("material") else ""
+    of = f" of {_material(data)}" if data.get("material") else ""
     words = f"half-space{of}" if kind == "half-space" else f"{kind}{of}, not to scale"
-    _block(drawn, x, y - SPACE, way * SPACE, 2.0 * SPACE, words, hatch="//" if kind == "half-space" else "..")
-    return x + way * SPACE
+    _block(drawn, x, y - SPACE, sign * SPACE, 2.0 * SPACE, words, hatch="//" if kind == "half-space" else "..")
+    return x + sign * SPACE
 
 
 def _block(drawn: Drawn, x: float, y: float, width: float, height: float, words: str, **look: Any) -> None:
@@ -102,9 +102,9 @@ def _block(drawn: Drawn, x: float, y: float, width: float, height: float, words:
     drawn.add(Rectangle((min(x, x + width), y), abs(width), height, **full), words)
 
 
-def _layers(drawn: Drawn | None, given: Mapping[str, Any], x: float, y: float, way: float) -> float:
+def _layers(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
     """A rod or a cylinder of layers, and what holds its far end."""
-    layers = given["layers"]
+    layers = data["layers"]
     radius = max(1e3 * float(layer["radius"]) for layer in layers)
     if drawn is None:
         return 1.2 * radius
@@ -114,51 +114,51 @@ def _layers(drawn: Drawn | None, given: Mapping[str, Any], x: float, y: float, w
         long, half, name = 1e3 * float(layer["length"]), 1e3 * float(layer["radius"]), _material(layer)
         colour = LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]
         words = f"{name}, {long:.4g} mm long, radius {half:.4g} mm"
-        _block(drawn, x, y - half, way * long, 2.0 * half, words, facecolor=colour, edgecolor=INK)
-        x += way * long
+        _block(drawn, x, y - half, sign * long, 2.0 * half, words, facecolor=colour, edgecolor=INK)
+        x += sign * long
         ends.append(x)
-    for i in given.get("cracks") or []:
+    for i in data.get("cracks") or []:
         drawn.line([ends[i]] * 2, [y - 1.1 * radius, y + 1.1 * radius], "crack", color=COLOURS[1], linewidth=2.0)
-    base = given.get("base")
+    base = data.get("base")
     half, name = 1.2 * radius, "elastic" if isinstance(base, Mapping) else str(base)
     if name not in ("free", "contact", "None"):
         hatch = {"fixed": "////", "absorbing": "....", "elastic": "\\\\"}.get(name, "++")
         look = {"hatch": hatch, "facecolor": "white", "edgecolor": INK, "linewidth": 0.0}
-        _block(drawn, x, y - half, way * 0.35 * radius, 2.0 * half, f"base: {name}", **look)
-    return x + way * 0.35 * radius
+        _block(drawn, x, y - half, sign * 0.35 * radius, 2.0 * half, f"base: {name}", **look)
+    return x + sign * 0.35 * radius
 
 
-def _shell(drawn: Drawn | None, given: Mapping[str, Any], x: float, y: float, way: float) -> float:
+def _shell(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
     """A hollow sphere, cut through its axis, and the seat that holds it."""
     from matplotlib.patches import Annulus, Arc
 
-    radius, thick = (1e3 * float(given[name]) for name in ("radius", "thickness"))
+    radius, thick = (1e3 * float(data[name]) for name in ("radius", "thickness"))
     if drawn is None:
         return 1.1 * radius
-    centre = x + way * radius
-    words = f"{_material(given)}, radius {radius:.4g} mm, wall {thick:.4g} mm"
+    centre = x + sign * radius
+    words = f"{_material(data)}, radius {radius:.4g} mm, wall {thick:.4g} mm"
     drawn.add(Annulus((centre, y), radius, thick, facecolor=LAYER_COLOURS[0], edgecolor=INK, linewidth=0.6), words)
-    if given.get("pressure"):
-        drawn.text(centre, y, f"{1e-3 * float(given['pressure']):+.4g} kPa", ha="center", va="center")
-    if given.get("base") == "fixed":
-        half = degrees(float(given["seat"]))
-        middle = 0.0 if way > 0.0 else 180.0
+    if data.get("pressure"):
+        drawn.text(centre, y, f"{1e-3 * float(data['pressure']):+.4g} kPa", ha="center", va="center")
+    if data.get("base") == "fixed":
+        half = degrees(float(data["seat"]))
+        middle = 0.0 if sign > 0.0 else 180.0
         wide = 2.0 * radius + thick
         seat = Arc((centre, y), wide, wide, theta1=middle - half, theta2=middle + half, color=INK, linewidth=3.0)
         drawn.add(seat)
         drawn.line([], [], "seat", color=INK, linewidth=3.0)
-    return x + way * 2.0 * radius
+    return x + sign * 2.0 * radius
 
 
-def _plate_from_side(drawn: Drawn | None, given: Mapping[str, Any], kind: str, x: float, y: float, way: float) -> float:
+def _plate_from_side(drawn: Drawn | None, data: Mapping[str, Any], kind: str, x: float, y: float, sign: float) -> float:
     """A thin block at the chain's end, as high as the part of the plate that fits the sketch."""
-    thick = 1e3 * float(given["thickness"])
+    thick = 1e3 * float(data["thickness"])
     if drawn is None:
         return SPACE
-    name = _material(given)
+    name = _material(data)
     words = f"{kind}, {thick:.4g} mm of {name}"
-    _block(drawn, x, y - SPACE, way * thick, 2.0 * SPACE, words, facecolor=LAYER_COLOURS[0], edgecolor=INK)
-    return x + way * thick
+    _block(drawn, x, y - SPACE, sign * thick, 2.0 * SPACE, words, facecolor=LAYER_COLOURS[0], edgecolor=INK)
+    return x + sign * thick
 
 
 def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float, top: float) -> float:
@@ -203,7 +203,7 @@ def _caption(width: float, height: float, factor: float) -> str:
 def _rings(structure: Mapping[str, Any]) -> list[tuple[list[tuple[float, float]], list[str]]]:
     """The outline and its holes, mm, with the names of their edges."""
     if "corners" in structure:
-        edges = [str(one) for one in structure.get("edges") or []]
+        edges = [str(name) for name in structure.get("edges") or []]
         outer = _points(structure["corners"])
         holes = [_points(hole) for hole in structure.get("holes") or []]
         named = [(hole, [f"hole {i + 1}"] * len(hole)) for i, hole in enumerate(holes)]
@@ -229,24 +229,24 @@ def _mesh_of(drawn: Drawn, structure: Mapping[str, Any], to_sketch: Any) -> None
         for i in range(1, int(cells[axis])):
             at, end = size[axis] * i / int(cells[axis]), size[1 - axis]
             ends = [(at, 0.0), (at, end)] if axis == 0 else [(0.0, at), (end, at)]
-            xs, ys = zip(*(to_sketch(*one) for one in ends), strict=True)
+            xs, ys = zip(*(to_sketch(*end) for end in ends), strict=True)
             drawn.line(xs, ys, f"mesh, {cells[0]} × {cells[1]} cells", **look)
 
 
 def _marks(drawn: Drawn, structure: Mapping[str, Any], point: int, to_sketch: Any) -> None:
     """Where chains touch, and what was added to the plate."""
-    for one in structure.get("additions") or []:
-        if "region" in one:
-            left, right, bottom, top = (1e3 * side for side in one["region"])
+    for addition in structure.get("additions") or []:
+        if "region" in addition:
+            left, right, bottom, top = (1e3 * side for side in addition["region"])
             corners = ((left, bottom), (right, bottom), (right, top), (left, top), (left, bottom))
             xs, ys = zip(*(to_sketch(*corner) for corner in corners), strict=True)
-            words = "delamination" if "depth" in one else "weakened region"
+            words = "delamination" if "depth" in addition else "weakened region"
             drawn.line(xs, ys, words, color=COLOURS[3], linewidth=1.2, linestyle="--")
-        elif "mass" in one and "x" in one:
-            at = to_sketch(1e3 * one["x"], 1e3 * one["y"])
+        elif "mass" in addition and "x" in addition:
+            at = to_sketch(1e3 * addition["x"], 1e3 * addition["y"])
             drawn.line([at[0]], [at[1]], "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
-        elif "start" in one and "end" in one:
-            xs, ys = zip(*(to_sketch(*place) for place in _points([one["start"], one["end"]])), strict=True)
+        elif "start" in addition and "end" in addition:
+            xs, ys = zip(*(to_sketch(*place) for place in _points([addition["start"], addition["end"]])), strict=True)
             drawn.line(xs, ys, "stiffener", color=COLOURS[3], linewidth=2.5)
     at = structure.get("at")
     if not at:
@@ -277,8 +277,8 @@ def _without_outline(drawn: Drawn, structure: Mapping[str, Any], x: float, y: fl
     return y - SPACE
 
 
-def _material(given: Mapping[str, Any]) -> str:
-    material = given.get("material")
+def _material(data: Mapping[str, Any]) -> str:
+    material = data.get("material")
     name = material.get("name") if isinstance(material, Mapping) else None
     if name:
         return str(name)

@@ -114,10 +114,10 @@ def swept(
     missing = _reasons(runs, values, sensor, wave)
     ax = axes_for(ax)
     x, label = _places(values[along])
-    for number, (words, one, places) in enumerate(_curves(values, along, curves)):
+    for number, (words, curve, places) in enumerate(_curves(values, along, curves)):
         style = "-" if values[along].dtype.kind in "iuf" else "none"
         ax.plot(
-            x, factor * one, MARKERS[number], linestyle=style, color=COLOURS[number], markersize=4.0, linewidth=1.1,
+            x, factor * curve, MARKERS[number], linestyle=style, color=COLOURS[number], markersize=4.0, linewidth=1.1,
             label=words or (f"{wave} wave at bead {sensor}" if sensor else f"{wave} wave"),
         )  # fmt: skip
         gaps = [place for place in places if place in missing]
@@ -126,7 +126,7 @@ def swept(
                 ax, [x[place[axes.index(along)]] for place in gaps], number, label=_counted(gaps, missing, wave)
             )
     if values[along].dtype.kind not in "iuf":
-        ax.set_xticks(x, [plain(str(one)) for one in values[along].values])
+        ax.set_xticks(x, [plain(str(value)) for value in values[along].values])
     elif len(x) > 2 and np.all(x > 0.0) and x.max() > 20.0 * x.min():
         ax.set_xscale("log")
         ax.xaxis.set_major_formatter("{x:g}")
@@ -153,7 +153,7 @@ def label_of(values: xr.DataArray) -> str:
 def varied(runs: xr.Dataset) -> dict[str, str]:
     """The parameters of a sweep by name, each with its values in words, such as "5 to 125 mm"."""
     shown = next((name for name in ("contact_force", *MEASURES) if name in runs), None)
-    found = {}
+    texts = {}
     for name in axes_of(runs[shown]) if shown else []:
         if name not in runs.coords or name == "wave":
             continue
@@ -161,10 +161,10 @@ def varied(runs: xr.Dataset) -> dict[str, str]:
         factor, unit = parameter(values)
         if values.dtype.kind in "iuf" and values.size > 1:
             low, high = factor * values.values.min(), factor * values.values.max()
-            found[name] = f"{low:.6g} to {high:.6g} {unit}".rstrip()
+            texts[name] = f"{low:.6g} to {high:.6g} {unit}".rstrip()
         elif values.dtype.kind not in "iuf":
-            found[name] = ", ".join(map(str, values.values))
-    return found
+            texts[name] = ", ".join(map(str, values.values))
+    return texts
 
 
 def parameter(values: xr.DataArray) -> tuple[float, str]:
@@ -190,8 +190,8 @@ def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataAr
     if measure in data:
         values = data[measure]
         if "wave" in values.dims:
-            known = values["wave"].values.tolist()
-            values = values.sel(wave=one_of("wave", wave, known))
+            waves = values["wave"].values.tolist()
+            values = values.sel(wave=one_of("wave", wave, waves))
         elif wave != "primary":
             raise ValueError(f"wave = {wave!r}: runs holds {measure} of one wave only")
         return values.reset_coords(drop=True)
@@ -218,12 +218,12 @@ def _curves(values: xr.DataArray, along: str, others: list[str]) -> Iterator[tup
 
 def _reasons(runs: xr.Dataset, values: xr.DataArray, sensor: int | None, wave: str) -> dict[tuple[int, ...], str]:
     """Why a wave is missing, by the place of the point."""
-    found: dict[tuple[int, ...], str] = {}
+    reasons: dict[tuple[int, ...], str] = {}
     for at in zip(*np.nonzero(np.isnan(values.values)), strict=True):
         place = tuple(int(i) for i in at)
         point = runs.isel(dict(zip(map(str, values.dims), place, strict=True)))
-        found[place] = _reason(point, sensor, wave)
-    return found
+        reasons[place] = _reason(point, sensor, wave)
+    return reasons
 
 
 def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
@@ -233,8 +233,8 @@ def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
     if sensor is None or not kind_of(point) or axes_of(point.contact_force) or Reading(point).time.size < 2:
         return "no such wave was found"
     waves = reflections(point, sensor)
-    one = getattr(waves, wave, waves.secondary)
-    return str(one.reason) if isinstance(one, NoWave) else "no such wave was found"
+    missing = getattr(waves, wave, waves.secondary)
+    return str(missing.reason) if isinstance(missing, NoWave) else "no such wave was found"
 
 
 def _counted(gaps: list[tuple[int, ...]], missing: Mapping[tuple[int, ...], str], wave: str) -> str:
@@ -247,6 +247,6 @@ def _counted(gaps: list[tuple[int, ...]], missing: Mapping[tuple[int, ...], str]
         kinds.setdefault(NUMBER.sub("#", missing[place]), []).append(missing[place])
     texts = []
     for reasons in kinds.values():
-        shown = max(reasons, key=lambda one: [float(found[0]) for found in NUMBER.finditer(one)][-1:])
+        shown = max(reasons, key=lambda reason: [float(number[0]) for number in NUMBER.finditer(reason)][-1:])
         texts.append(f"{shown} ({len(reasons)} point{'s' * (len(reasons) > 1)})")
     return f"no {wave} wave: " + "; ".join(texts)

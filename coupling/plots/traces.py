@@ -230,18 +230,18 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     reading = Reading(run)
     change = energy_error(run)
     reading.check_one_run("contact_force")
-    known = bool(run.structure_energy.notnull().all())
+    complete = bool(run.structure_energy.notnull().all())
     parts = {name: _summed(run[name]) for name in ENERGIES}
-    if not known:
+    if not complete:
         unknown = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
         parts["structure_energy"] = _summed(unknown)
         parts["structure_dissipated_energy"] *= 0.0
     total = sum(parts.values()) - _summed(run.excitation_work)
-    factor, unit = handy(np.concatenate([one.values for one in (*parts.values(), total)]), "J")
+    factor, unit = handy(np.concatenate([part.values for part in (*parts.values(), total)]), "J")
     ax = axes_for(ax)
     for place, (name, values) in enumerate(parts.items()):
         if bool(abs(values).max() > 0.0):
-            words = ENERGIES[name] if known or name != "structure_energy" else "work done on the structure"
+            words = ENERGIES[name] if complete or name != "structure_energy" else "work done on the structure"
             ax.plot(1e6 * reading.time, factor * values, color=COLOURS[place], linewidth=1.1, label=words)
     label = f"sum, which changes by {float(change):.1g} of the impact energy"
     ax.plot(1e6 * reading.time, factor * total, "--", color=INK, linewidth=1.0, label=label)
@@ -288,19 +288,19 @@ def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str)
         )  # fmt: skip
 
 
-def sensors_of(reading: Reading, given: Any) -> list[int]:
-    """The numbers of sensors, those given or the usual ones."""
-    if given is None:
+def sensors_of(reading: Reading, sensors: Any) -> list[int]:
+    """The numbers of sensors: those stated, or the usual ones."""
+    if sensors is None:
         if reading.is_signal:
-            return [int(one) for one in reading.data.sensor.values]
+            return [int(number) for number in reading.data.sensor.values]
         reading.dynamic_force()
         return [max(1, min(reading.beads) // 2)]
-    if isinstance(given, Iterable) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0:
-        numbers = list(dict.fromkeys(whole("sensors", one) for one in given))
+    if isinstance(sensors, Iterable) and not isinstance(sensors, str | bytes) and getattr(sensors, "ndim", 1) != 0:
+        numbers = list(dict.fromkeys(whole("sensors", number) for number in sensors))
         if not numbers:
             raise ValueError("sensors = []: must name at least one bead")
         return numbers
-    return [whole("sensors", given)]
+    return [whole("sensors", sensors)]
 
 
 def _summed(values: xr.DataArray) -> xr.DataArray:

@@ -170,14 +170,14 @@ def _target(path: str | Path) -> Path:
     named = path_of("path", path, what)
     if named.suffix != ".fmu":
         raise ValueError(f"path = {short(path)}: must be the {what}")
-    whole = named.resolve()
-    if whole.is_dir():
+    place = named.resolve()
+    if place.is_dir():
         raise ValueError(f"path = {str(path)!r}: is a folder; name a file")
-    if not whole.parent.is_dir():
+    if not place.parent.is_dir():
         raise ValueError(f"path = {str(path)!r}: its folder does not exist")
     try:
-        with tempfile.TemporaryFile(dir=whole.parent):
-            return whole
+        with tempfile.TemporaryFile(dir=place.parent):
+            return place
     except OSError as error:
         raise ValueError(f"path = {str(path)!r}: its folder cannot be written; {error.strerror}") from error
 
@@ -195,10 +195,10 @@ def _warn_of_folders(*folders: Path) -> None:
 @contextmanager
 def _imports_restored() -> Iterator[None]:
     """pythonfmu imports the unit from its folder, and would leave that folder in sys.path; this context restores it."""
-    path, known = sys.path.copy(), UNIT_MODULE in sys.modules
+    path, loaded = sys.path.copy(), UNIT_MODULE in sys.modules
     try:
         yield
     finally:
         sys.path[:] = path
-        if not known:
+        if not loaded:
             sys.modules.pop(UNIT_MODULE, None)

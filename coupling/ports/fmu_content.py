@@ -30,12 +30,12 @@ class KnownLaws:
 
     pairs: tuple[tuple[Bead, Bead | Surface, ContactLaw], ...]
 
-    def __call__(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+    def __call__(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
         """The law of a pair. Raises ValueError for one that the chain does not have."""
         for first, second, law in self.pairs:
-            if (first, second) == (one, other):
+            if (first, second) == (bead, facing):
                 return law
-        raise ValueError(f"law: knows no contact of {one!r} with {other!r}")
+        raise ValueError(f"law: knows no contact of {bead!r} with {facing!r}")
 
 
 TYPES = plain.own_types(
@@ -88,10 +88,10 @@ def unpack(data: bytes, trust: bool) -> tuple[Chain, dict[str, Any]]:
         raise ValueError(f"the FMU's chain was written by hertzlink {short(written)}, not {here}: write the FMU again")
     try:
         content = plain.from_bytes(rest, TYPES, trust, checked=True)
-        given, facing, kind = dict(content["chain"]), dict(content["facing"]), content["kind"]
+        chain_fields, facing, kind = dict(content["chain"]), dict(content["facing"]), content["kind"]
     except (plain.Unreadable, KeyError, TypeError) as error:
         raise ValueError(f"the FMU's chain is no plain data of hertzlink ({error})") from error
-    return {"Chain": Chain, "DeformableChain": DeformableChain}[kind](**given), facing
+    return {"Chain": Chain, "DeformableChain": DeformableChain}[kind](**chain_fields), facing
 
 
 def state_bytes(state: UnitState) -> bytes:
@@ -106,23 +106,23 @@ def state_from(data: bytes) -> UnitState:
         raise ValueError("state: is none of this unit")
     speed = state.impact_speed
     numbers = (state.surface_displacement, state.begin, *([] if speed is None else [speed]))
-    if not all(isinstance(one, int | float) and isfinite(one) for one in numbers):
+    if not all(isinstance(number, int | float) and isfinite(number) for number in numbers):
         raise ValueError("state: holds no finite displacement, start time or impact speed")
     return state
 
 
 def _fields_of(chain: Chain, surface: Surface, flexibility: float, dt: float | None) -> Mapping[str, Any]:
     """What builds the chain, with a function as a law replaced by the laws that it gives."""
-    given = {field.name: getattr(chain, field.name) for field in fields(chain) if field.init}
-    if given.get("vibrations") is vibration:
-        del given["vibrations"]
+    chain_fields = {field.name: getattr(chain, field.name) for field in fields(chain) if field.init}
+    if chain_fields.get("vibrations") is vibration:
+        del chain_fields["vibrations"]
     law = chain.law
     if law is not None and not isinstance(law, ContactLaw | YieldingLaw):
-        found: dict[tuple[Any, Any], ContactLaw] = {}
+        laws: dict[tuple[Any, Any], ContactLaw] = {}
 
-        def noted(one: Bead, other: Bead | Surface) -> ContactLaw:
-            return found.setdefault((one, other), law(one, other))
+        def noted(bead: Bead, facing: Bead | Surface) -> ContactLaw:
+            return laws.setdefault((bead, facing), law(bead, facing))
 
         guest_chain(replace(chain, law=noted), surface, flexibility, dt)
-        given["law"] = KnownLaws(tuple((*pair, one) for pair, one in found.items()))
-    return given
+        chain_fields["law"] = KnownLaws(tuple((*pair, item) for pair, item in laws.items()))
+    return chain_fields

@@ -45,8 +45,8 @@ RECORD = 4.0
 class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
     """Input: displacement of the surface at the end of a step. Outputs: forces relative to the static ones."""
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
         folder = Path(self.resources)
         trust = (folder / TRUSTED_FILE).is_file()
         content = (folder / (TRUSTED_FILE if trust else CONTENT_FILE)).read_bytes()
@@ -102,7 +102,7 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         structure = root.find("ModelStructure")
         assert structure is not None
         unknowns = SubElement(structure, "InitialUnknowns")
-        unknowns.extend(Element("Unknown", one.attrib) for one in structure.findall("Outputs/Unknown"))
+        unknowns.extend(Element("Unknown", unknown.attrib) for unknown in structure.findall("Outputs/Unknown"))
         return root
 
     def setup_experiment(self, start_time: float, *_: float | None) -> None:
@@ -131,7 +131,7 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         """Values; NaN for a reference that the unit does not have."""
         for reference in set(references) - self.vars.keys():
             self._refuse(f"variable {reference}", f"variable {reference}: is none of this unit")
-        return [float(self.vars[one].getter()) if one in self.vars else nan for one in references]
+        return [float(self.vars[reference].getter()) if reference in self.vars else nan for reference in references]
 
     def _no_kind(self, kind: str, none: Any) -> tuple[Any, Any]:
         """The functions that get and set variables of a kind that the unit does not have."""

@@ -145,8 +145,8 @@ def run_in_precice(
         _finalize(participant)
         raise
     participant.finalize()
-    given = {"chain": chain.describe(), "configuration": str(configuration), "names": called, "window": window}
-    data = _dataset(moving, windows, given).assign_attrs(precice=_version(precice))
+    inputs = {"chain": chain.describe(), "configuration": str(configuration), "names": called, "window": window}
+    data = _dataset(moving, windows, inputs).assign_attrs(precice=_version(precice))
     findings = windows.findings(moving, _most_iterations(file, called["participant"]))
     forces, velocity = data.contact_force.values, data.velocity.values
     findings += check_guest(moving, forces, velocity, data.interface_work.values, data.time.values)
@@ -186,24 +186,24 @@ class _Windows:
 
     def findings(self, moving: MovingChain, most: float) -> list[str]:
         """Windows that are coarse, or took as many iterations as they may."""
-        found, coarse = [], moving.contact_time / FEWEST_PER_CONTACT
+        findings, coarse = [], moving.contact_time / FEWEST_PER_CONTACT
         if self.longest > coarse * (1.0 + SAME_TIME):
             size = f"time-window-size = {readable(self.longest, 's')}"
-            found.append(f"{size}: is coarse compared with a contact; take at most {readable(coarse, 's')}")
+            findings.append(f"{size}: is coarse compared with a contact; take at most {readable(coarse, 's')}")
         if last := sum(tries >= most for tries in self.evaluations):
             count = sum(tries > 0 for tries in self.evaluations)
-            found.append(
+            findings.append(
                 f"max-iterations = {most}: {last} of {count} windows took them all and may not have converged, which "
                 "preCICE accepts; raise it, or change the acceleration or the convergence measures"
             )
-        return found
+        return findings
 
 
 def _most_iterations(configuration: Path, participant: str) -> float:
     """The max-iterations of the participant's coupling scheme, infinite where none are given."""
     text = COMMENT.sub("", configuration.read_text(encoding="utf-8", errors="replace"))
     schemes = [
-        found[0] for found in SCHEME.finditer(text) if re.search(rf"[\"']{re.escape(participant)}[\"']", found[0])
+        match[0] for match in SCHEME.finditer(text) if re.search(rf"[\"']{re.escape(participant)}[\"']", match[0])
     ]
     return min((int(most) for scheme in schemes for most in MOST_ITERATIONS.findall(scheme)), default=inf)
 
@@ -319,12 +319,12 @@ class _Interface:
         return vector / length
 
 
-def _names(given: Mapping[str, str]) -> dict[str, str]:
-    instance("names", given, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
-    for key, name in given.items():
+def _names(names: Mapping[str, str]) -> dict[str, str]:
+    instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
+    for key, name in names.items():
         one_of("names", key, DEFAULT_NAMES)
         instance(f"names[{key!r}]", name, str, "a name in the configuration")
-    return dict(given)
+    return dict(names)
 
 
 def _vector(name: str, value: Sequence[float], size: int) -> Vector:
@@ -353,10 +353,10 @@ def _version(precice: ModuleType) -> str:
     return f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"
 
 
-def _dataset(moving: MovingChain, windows: _Windows, given: dict[str, Any]) -> xr.Dataset:
+def _dataset(moving: MovingChain, windows: _Windows, inputs: dict[str, Any]) -> xr.Dataset:
     states = windows.states
     force = np.array([state.contact_force for state in states]) + moving.static_force
-    surface, times = (np.array(one) for one in zip(*((s.surface, s.chain.time) for s in states), strict=True))
+    surface, times = (np.array(columns) for columns in zip(*((s.surface, s.chain.time) for s in states), strict=True))
     mean_force = np.array([state.mean_force for state in states])[1:]
     values = {
         "displacement": (np.array([state.chain.position for state in states]) - moving.rest)[:, : moving.mass.size],
@@ -376,4 +376,4 @@ def _dataset(moving: MovingChain, windows: _Windows, given: dict[str, Any]) -> x
         "centre": ("bead", moving.chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
         "static_force": ("contact", moving.static_force, {"units": "N", "long_name": "preload"}),
     }
-    return xr.Dataset(variables, coordinates, provenance(given))
+    return xr.Dataset(variables, coordinates, provenance(inputs))

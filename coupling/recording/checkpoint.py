@@ -66,7 +66,7 @@ class Keeper:
     def __init__(
         self,
         path: str | os.PathLike[str],
-        given: Mapping[str, Any],
+        inputs: Mapping[str, Any],
         interface: Interface,
         length: float,
         stride: int,
@@ -85,7 +85,7 @@ class Keeper:
         self.types = {**plain.types_of(starts, list(ends)), **OWN_TYPES}
         self._check_states(interface, [*zip(starts, ends, strict=True)])
         sums = _sums(interface, answer)
-        self.run = as_text({**given, "dt": interface.chains[0].dt, "versions": versions(), **sums})
+        self.run = as_text({**inputs, "dt": interface.chains[0].dt, "versions": versions(), **sums})
         self.stride, self.last, self.pause = stride, monotonic(), INTERVAL
         self.kept: dict[str, Any] | None = self._read()
 
@@ -99,17 +99,17 @@ class Keeper:
         if self.kept is None:
             self._write(frames, 0, progress)
             return progress
-        kept, self.kept = self.kept, None
+        stored, self.kept = self.kept, None
         try:
-            row, (state, done, *_) = kept["row"], kept["progress"]
+            row, (state, done, *_) = stored["row"], stored["progress"]
             ended = done if isinstance(state, Run) else done // self.stride
-            if not 0 <= row == ended < frames.rows or not _fits(kept["progress"], progress):
+            if not 0 <= row == ended < frames.rows or not _fits(stored["progress"], progress):
                 raise ValueError
-            frames.restore(row, kept["frames"])
+            frames.restore(row, stored["frames"])
         except (AttributeError, LookupError, TypeError, ValueError):
             raise ValueError(f"{self.name}: {MISFIT}") from None
-        log.info("%s: continues after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
-        return kept["progress"]
+        log.info("%s: continues after saved time %d of %d", self.name, stored["row"], frames.rows - 1)
+        return stored["progress"]
 
     def keep(self, frames: Frames, row: int, progress: Any, end: bool) -> None:
         """Write the frames up to a row and the progress, if it is time or the run ends."""
@@ -146,18 +146,18 @@ class Keeper:
         self.last = monotonic()
         self.pause = max(INTERVAL, PAUSE * (self.last - begin))
 
-    def _replace(self, kept: dict[str, Any]) -> None:
+    def _replace(self, content: dict[str, Any]) -> None:
         with whole_file(self.path) as file:
             file.write(HEAD + bytes(SUM) + self.run.encode() + b"\n")
             try:
-                plain.write(file, kept, self.types, self.trust)
+                plain.write(file, content, self.types, self.trust)
             except plain.NotPlain as error:
                 hint = "make it plain data" if self.trust else f"say trust=True, and it is pickled: {TRUST}"
                 raise ValueError(f"{self.name}: the state of this run {error}; {hint}") from error
             file.seek(len(HEAD) + SUM)
-            found = _sum_of_rest(file)
+            digest = _sum_of_rest(file)
             file.seek(len(HEAD))
-            file.write(found)
+            file.write(digest)
 
     def _read(self) -> dict[str, Any] | None:
         """What the file holds, None where there is none."""
@@ -176,12 +176,12 @@ class Keeper:
     def _input_in(self, stored: str) -> dict[str, Any]:
         """The run's input as the file holds it; a ValueError where it holds something else."""
         try:
-            found = unfolded(json.loads(stored))
+            inputs = unfolded(json.loads(stored))
         except (ValueError, RecursionError):
-            found = None
-        if not isinstance(found, dict) or not found:
+            inputs = None
+        if not isinstance(inputs, dict) or not inputs:
             raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
-        return found
+        return inputs
 
     def _read_from(self, file: BinaryIO) -> dict[str, Any]:
         if file.read(len(HEAD)) != HEAD:
@@ -197,10 +197,10 @@ class Keeper:
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"
             )
-        kept = self._state_in(file)
-        if not isinstance(kept, dict):
+        content = self._state_in(file)
+        if not isinstance(content, dict):
             raise ValueError(f"{self.name}: {MISFIT}")
-        return kept
+        return content
 
     def _state_in(self, file: BinaryIO) -> Any:
         size = os.fstat(file.fileno()).st_size - file.tell()
@@ -252,21 +252,21 @@ def _whole_path(path: str | os.PathLike[str]) -> Path:
         raise ValueError(f"checkpoint = {path!r}: must be the path of a file") from error
 
 
-def _fits(found: Any, like: Any) -> bool:
+def _fits(progress: Any, like: Any) -> bool:
     """Whether progress from a file can continue a run that starts from `like`: compiled loops check no bounds.
 
     The states of users' participants and the memories of schemes in Python, which no compiled loop takes, may have any
     form.
     """
     if not isinstance(like[0], CoupledState):
-        return plain.fits(found, like) and _within_bounds(found[0])
-    if not isinstance(found[0], CoupledState):
+        return plain.fits(progress, like) and _within_bounds(progress[0])
+    if not isinstance(progress[0], CoupledState):
         return False
-    now, start = found[0], like[0]
+    now, start = progress[0], like[0]
     if not isinstance(now.past, tuple) or len(now.past) > REMEMBERED:
         return False
     start = start._replace(past=(Node(0.0, 0.0, start.surface, start.force),) * len(now.past))
-    both = [(one._replace(structures=(), memory=()), *rest) for one, *rest in ((now, *found[1:]), (start, *like[1:]))]
+    both = [(s._replace(structures=(), memory=()), *rest) for s, *rest in ((now, *progress[1:]), (start, *like[1:]))]
     return type(now.structures) is tuple and len(now.structures) == len(start.structures) and plain.fits(*both)
 
 
@@ -294,15 +294,15 @@ def _sums(interface: Interface, answer: Any) -> dict[str, str]:
 
 
 def _sum(numbers: Iterable[Any]) -> str:
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for array in _flat(numbers):
-        found.update(np.ascontiguousarray(array).data)
-    return found.hexdigest()
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()
 
 
 def _flat(numbers: Iterable[Any]) -> Iterator[Any]:
-    for one in numbers:
-        if isinstance(one, tuple | list):
-            yield from _flat(one)
-        elif one is not None:
-            yield one
+    for number in numbers:
+        if isinstance(number, tuple | list):
+            yield from _flat(number)
+        elif number is not None:
+            yield number

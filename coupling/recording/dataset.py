@@ -20,49 +20,49 @@ def dataset(
     interface: Interface,
     frames: Frames,
     interval: float,
-    given: Mapping[str, Any],
+    inputs: Mapping[str, Any],
     findings: Sequence[str] = (),
 ) -> xr.Dataset:
     """The Dataset of one run. Shorter chains are padded with NaN, see `reading`.
 
-    given: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
+    inputs: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
-    kept = frames.kept
+    selection = frames.kept
     chains = [
-        (_of_chain if kept is None else _at_sensors)(interface, frames, number)
+        (_of_chain if selection is None else _at_sensors)(interface, frames, number)
         for number in range(len(interface.chains))
     ]
     names = dict.fromkeys(name for chain in chains for name in chain)
     values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in names}
     bodies = max(chain.mass.size for chain in interface.chains)
     coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
-    if kept is None:
+    if selection is None:
         values |= _of_both_sides(interface, frames)
         values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
         more: dict[str, Any] = _of_participants(interface, frames, interval)
     else:
-        places = {"contact": kept.contacts, "bead": kept.bodies}
+        places = {"contact": selection.contacts, "bead": selection.bodies}
         coordinates = {name: _at(places, value) for name, value in coordinates.items()}
         beads = [len(chain.chain.beads) for chain in interface.chains]
         more = {"beads": beads if len(beads) > 1 else beads[0]}
     variables = {}
-    for name, known in VARIABLES.items():
+    for name, schema in VARIABLES.items():
         if name not in values:
             continue
-        many = values[name] if known.owner else [values[name]]
+        many = values[name] if schema.owner else [values[name]]
         if len(many) == 1:
             variables[name] = variable(name, many[0])
         else:
-            filled = _filled(many, bodies * (kept is None and bool(known.bodies)))
-            variables[name] = variable(name, np.stack(filled, axis=1), known.owner)
-    return xr.Dataset(variables, coordinates, provenance(given) | as_attribute(findings) | more)
+            filled = _filled(many, bodies * (selection is None and bool(schema.bodies)))
+            variables[name] = variable(name, np.stack(filled, axis=1), schema.owner)
+    return xr.Dataset(variables, coordinates, provenance(inputs) | as_attribute(findings) | more)
 
 
 def _at_sensors(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
     """What a run that keeps sensors only holds of a chain."""
     assert frames.kept is not None
-    (contacts, bodies), own = map(len, frames.kept), frames.chains[number]
-    return {"contact_force": own.force[:, :contacts], "velocity": own.velocity[:, :bodies]}
+    (contacts, bodies), of_chain = map(len, frames.kept), frames.chains[number]
+    return {"contact_force": of_chain.force[:, :contacts], "velocity": of_chain.velocity[:, :bodies]}
 
 
 def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
@@ -76,7 +76,7 @@ def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
 
 def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
     """How a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
-    found = []
+    participants = []
     for place, box in enumerate(interface.structures):
         if not isinstance(box, CheckedParticipant) or box.closing is not None or not box.inertias:
             continue
@@ -84,32 +84,32 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
         impulse = frames.ledger.contact["impulse"][points][:, -1]
         moved = frames.ledger.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
         compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
-        found.append({"name": box.name, "inertia (kg)": box.inertias, "compliance (m/N)": compliance.tolist()})
-    return {"participants": as_text({"participants": found})} if found else {}
+        participants.append({"name": box.name, "inertia (kg)": box.inertias, "compliance (m/N)": compliance.tolist()})
+    return {"participants": as_text({"participants": participants})} if participants else {}
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
     """What belongs to one chain; contact energy with the work of the static forces on the surfaces."""
-    chain, own = interface.chains[number], frames.chains[number]
+    chain, of_chain = interface.chains[number], frames.chains[number]
     bodies = chain.mass.size
-    energy = {name: own.energy[name].copy() for name in own.energy.dtype.names or ()}
+    energy = {name: of_chain.energy[name].copy() for name in of_chain.energy.dtype.names or ()}
     potential = energy["potential"]
     for k in interface.of_chain[number]:
         potential += interface.static[k] * frames.ledger.contact["surface"][k]
     deformed = {}
     if isinstance(chain, MovingDeformableChain):
         deformed = {
-            "section_force": chain.section_force(own.force, own.position, own.velocity),
-            "vibration_energy": chain.vibration_energy(own.position, own.velocity),
-            "vibration_amplitude": chain.amplitudes(own.position),
+            "section_force": chain.section_force(of_chain.force, of_chain.position, of_chain.velocity),
+            "vibration_energy": chain.vibration_energy(of_chain.position, of_chain.velocity),
+            "vibration_amplitude": chain.amplitudes(of_chain.position),
         }
     if chain.yielding is not None:
-        deformed = {"dent": chain.dents(own.position)}
+        deformed = {"dent": chain.dents(of_chain.position)}
     return {
         **deformed,
-        "displacement": (own.position - chain.rest)[:, :bodies],
-        "velocity": own.velocity[:, :bodies],
-        "contact_force": own.force,
+        "displacement": (of_chain.position - chain.rest)[:, :bodies],
+        "velocity": of_chain.velocity[:, :bodies],
+        "contact_force": of_chain.force,
         "kinetic_energy": energy["kinetic"],
         "contact_energy": potential - potential[0],
         "dissipated_energy": energy["lost"],
@@ -134,16 +134,16 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """What belongs to contacts, structures and the run: contacts or structures × saved times."""
     contact, structure = (
-        {name: one[name].copy() for name in one.dtype.names or ()}
-        for one in (frames.ledger.contact, frames.ledger.structure)
+        {name: records[name].copy() for name in records.dtype.names or ()}
+        for records in (frames.ledger.contact, frames.ledger.structure)
     )
-    energy, given = structure["kinetic"] + structure["elastic"], contact["given"]
+    energy, given_work = structure["kinetic"] + structure["elastic"], contact["given"]
     work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
     return {
         "surface_displacement": contact["surface"],
         "interface_work": contact["work"],
-        "interface_work_of_chain": given,
-        "interface_mismatch": given - contact["work"],
+        "interface_work_of_chain": given_work,
+        "interface_mismatch": given_work - contact["work"],
         "interface_impulse": contact["impulse"],
         "structure_work": work,
         "structure_kinetic_energy": structure["kinetic"],
@@ -174,7 +174,7 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
     several = ["chain"] if len(chains) > 1 else []
 
     def joined(arrays: list[Vector]) -> Vector:
-        filled = [np.pad(one, (0, bodies - one.size), constant_values=np.nan) for one in arrays]
+        filled = [np.pad(array, (0, bodies - array.size), constant_values=np.nan) for array in arrays]
         return np.stack(filled) if several else filled[0]
 
     energy = np.array([chain.chain.impact_energy for chain in chains])

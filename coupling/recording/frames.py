@@ -110,16 +110,16 @@ class Frames:
     the parts of each chain.
     """
 
-    def __init__(self, interface: Interface, rows: int, kept: Kept | None = None) -> None:
-        self.rows, self.kept = rows, kept
-        columns = [_columns(chain, kept) for chain in interface.chains]
-        begin = np.cumsum([(0, 0), *((len(one.contacts), len(one.bodies)) for one in columns)], axis=0)
+    def __init__(self, interface: Interface, rows: int, selection: Kept | None = None) -> None:
+        self.rows, self.kept = rows, selection
+        columns = [_columns(chain, selection) for chain in interface.chains]
+        begin = np.cumsum([(0, 0), *((len(part.contacts), len(part.bodies)) for part in columns)], axis=0)
         (contacts, bodies), (coordinates, places, all_contacts) = begin[-1], interface.begin[-1]
-        every = 1 if kept is None else max(rows - 1, 1)
+        every = 1 if selection is None else max(rows - 1, 1)
         entries, chains, structures = (rows - 1) // every + 1, len(interface.chains), len(interface.structures)
         self.sensors = Sensors(
-            np.array([i for one in columns for i in one.contacts]),
-            np.array([i for one in columns for i in one.bodies]),
+            np.array([i for part in columns for i in part.contacts]),
+            np.array([i for part in columns for i in part.bodies]),
             begin,
             np.zeros((rows, contacts)),
             np.zeros((rows, bodies)),
@@ -137,14 +137,14 @@ class Frames:
         self.saved = SensorsAndLedger(self.sensors, self.ledger)
         self.chains = [
             ChainFrames(
-                *one,
+                *part,
                 self.sensors.force[:, contact:next_contact],
                 self.sensors.velocity[:, body:next_body],
                 self.sensors.deepest[first:last],
                 self.ledger.position[:, place:end],
                 energy,
             )
-            for one, ((contact, body), (next_contact, next_body)), ((place, _, first), (end, _, last)), energy in zip(
+            for part, ((contact, body), (next_contact, next_body)), ((place, _, first), (end, _, last)), energy in zip(
                 columns, pairwise(begin), pairwise(interface.begin), self.ledger.chain, strict=True
             )
         ]
@@ -157,15 +157,15 @@ class Frames:
 
     def motions(self, interface: Interface) -> list[Motion]:
         """What the checks see of each chain."""
-        found = []
-        for chain, own in zip(interface.chains, self.chains, strict=True):
-            deepest = own.deepest.copy()
-            peaks = chain.force(deepest) if len(own.contacts) < deepest.size else np.zeros(deepest.size)
-            peaks[own.contacts] = greatest(own.force)
+        motions = []
+        for chain, frames_of_chain in zip(interface.chains, self.chains, strict=True):
+            deepest = frames_of_chain.deepest.copy()
+            peaks = chain.force(deepest) if len(frames_of_chain.contacts) < deepest.size else np.zeros(deepest.size)
+            peaks[frames_of_chain.contacts] = greatest(frames_of_chain.force)
             deepest[-1] -= chain.flexibility * peaks[-1]
-            middle = own.velocity[:, own.bodies.index(middle_of(chain))]
-            found.append(Motion(own.contacts, own.force, middle, peaks, deepest))
-        return found
+            middle = frames_of_chain.velocity[:, frames_of_chain.bodies.index(middle_of(chain))]
+            motions.append(Motion(frames_of_chain.contacts, frames_of_chain.force, middle, peaks, deepest))
+        return motions
 
     def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
         """Put a state into a row. length, s: of a substep."""
@@ -198,25 +198,25 @@ class Frames:
         (*_, force, velocity, deepest, highest), (every, position, *wide, time) = self.saved
         end = row // every + 1
         tall = force[: row + 1], velocity[: row + 1], position[:end], time[:end]
-        return [*tall, deepest, highest, *(one[:, :end] for one in wide)]
+        return [*tall, deepest, highest, *(array[:, :end] for array in wide)]
 
-    def restore(self, row: int, kept: list[Vector]) -> None:
+    def restore(self, row: int, stored: list[Vector]) -> None:
         """Restore what `upto` returned for a row; a ValueError where it does not fit."""
-        for place, values in zip(self.upto(row), kept, strict=True):
+        for place, values in zip(self.upto(row), stored, strict=True):
             if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
                 raise ValueError("frames: have another shape")
             place[...] = values
 
 
-def _columns(chain: MovingChain, kept: Kept | None) -> Kept:
+def _columns(chain: MovingChain, selection: Kept | None) -> Kept:
     """The contacts and bodies of a chain that are recorded."""
     middle, last = middle_of(chain), chain.mass.size - 1
-    if kept is None:
+    if selection is None:
         return Kept([*range(last + 1)], [*range(chain.rest.size)])
     contacts = [middle - 1, middle, last, *([0] if chain.behind is not None else [])]
     if not chain.force_by_approach:
         contacts = [*range(last + 1)]
     return Kept(
-        [*kept.contacts, *sorted(set(contacts) - set(kept.contacts))],
-        [*kept.bodies, *({middle} - set(kept.bodies))],
+        [*selection.contacts, *sorted(set(contacts) - set(selection.contacts))],
+        [*selection.bodies, *({middle} - set(selection.bodies))],
     )

@@ -35,23 +35,23 @@ class Trace:
         """The same interface, timed by this clock."""
         watched = copy(interface)
         watched.chains = tuple(map(self.watch, interface.chains))
-        watched.structures = [self.watch(one) for one in interface.structures]
+        watched.structures = [self.watch(structure) for structure in interface.structures]
         return watched
 
-    def watch(self, one: Any) -> Any:
+    def watch(self, participant: Any) -> Any:
         """The same object, timed by this clock; None stays None."""
-        if one is None:
+        if participant is None:
             return None
-        part, methods = next(PARTS[kind] for kind in type(one).__mro__ if kind in PARTS)
-        return _Watched(one, {name: self.timed(part, getattr(one, name)) for name in methods})
+        part, methods = next(PARTS[kind] for kind in type(participant).__mro__ if kind in PARTS)
+        return _Watched(participant, {name: self.timed(part, getattr(participant, name)) for name in methods})
 
     def timed(self, part: str, work: Callable[..., Any]) -> Callable[..., Any]:
         """The same function, timed as a part of the run."""
 
-        def timed(*given: Any) -> Any:
+        def timed(*arguments: Any) -> Any:
             begin = perf_counter()
             try:
-                return work(*given)
+                return work(*arguments)
             finally:
                 self.seconds[part] = self.seconds.get(part, 0.0) + perf_counter() - begin
                 self.calls[part] = self.calls.get(part, 0) + 1
@@ -68,9 +68,9 @@ class Trace:
 class _Watched:
     """Another object, some of whose methods are replaced."""
 
-    def __init__(self, one: Any, own: dict[str, Callable[..., Any]]) -> None:
-        self._one = one
-        vars(self).update(own)
+    def __init__(self, participant: Any, methods: dict[str, Callable[..., Any]]) -> None:
+        self._one = participant
+        vars(self).update(methods)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._one, name)

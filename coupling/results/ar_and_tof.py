@@ -249,7 +249,7 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     reading = Reading(run)
-    arrivals = [_first_arrival(reading, one, name) for name, one in (("first", first), ("second", second))]
+    arrivals = [_first_arrival(reading, sensor, name) for name, sensor in (("first", first), ("second", second))]
     if np.isnan(arrivals).any():
         return float("nan")
     return (reading.position(second) - reading.position(first)) / (arrivals[1] - arrivals[0])
@@ -264,16 +264,16 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
             back = _of_signal(reading.time, force, SMALLEST_WAVE, (0, 1 + place), sensor)[1]
             return float(getattr(back[place], what)) if len(back) > place else float("nan")
 
-        found = xr.apply_ufunc(one, measured(reading, sensor), input_core_dims=[["time"]], vectorize=True)
+        values_of_signal = xr.apply_ufunc(one, measured(reading, sensor), input_core_dims=[["time"]], vectorize=True)
     else:
         series = series_of(reading, sensor)
         many = find_waves(reading.time, series, SMALLEST_WAVE, 2 + place)
         values = many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight
-        found = series.over_axes(values[:, place])
+        values_of_signal = series.over_axes(values[:, place])
         _warn_of_ends(reading, sensor)
         _warn_of_short_record(reading, sensor, series, many, 2 + place)
-    found.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
-    result: xr.DataArray = found.rename(what)
+    values_of_signal.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
+    result: xr.DataArray = values_of_signal.rename(what)
     return result
 
 
@@ -310,19 +310,19 @@ def _of_signal(
     unknown = ~np.isfinite(force)
     if unknown.all():
         return None, []
-    known = bridged(force)
-    peaks = waves_of_signal(time, known, smallest)
-    peaks = [*peaks[:1], *(one for one in peaks[1:] if one[1] >= peaks[0][1] + earliest)]
+    filled = bridged(force)
+    peaks = waves_of_signal(time, filled, smallest)
+    peaks = [*peaks[:1], *(peak for peak in peaks[1:] if peak[1] >= peaks[0][1] + earliest)]
     if unknown.any():
         for place in needed:
             if place < len(peaks):
-                _check_peak(time, known, unknown, peaks[place], sensor)
+                _check_peak(time, filled, unknown, peaks[place], sensor)
     return _as_waves(peaks, repeat("unknown"))
 
 
 def _warn_of_tail(back: Sequence[ReflectedWave], sensor: int) -> None:
     """Warn where a signal's first wave back is so weak that it may be the tail of the incident one."""
-    first, strongest = back[0], max(back, key=lambda one: one.amplitude)
+    first, strongest = back[0], max(back, key=lambda wave: wave.amplitude)
     if strongest.amplitude > TAIL * first.amplitude:
         caution(
             f"sensor {sensor}: the first wave after the incident one, AR = {first.amplitude_ratio:.3g} after "
@@ -332,11 +332,11 @@ def _warn_of_tail(back: Sequence[ReflectedWave], sensor: int) -> None:
         )
 
 
-def _check_peak(time: Vector, known: Vector, unknown: NDArray[np.bool_], peak: Peak, sensor: int) -> None:
+def _check_peak(time: Vector, filled: Vector, unknown: NDArray[np.bool_], peak: Peak, sensor: int) -> None:
     """A ValueError where samples of the upper half of a peak were clipped."""
     amplitude, arrival = peak
     at = int(np.clip(np.searchsorted(time, arrival), 0, time.size - 1))
-    low = np.flatnonzero(known < 0.5 * amplitude)
+    low = np.flatnonzero(filled < 0.5 * amplitude)
     before, after = low[low < at], low[low > at]
     upper = slice(int(before[-1]) if before.size else 0, int(after[0]) if after.size else time.size)
     if count := int(unknown[upper].sum()):
@@ -346,11 +346,11 @@ def _check_peak(time: Vector, known: Vector, unknown: NDArray[np.bool_], peak: P
         )
 
 
-def _objects(found: WavesOfRuns, run: int) -> tuple[Wave | None, list[ReflectedWave]]:
+def _objects(waves_of_runs: WavesOfRuns, run: int) -> tuple[Wave | None, list[ReflectedWave]]:
     """The incident wave of one of several runs, and those that came back."""
-    many = found.found[run]
-    peaks = zip(found.amplitude[run, :many].tolist(), found.arrival[run, :many].tolist(), strict=True)
-    return _as_waves(list(peaks), [BEGINS[one] for one in found.begins[run, 1:many]])
+    many = waves_of_runs.found[run]
+    peaks = zip(waves_of_runs.amplitude[run, :many].tolist(), waves_of_runs.arrival[run, :many].tolist(), strict=True)
+    return _as_waves(list(peaks), [BEGINS[number] for number in waves_of_runs.begins[run, 1:many]])
 
 
 def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None, list[ReflectedWave]]:

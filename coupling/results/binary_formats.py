@@ -94,8 +94,8 @@ TEXT_CONTROLS = b"\t\n\r\f\x1a"
 
 def refuse_binary(path: Path, content: bytes) -> None:
     """A ValueError that names the format of a file that is no table of text, and the way out."""
-    if found := _named(path, content[:HEAD], content):
-        raise ValueError(f"{path}: is {found[0]}, not a text of samples; {found[1]}")
+    if format_ := _named(path, content[:HEAD], content):
+        raise ValueError(f"{path}: is {format_[0]}, not a text of samples; {format_[1]}")
 
 
 def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:

@@ -94,24 +94,24 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
     checked_signal("signal", signal)
     frequency = positive("mains", mains, "Hz") if mains is not None else None
     time = np.asarray(signal.time.values, dtype=float)
-    found = {}
+    conditioned = {}
     for sensor in signal.sensor.values.tolist():
         force = np.asarray(signal.sensor_force.sel(sensor=sensor).values, dtype=float)
         if (count := int(np.isfinite(force).sum())) < FEWEST_SAMPLES:
             raise ValueError(
                 f"signal: sensor {sensor} has {count_of(count, 'sample')} without clipping, must have {FEWEST_SAMPLES}"
             )
-        found[sensor] = _conditioned(time, force, frequency)
+        conditioned[sensor] = _conditioned(time, force, frequency)
     sentences = []
-    for sensor, one in found.items():
-        sentences += [f"Sensor {sensor}: {text}." for text in [*one.done, *one.cautions]]
-        for text in one.cautions:
+    for sensor, channel in conditioned.items():
+        sentences += [f"Sensor {sensor}: {text}." for text in [*channel.done, *channel.cautions]]
+        for text in channel.cautions:
             caution(f"condition: sensor {sensor}: {text}")
     rows = xr.DataArray(
-        np.stack([one.force for one in found.values()], axis=1),
+        np.stack([channel.force for channel in conditioned.values()], axis=1),
         dims=("time", "sensor"), coords=signal.sensor_force.coords, attrs=signal.sensor_force.attrs,
     )  # fmt: skip
-    noises = [one.noise for one in found.values()]
+    noises = [channel.noise for channel in conditioned.values()]
     result = with_noise(signal.assign(sensor_force=rows), noises, "standard deviation of a sample")
     result.attrs["conditioning"] = "\n".join(sentences)
     return result
@@ -133,28 +133,28 @@ def with_noise(signal: xr.Dataset, noises: list[float], label: str) -> xr.Datase
 def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditioned:
     done: list[str] = []
     cautions: list[str] = []
-    known = bridged(force)
+    filled = bridged(force)
     step = resolution(force[np.isfinite(force)])
-    rough = noise_level(known)
-    lead = _lead(known, mains)
+    rough = noise_level(filled)
+    lead = _lead(filled, mains)
     if not lead:
         cautions.append("there is no quiet lead, so the offset was left as it is")
-    quiet = float(np.median(known[:lead])) if lead else 0.0
+    quiet = float(np.median(filled[:lead])) if lead else 0.0
     clipped, texts = _clipped(time, force, quiet, step, rough)
     cautions += texts
     seconds = float(time[lead] - time[0])
-    hum, text = _hum(time, known, lead, mains) if mains is not None else (None, "")
+    hum, text = _hum(time, filled, lead, mains) if mains is not None else (None, "")
     if hum is not None:
-        force, known = force - hum, known - hum
+        force, filled = force - hum, filled - hum
         done.append(f"the offset and {text}")
     else:
-        force, known = force - quiet, known - quiet
+        force, filled = force - quiet, filled - quiet
         if lead:
             done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {1e6 * seconds:.3g} µs)")
         if mains is not None:
             cautions.append(text)
     spread, origin = (
-        (float(known[:lead].std(ddof=1)), "the lead") if lead > FEWEST_SAMPLES else (rough, "third differences")
+        (float(filled[:lead].std(ddof=1)), "the lead") if lead > FEWEST_SAMPLES else (rough, "third differences")
     )
     noise = max(spread, step / sqrt(12.0))
     source = f"standard deviation of {origin}" if noise > step / sqrt(12.0) else "one step of the digitiser over √12"
@@ -162,13 +162,13 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditione
     return Conditioned(np.where(clipped, np.nan, force), noise, done, cautions)
 
 
-def _lead(known: Vector, mains: float | None) -> int:
+def _lead(filled: Vector, mains: float | None) -> int:
     """How many samples at the beginning are quiet but for hum; 0 for none."""
     if mains is not None:
-        off = np.abs(known - np.median(known))
+        off = np.abs(filled - np.median(filled))
         return int((off > 0.5 * off.max()).argmax()) // 2
     try:
-        return quiet_lead("lead", known)
+        return quiet_lead("lead", filled)
     except ValueError:
         return 0
 
@@ -180,14 +180,14 @@ def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: floa
         texts.append(
             f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} missing or beyond the scope's range, and NaN"
         )
-    known = np.where(clipped, quiet, force)
-    for level in (float(known.max()), float(known.min())):
-        if abs(level - quiet) < CLEAR_OF_ZERO * np.ptp(known):
+    unclipped = np.where(clipped, quiet, force)
+    for level in (float(unclipped.max()), float(unclipped.min())):
+        if abs(level - quiet) < CLEAR_OF_ZERO * np.ptp(unclipped):
             continue
         depth = max(TOP_STEPS * step, TOP_NOISES * noise)
-        on, near = known == level, np.abs(known - level) <= depth
+        on, near = unclipped == level, np.abs(unclipped - level) <= depth
         edges = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
-        here = np.zeros(known.size, dtype=bool)
+        here = np.zeros(unclipped.size, dtype=bool)
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             count = int(on[begin:end].sum())
             if count >= FEWEST_CLIPPED and count > FLAT * (end - begin):

@@ -20,9 +20,9 @@ class ContactForces(NamedTuple):
     static: Vector
 
 
-def contact_forces(given: object) -> ContactForces:
+def contact_forces(run: object) -> ContactForces:
     """The K contacts of one run. Raises ValueError for signals, sweeps, and for one chain of several."""
-    reading = Reading(given, "the Dataset of a run")
+    reading = Reading(run, "the Dataset of a run")
     reading.check_holds(OF_CONTACTS)
     reading.check_one_run(*OF_CONTACTS)
     reading.check_whole("chain")

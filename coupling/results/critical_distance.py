@@ -135,18 +135,18 @@ def critical_distance(
     if ratio.dtype.kind not in "fiu":
         raise ValueError(f"ratio: must hold real numbers, not {ratio.dtype}")
     ordered = ratio.sortby(dimension)
-    known = xr.DataArray(np.nan) if far is None else _known(far)
+    far_ratio = xr.DataArray(np.nan) if far is None else _known(far)
     distances = _increasing(ordered[dimension].values)
-    found = xr.apply_ufunc(
+    results = xr.apply_ufunc(
         lambda curve, far: last_crossing(distances, curve, tolerance, relative, far),
         ordered,
-        known,
+        far_ratio,
         input_core_dims=[[dimension], []],
         output_core_dims=[[], [], []],
         vectorize=True,
     )
     labels = (LABEL, f"{LABEL}, low end of the bracket", f"{LABEL}, high end of the bracket")
-    result = CriticalDistance(*(_plain(one, label) for one, label in zip(found, labels, strict=True)))
+    result = CriticalDistance(*(_plain(result_, label) for result_, label in zip(results, labels, strict=True)))
     return result if bracket else result.value
 
 
@@ -172,11 +172,11 @@ def last_crossing(
 ) -> tuple[float, float, float]:
     """(value, low, high) of `CriticalDistance` for one curve over increasing distances; far: NaN if not known."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
-    own, there = np.isnan(far), np.flatnonzero(~np.isnan(curve))
-    known = there[there < curve.size - 1] if own else there
-    if known.size == 0:
+    free, there = np.isnan(far), np.flatnonzero(~np.isnan(curve))
+    usable = there[there < curve.size - 1] if free else there
+    if usable.size == 0:
         return nan, nan, nan
-    level, x, y = far_value(curve, far), distances[known], curve[known]
+    level, x, y = far_value(curve, far), distances[usable], curve[usable]
     reached = not np.isnan(level)
     level = level if reached else 0.0
     outside = np.flatnonzero(np.abs(y - level) > (tolerance * level if relative else tolerance))

@@ -75,27 +75,27 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     reading.check_holds(["gap", "interface_impulse"], "CoSimulation")
     time = reading.time
     gaps, impulses = (run[name].values.reshape(time.size, -1) for name in ("gap", "interface_impulse"))
-    found: list[tuple[float, str, int]] = []
+    events: list[tuple[float, str, int]] = []
     for k, gap in enumerate(gaps.T):
         deepest = -float(gap.min(initial=0.0))
         if deepest > 0.0:
-            found += [(at, kind, k) for at, kind in _crossings(time, gap, level * deepest)]
+            events += [(at, kind, k) for at, kind in _crossings(time, gap, level * deepest)]
             mean = np.diff(impulses[:, k]) / np.diff(time) + static[k]
             _warn_of_hidden(time, gap > level * deepest, mean > level * force[:, k].max(), k)
-    return _dataset(run, sorted(found))
+    return _dataset(run, sorted(events))
 
 
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:
     """Where a gap changes its sign on its way from beyond ∓ level to beyond ± level."""
     beyond = np.flatnonzero(abs(gap) > level)
     opened = np.append(gap[0] > level, gap[beyond] > 0.0)
-    found = []
+    crossings = []
     for before, after, row in zip(opened, opened[1:], beyond, strict=False):
         if before != after:
             side = gap[: row + 1] > 0.0
             last = int(np.flatnonzero(side != after)[-1]) if (side != after).any() else 0
-            found.append((_zero(time, gap, last), OPENS if after else CLOSES))
-    return found
+            crossings.append((_zero(time, gap, last), OPENS if after else CLOSES))
+    return crossings
 
 
 def _zero(time: Vector, gap: Vector, row: int) -> float:
@@ -118,12 +118,12 @@ def _warn_of_hidden(time: Vector, opened: Flags, pushed: Flags, interface: int) 
         )
 
 
-def _dataset(run: xr.Dataset, found: list[tuple[float, str, int]]) -> xr.Dataset:
-    numbers = np.array([k for _, _, k in found], dtype=int)
-    kinds = np.array([kind for _, kind, _ in found], dtype=str)
+def _dataset(run: xr.Dataset, events: list[tuple[float, str, int]]) -> xr.Dataset:
+    numbers = np.array([k for _, _, k in events], dtype=int)
+    kinds = np.array([kind for _, kind, _ in events], dtype=str)
     variables = {"kind": ("event", kinds), "interface": ("event", numbers)}
     if "interface" in run.dims:
         for name in Contact._fields:
             variables[name] = ("event", run[f"interface_{name}"].values[numbers])
-    times = np.array([at for at, _, _ in found], dtype=float)
+    times = np.array([at for at, _, _ in events], dtype=float)
     return xr.Dataset(variables, {"time": ("event", times, {"units": "s"})}, run.attrs)

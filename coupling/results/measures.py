@@ -161,10 +161,10 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
             crossings.append(float(time[i - 1] + share * (time[i] - time[i - 1])))
         return crossings[1] - crossings[0]
 
-    kept = int(run.contact[-1])
-    if reading.at_sensors and kept <= max(reading.beads):
+    last_contact = int(run.contact[-1])
+    if reading.at_sensors and last_contact <= max(reading.beads):
         raise ValueError(
-            f"run: keeps contacts up to {kept}; give the last bead, {max(reading.beads)}, among its sensors"
+            f"run: keeps contacts up to {last_contact}; give the last bead, {max(reading.beads)}, among its sensors"
         )
     force = dynamic.reset_coords(drop=True)
     result = xr.apply_ufunc(one, force, input_core_dims=[["contact", "time"]], vectorize=True)

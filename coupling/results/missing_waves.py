@@ -53,10 +53,10 @@ def latest_return(time: Vector, force: Vector, smallest: float) -> float:
     taken = hops(time, force)
     if not np.isfinite(taken).all():
         return float("nan")
-    way, hop = float(taken.sum()), float(np.median(taken))
-    reaches = float(time[int((force[0] >= 0.5 * top).argmax())]) + way + hop
+    travel, hop = float(taken.sum()), float(np.median(taken))
+    reaches = float(time[int((force[0] >= 0.5 * top).argmax())]) + travel + hop
     leaves = end_of_push(time, force[-1], FIRST_WAVE * top, reaches + PUSH * hop)
-    return leaves + float(smallest ** (-1.0 / 6.0)) * way + 3.0 * hop
+    return leaves + float(smallest ** (-1.0 / 6.0)) * travel + 3.0 * hop
 
 
 def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> float:
@@ -80,8 +80,8 @@ def cut_off(time: Vector, force: Vector, smallest: float) -> float:
     if not np.isfinite(taken).all():
         return float("nan")
     pace = float(np.median(taken)) * float(smallest ** (-1.0 / 6.0))
-    found = [rises(time, one, smallest * float(one.max(initial=0.0))) for one in force[:NEAR]]
-    for away, ((near, near_open), (far, far_open)) in enumerate(pairwise(found)):
+    rises_of_sensors = [rises(time, trace, smallest * float(trace.max(initial=0.0))) for trace in force[:NEAR]]
+    for away, ((near, near_open), (far, far_open)) in enumerate(pairwise(rises_of_sensors)):
         lasts = (away + WAVE_LENGTH) * pace
         if not far.size or time[-1] - far[-1] >= lasts:
             continue

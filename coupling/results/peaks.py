@@ -52,9 +52,9 @@ def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage 
     if top <= 0.0:
         return None
     most = above.size // 2 + 1
-    found, peaks = np.empty((most, 4), np.int64), np.empty((2, most), np.int64)
-    count = wave_kernels.passages(plain(above), plain(below), plain(velocity), FIRST_WAVE * top, found, peaks)
-    forward = found[:count][found[:count, 3] > 0]
+    passages, peaks = np.empty((most, 4), np.int64), np.empty((2, most), np.int64)
+    count = wave_kernels.passages(plain(above), plain(below), plain(velocity), FIRST_WAVE * top, passages, peaks)
+    forward = passages[:count][passages[:count, 3] > 0]
     return Passage(*map(int, forward[0, :3])) if len(forward) else None
 
 
@@ -77,10 +77,10 @@ def traced(
     peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row, in
     units of `hops`.
     """
-    begins, (path, ordered) = np.cumsum([0] + [len(one) for one in peaks]), np.empty((2, len(peaks)))
+    begins, (path, ordered) = np.cumsum([0] + [len(times) for times in peaks]), np.empty((2, len(peaks)))
     times = np.concatenate(peaks)
     count = wave_kernels.trace_back(times, begins, plain(hops), row, now, left, pace, first, path, ordered)
-    return [float(one) for one in path[:count]]
+    return [float(index) for index in path[:count]]
 
 
 def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
@@ -117,19 +117,19 @@ def rises(time: Vector, force: Vector, least: float) -> tuple[Vector, bool]:
     # Compiled, because each run asks for it: scipy.signal takes half a second to import.
     samples = np.empty(force.size // 2 + 1, np.int64)
     peaks = samples[: wave_kernels.peaks_of(plain(force), least, samples)]
-    edges, found = [0, *map(int, peaks)], list[float]()
+    edges, times = [0, *map(int, peaks)], list[float]()
     for start, stop in zip(edges, [*map(int, peaks), force.size - 1], strict=True):
         valley = start + int(force[start : stop + 1].argmin())
         above = np.flatnonzero(force[valley : stop + 1] >= max(force[valley] + least, least))
         if least > 0.0 and above.size:
-            found.append(float(time[valley + int(above[0])]))
-    return np.array(found), len(found) > len(peaks)
+            times.append(float(time[valley + int(above[0])]))
+    return np.array(times), len(times) > len(peaks)
 
 
 def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
     """Each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
     edges = [0, *map(int, peaks), force.size - 1]
-    lowest = [one + int(force[one : other + 1].argmin()) for one, other in pairwise(edges)]
+    lowest = [edge + int(force[edge : following + 1].argmin()) for edge, following in pairwise(edges)]
     return [(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
 
 

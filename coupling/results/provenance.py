@@ -25,44 +25,44 @@ BEFORE = 15
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
 
-def provenance(given: Mapping[str, Any]) -> dict[str, str]:
+def provenance(inputs: Mapping[str, Any]) -> dict[str, str]:
     """Input and versions as text, for the attributes of a Dataset."""
-    return {"input": as_text(given), "versions": _versions()}
+    return {"input": as_text(inputs), "versions": _versions()}
 
 
-def as_text(given: Mapping[str, Any]) -> str:
+def as_text(inputs: Mapping[str, Any]) -> str:
     """Input as JSON, the same in every process: what is no plain data by its repr, without addresses; see `folded`."""
-    text = json.dumps(folded(given), default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+    text = json.dumps(folded(inputs), default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
     if "NaN" not in text and "Infinity" not in text:
         return text
     # JSON knows neither: they become text.
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
-def folded(given: Any) -> Any:
+def folded(data: Any) -> Any:
     """Plain data in which equal neighbours among the beads of a chain stand once, with their count."""
-    if isinstance(given, Mapping):
+    if isinstance(data, Mapping):
         return {
             name: _rows(value) if name == "beads" and isinstance(value, list) else folded(value)
-            for name, value in given.items()
+            for name, value in data.items()
         }
-    return [folded(one) for one in given] if isinstance(given, list | tuple) else given
+    return [folded(value) for value in data] if isinstance(data, list | tuple) else data
 
 
 def _rows(beads: list[Any]) -> list[Any]:
     # By their text: numbers that are equal may differ in sign or type.
     groups = [list(many) for _, many in groupby(beads, repr)]
-    return [one[0] if len(one) == 1 else {"count": len(one), "bead": one[0]} for one in groups]
+    return [group[0] if len(group) == 1 else {"count": len(group), "bead": group[0]} for group in groups]
 
 
-def unfolded(given: Any) -> Any:
+def unfolded(data: Any) -> Any:
     """What `folded` was given; a ValueError for more beads than any chain has."""
-    if isinstance(given, Mapping):
+    if isinstance(data, Mapping):
         return {
             name: _all_beads(value) if name == "beads" and isinstance(value, list) else unfolded(value)
-            for name, value in given.items()
+            for name, value in data.items()
         }
-    return [unfolded(one) for one in given] if isinstance(given, list) else given
+    return [unfolded(value) for value in data] if isinstance(data, list) else data
 
 
 def _all_beads(rows: list[Any]) -> list[Any]:
@@ -80,10 +80,10 @@ def _all_beads(rows: list[Any]) -> list[Any]:
 def stored(text: object) -> dict[str, Any]:
     """Input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
     try:
-        found = unfolded(text if isinstance(text, Mapping) else json.loads(text))  # type: ignore[arg-type]
+        data = unfolded(text if isinstance(text, Mapping) else json.loads(text))  # type: ignore[arg-type]
     except (TypeError, ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return data if isinstance(data, dict) else {}
 
 
 def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
@@ -107,10 +107,12 @@ def _apart(first: str, second: str) -> list[str]:
     """Two texts, of long ones the part where they begin to differ."""
     if len(first + second) <= LONGEST_VALUE_TEXT:
         return [first, second]
-    apart = next(i for i, (one, other) in enumerate(zip_longest(first, second)) if one != other)
+    apart = next(i for i, (left, right) in enumerate(zip_longest(first, second)) if left != right)
     start = max(0, apart - BEFORE)
     cut = LONGEST_VALUE_TEXT // 2
-    return [f"{'…' * (start > 0)}{one[start : start + cut]}{'…' * (len(one) > start + cut)}" for one in (first, second)]
+    return [
+        f"{'…' * (start > 0)}{text[start : start + cut]}{'…' * (len(text) > start + cut)}" for text in (first, second)
+    ]
 
 
 @cache

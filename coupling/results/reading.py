@@ -27,8 +27,8 @@ class Reading:
     given: the Dataset; what: how an error describes the Dataset that is wanted. Raises ValueError for other objects.
     """
 
-    def __init__(self, given: object, what: str = WHAT) -> None:
-        self.data: xr.Dataset = instance("run", given, xr.Dataset, what)
+    def __init__(self, run: object, what: str = WHAT) -> None:
+        self.data: xr.Dataset = instance("run", run, xr.Dataset, what)
         self.kind = kind_of(self.data)
         if not self.data.sizes.get("time", 0):
             raise ValueError("run: holds no saved times")
@@ -118,9 +118,9 @@ class Reading:
     def measured_sensor(self, sensor: int, name: str = "sensor") -> int:
         """The number of a sensor of a signal, or a ValueError."""
         number = whole(name, sensor)
-        known = self.data.sensor.values.tolist()
-        if number not in known:
-            raise ValueError(f"{name} = {sensor!r}: must be one that was measured: {', '.join(map(str, known))}")
+        sensors = self.data.sensor.values.tolist()
+        if number not in sensors:
+            raise ValueError(f"{name} = {sensor!r}: must be one that was measured: {', '.join(map(str, sensors))}")
         return number
 
     def position(self, sensor: int) -> float:
@@ -175,9 +175,9 @@ class Reading:
     def _there(self) -> NDArray[np.bool_]:
         """Whether a chain has a contact, chains × contacts; one row where there is one chain."""
         static = self.data.variables["static_force"]
-        own = [axis for axis in ("chain", "contact") if axis in static.dims]
-        values = static.transpose(..., *own).values
-        there: NDArray[np.bool_] = np.atleast_2d(~np.isnan(values).all(axis=tuple(range(values.ndim - len(own)))))
+        axes = [axis for axis in ("chain", "contact") if axis in static.dims]
+        values = static.transpose(..., *axes).values
+        there: NDArray[np.bool_] = np.atleast_2d(~np.isnan(values).all(axis=tuple(range(values.ndim - len(axes)))))
         return there
 
     def _warn_of_shorter_chains(self, sensor: int) -> None:
@@ -191,8 +191,8 @@ class Reading:
 
 def without_padding(force: Vector) -> Vector:
     """Forces of the contacts along a chain, contacts × time, without the rows of NaN that pad a shorter chain."""
-    kept: Vector = force[~np.isnan(force).all(axis=1)]
-    return kept
+    recorded: Vector = force[~np.isnan(force).all(axis=1)]
+    return recorded
 
 
 def at_end(values: xr.DataArray, end: int = LAST) -> Vector:

@@ -50,7 +50,7 @@ def default_sensors(run: xr.Dataset) -> list[int]:
     """All sensors of a signal; of a run the bead in the middle of those whose contacts were kept."""
     reading = Reading(run)
     if reading.is_signal:
-        return [int(one) for one in np.atleast_1d(run.sensor.values)]
+        return [int(number) for number in np.atleast_1d(run.sensor.values)]
     whole_beads = [n for n in sorted(reading.kept) if n > 0 and n + 1 in reading.kept]
     if not whole_beads:
         raise ValueError("run: must hold the forces of both contacts of a bead")
@@ -63,19 +63,19 @@ def kept_waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
     The time is the last dimension of forces; what comes before it are chains and the axes of a sweep.
     """
     reading = Reading(run)
-    found: dict[str, xr.DataArray] = {}
+    waves: dict[str, xr.DataArray] = {}
     for sensor in sensors:
         for wave in WAVES:
-            found[f"AR at bead {sensor}, {wave} wave"] = amplitude_ratio(run, sensor, wave).assign_attrs(kind=RATIO)
-            found[f"TOF at bead {sensor}, {wave} wave"] = time_of_flight(run, sensor, wave).assign_attrs(kind=FLIGHT)
-        found[f"force at bead {sensor}"] = _trace(sensor_force(run, sensor))
+            waves[f"AR at bead {sensor}, {wave} wave"] = amplitude_ratio(run, sensor, wave).assign_attrs(kind=RATIO)
+            waves[f"TOF at bead {sensor}, {wave} wave"] = time_of_flight(run, sensor, wave).assign_attrs(kind=FLIGHT)
+        waves[f"force at bead {sensor}"] = _trace(sensor_force(run, sensor))
     if not reading.is_signal:
         force = reading.dynamic_force().reset_coords(drop=True)
         last = xr.apply_ufunc(
             _last, force, input_core_dims=[["contact", "time"]], output_core_dims=[["time"]], vectorize=True
         )
-        found[LAST_CONTACT] = _trace(last)
-    return xr.Dataset({name: one.reset_coords(drop=True).rename(None) for name, one in found.items()})
+        waves[LAST_CONTACT] = _trace(last)
+    return xr.Dataset({name: values.reset_coords(drop=True).rename(None) for name, values in waves.items()})
 
 
 def rows(reference: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol: Mapping[str, float]) -> Iterator[Row]:
@@ -90,7 +90,7 @@ def rows(reference: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol
         old, new = reference[name], now[name].transpose(*reference[name].dims)
         if kind == FORCE:
             values = _on_times(new.values, now["time"].values, times)
-            first, second, gap = (_rms(one) for one in (old.values, values, values - old.values))
+            first, second, gap = (_rms(trace) for trace in (old.values, values, values - old.values))
             gap = np.where((np.isnan(values) != np.isnan(old.values)).any(axis=-1), np.inf, gap)
         else:
             first, second = np.asarray(old.values, float), np.asarray(new.values, float)
@@ -98,18 +98,18 @@ def rows(reference: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol
             gap = np.where(np.isnan(first) & np.isnan(second), 0.0, np.where(np.isnan(gap), np.inf, gap))
         allowed = atol[kind] + rtol[kind] * np.nan_to_num(abs(first))
         worst = np.unravel_index(int(np.argmax(gap - allowed)), gap.shape) if gap.ndim else ()
-        where = _where(old, [int(one) for one in worst])
-        yield Row(name + where, kind, *(float(one[worst]) for one in (first, second, gap, allowed)))
+        where = _where(old, [int(index) for index in worst])
+        yield Row(name + where, kind, *(float(values[worst]) for values in (first, second, gap, allowed)))
 
 
 def shapes(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
     """Why two results cannot be compared number by number: other axes, or values along them."""
-    found = []
-    for axis in dict.fromkeys(str(one) for data in (reference, now) for one in data.dims if one != "time"):
+    changes = []
+    for axis in dict.fromkeys(str(name) for data in (reference, now) for name in data.dims if name != "time"):
         there, here = (_values_along(data, axis) for data in (reference, now))
         if there != here:
-            found.append(f"{axis} = {there} there and {here} here")
-    return found
+            changes.append(f"{axis} = {there} there and {here} here")
+    return changes
 
 
 def records(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
@@ -121,13 +121,13 @@ def records(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
     return [] if _same_times(old, new) else [f"{old.size} saved times there and {new.size} here; forces interpolated"]
 
 
-def table(found: Sequence[Row]) -> list[str]:
+def table(rows: Sequence[Row]) -> list[str]:
     """Rows as lines of aligned columns, with a heading."""
     head = ("quantity", "reference", "now", "difference", "tolerance")
-    cells = [head, *(_cells(one) for one in found)]
+    cells = [head, *(_cells(row) for row in rows)]
     widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
     return [
-        "  ".join([row[0].ljust(widths[0]), *(one.rjust(w) for one, w in zip(row[1:], widths[1:], strict=True))])
+        "  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))])
         for row in cells
     ]
 
@@ -156,14 +156,16 @@ def _last(forces: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _rms(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Over time, without what is not a number."""
-    known = np.isfinite(values)
-    total: NDArray[np.float64] = np.where(known, values, 0.0) ** 2
-    mean: NDArray[np.float64] = total.sum(axis=-1) / np.maximum(1, known.sum(axis=-1))
+    finite = np.isfinite(values)
+    total: NDArray[np.float64] = np.where(finite, values, 0.0) ** 2
+    mean: NDArray[np.float64] = total.sum(axis=-1) / np.maximum(1, finite.sum(axis=-1))
     return np.sqrt(mean)
 
 
-def _same_times(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    return one.shape == other.shape and bool(np.allclose(one, other, rtol=0.0, atol=SAME_TIMES * (one[-1] - one[0])))
+def _same_times(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
+    return first.shape == second.shape and bool(
+        np.allclose(first, second, rtol=0.0, atol=SAME_TIMES * (first[-1] - first[0]))
+    )
 
 
 def _on_times(

@@ -56,34 +56,34 @@ def even_sampling(time: Vector, second: float | None = 1.0) -> Even:
         raise Unsampled(0, f"holds {count_of(rows.size, 'time')}, must hold {FEWEST_SAMPLES} or more")
     if (coarse := _coarse(time, rows, second)) is not None:
         return coarse
-    kept = _without_misfits(time, rows, second)
-    steps = np.diff(time[kept])
+    regular = _without_misfits(time, rows, second)
+    steps = np.diff(time[regular])
     usual = float(np.median(steps))
     counts = np.maximum(np.round(steps / usual), 1.0).astype(np.int64)
     lost = counts - 1
-    if lost.sum() > max(FEW, FEW_SHARE * kept.size):
+    if lost.sum() > max(FEW, FEW_SHARE * regular.size):
         at = int(lost.argmax())
-        gap = f"{_after(time, kept, at, second)}: a gap; the usual step is {_shown(usual, second)}"
-        raise Unsampled(int(kept[at + 1]), gap)
+        gap = f"{_after(time, regular, at, second)}: a gap; the usual step is {_shown(usual, second)}"
+        raise Unsampled(int(regular[at + 1]), gap)
     places = np.concatenate(([0], np.cumsum(counts)))
-    even, off = _line(places, time[kept], int(places[-1]) + 1)
+    even, off = _line(places, time[regular], int(places[-1]) + 1)
     if off.max() > UNEVEN * usual:
-        raise Unsampled(int(kept[off.argmax()]), "times must be evenly spaced, as one sampling rate gives them")
+        raise Unsampled(int(regular[off.argmax()]), "times must be evenly spaced, as one sampling rate gives them")
     rows_of = np.full(even.size, -1)
-    rows_of[places] = kept
+    rows_of[places] = regular
     notes = []
     if off.max() > SAID * usual:
         notes.append(f"times lie up to {_shown(float(off.max()), second)} off even sampling, which is taken")
-    return Even(even, rows_of, np.setdiff1d(rows, kept, assume_unique=True), notes)
+    return Even(even, rows_of, np.setdiff1d(rows, regular, assume_unique=True), notes)
 
 
 def segments(time: Vector) -> list[slice]:
     """The rows of each segment of a sequence, where times begin anew; one slice for a usual record."""
-    known = np.flatnonzero(np.isfinite(time))
-    if known.size < 2 * FEWEST_SAMPLES:
+    finite = np.flatnonzero(np.isfinite(time))
+    if finite.size < 2 * FEWEST_SAMPLES:
         return [slice(0, time.size)]
-    steps = np.diff(time[known])
-    back = known[1:][steps < -0.5 * np.ptp(time[known])]
+    steps = np.diff(time[finite])
+    back = finite[1:][steps < -0.5 * np.ptp(time[finite])]
     ends = [0, *back.tolist(), time.size]
     lengths = np.diff(ends)
     if lengths.min() < max(FEWEST_SAMPLES, 0.5 * lengths.max()):
@@ -97,8 +97,8 @@ def is_of_pairs(time: Vector, columns: list[Vector]) -> bool:
         return False
     if not (np.diff(time[::2]) > 0.0).all():
         return False
-    rises = [one[1::2] - one[::2] for one in columns]
-    return all((one[np.isfinite(one)] >= 0.0).all() or (one[np.isfinite(one)] <= 0.0).all() for one in rises)
+    rises = [column[1::2] - column[::2] for column in columns]
+    return all((rise[np.isfinite(rise)] >= 0.0).all() or (rise[np.isfinite(rise)] <= 0.0).all() for rise in rises)
 
 
 def _coarse(time: Vector, rows: Rows, second: float | None) -> Even | None:

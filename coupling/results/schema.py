@@ -115,9 +115,9 @@ def variable(name: str, values: Any, *owner: str, description: str = "") -> tupl
 
     owner: the dimension of which a result has several. description: if it differs from that of the schema.
     """
-    known = VARIABLES[name]
+    quantity = VARIABLES[name]
     return (
-        ["time", *owner, *known.bodies],
+        ["time", *owner, *quantity.bodies],
         values,
-        {"units": known.units, "long_name": description or known.description},
+        {"units": quantity.units, "long_name": description or quantity.description},
     )

@@ -124,14 +124,14 @@ class ScopeFile:
         """The columns that increase from line to line, as times and numbers of samples do."""
         places = np.linspace(0, max(0, len(self.lines) - WINDOW), WINDOWS + 2).astype(int)[1:-1]
         windows = [self._rows(self.lines[place : place + WINDOW]) for place in places]
-        found = []
+        rising = []
         for column in range(self.width):
             pieces = [_column(rows, column) for rows in windows]
             numbers = [_in_range(_or_clocks(_numbers(cells, self._commas_group), cells)) for cells in pieces]
-            rises = [rise for one in numbers if (rise := _rise(one[np.isfinite(one)])) > 0.0]
+            rises = [rise for column in numbers if (rise := _rise(column[np.isfinite(column)])) > 0.0]
             if sum(rise < 1.5 * min(rises) for rise in rises) >= WINDOWS - 1:  # lost lines may lie in a window
-                found.append(column)
-        return found
+                rising.append(column)
+        return rising
 
     def samples(self, columns: Sequence[int], times: Sequence[int]) -> Samples:
         """The numbers in these columns. times: those of them that hold times: a sample has a number there."""
@@ -139,31 +139,31 @@ class ScopeFile:
         for column in times:
             if np.isnan(values[column]).sum() > 0.5 * len(self.lines):
                 values[column] = _or_clocks(values[column], self.texts(column))
-        values = {column: _in_range(one) for column, one in values.items()}
+        values = {column: _in_range(values_of_column) for column, values_of_column in values.items()}
         self._forget_damaged_cells(values, columns)
-        known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
-        first, last = (int(known.argmax()), known.size - int(known[::-1].argmax())) if known.any() else (0, 0)
+        filled: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
+        first, last = (int(filled.argmax()), filled.size - int(filled[::-1].argmax())) if filled.any() else (0, 0)
         if not times:
             first = self._after_entries(first)
-            known[:first] = False
+            filled[:first] = False
             # Without times each line is a sample, also where its numbers are missing.
-            known[first:last] = True
-        lost = (first + np.flatnonzero(~known[first:])).tolist()
+            filled[first:last] = True
+        lost = (first + np.flatnonzero(~filled[first:])).tolist()
         inside = [i for i in lost if i < last]
         if len(inside) > max(FEW, FEW_SHARE * (last - first)):
             wanted = f"must hold {self.width} columns, with numbers in {sorted(columns)}"
             raise ValueError(
                 f"{self.path}, line {self.numbers[inside[0]]}: {self.lines[inside[0]][:LONGEST_LINE]!r} {wanted}"
             )
-        if int(known.sum()) < FEWEST_SAMPLES:
+        if int(filled.sum()) < FEWEST_SAMPLES:
             raise ValueError(
-                f"{self.path}: holds {count_of(int(known.sum()), 'sample')}, must hold {FEWEST_SAMPLES} or more"
+                f"{self.path}: holds {count_of(int(filled.sum()), 'sample')}, must hold {FEWEST_SAMPLES} or more"
             )
         lines = np.array(self.numbers)
         header = self._header(first)
-        kept = known.nonzero()[0]
+        kept_rows = filled.nonzero()[0]
         return Samples(
-            header, {c: one[kept] for c, one in values.items()}, kept, lines[kept],
+            header, {c: column[kept_rows] for c, column in values.items()}, kept_rows, lines[kept_rows],
             [(self.numbers[i], self.lines[i]) for i in lost],
             int(lines[last - 1] - lines[first] + 1 - (last - first)),
         )  # fmt: skip
@@ -191,8 +191,8 @@ class ScopeFile:
             if numbers is None:
                 rows = self._rows(piece)
                 numbers = {c: _numbers(_column(rows, c), partial(self._group, c)) for c in columns}
-            for column, one in numbers.items():
-                values[column][first : first + PIECE] = one
+            for column, read in numbers.items():
+                values[column][first : first + PIECE] = read
         return values
 
     def _plain_numbers(self, lines: list[str], columns: Sequence[int]) -> dict[int, Vector] | None:
@@ -237,8 +237,8 @@ class ScopeFile:
                 values[column][joined] = np.nan
         before = [len(line) for line in self.lines[-20:-1]]
         if self._is_cut and before and len(self.lines[-1]) < min(before):
-            for one in values.values():
-                one[-1] = np.nan
+            for column_values in values.values():
+                column_values[-1] = np.nan
 
     def _widths(self) -> list[int]:
         """The number of cells of each line."""
@@ -333,26 +333,26 @@ class ScopeFile:
         width = len(_split(line, delimiter))
         beyond = sorted({column for column in columns if column >= width})
         if beyond:
-            above = (_split(one, delimiter) for one in first[:place] if not _columns(one))
+            above = (_split(cells, delimiter) for cells in first[:place] if not _columns(cells))
             names = next((", ".join(cell.strip(BARE) for cell in cells) for cells in above if len(cells) == width), "")
             last = f"columns 0 to {width - 1}" if width > 1 else "column 0 only"
             named = f" ({names[:LONGEST_LINE]})" if names else ""
             return f"has {last}{named}, counted from 0, and no column {beyond[0]}; line {i} is {shown}{comma}"
-        known = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
-        return f"line {i}, {shown}, has numbers in {known} only; {wanted}, counted from 0{comma}"
+        readable_columns = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+        return f"line {i}, {shown}, has numbers in {readable_columns} only; {wanted}, counted from 0{comma}"
 
 
-def from_first(cells: list[str], known: NDArray[np.bool_]) -> tuple[Vector, str]:
+def from_first(cells: list[str], finite: NDArray[np.bool_]) -> tuple[Vector, str]:
     """Times less the first one, subtracted as decimals, and the text of the first."""
-    first = cells[int(known.argmax())]
+    first = cells[int(finite.argmax())]
     try:
         zero = Decimal(first.strip())
         return np.array(
-            [float(Decimal(c.strip()) - zero) if k else np.nan for c, k in zip(cells, known, strict=True)]
+            [float(Decimal(c.strip()) - zero) if k else np.nan for c, k in zip(cells, finite, strict=True)]
         ), first
     except InvalidOperation:
         values = np.array([_number(cell) for cell in cells])
-        return values - values[known][0], first
+        return values - values[finite][0], first
 
 
 def decoded(content: bytes) -> str:
@@ -376,7 +376,7 @@ def _split(line: str, delimiter: str | None) -> list[str]:
 def _header_cells(line: str, delimiter: str | None) -> list[str]:
     """Cells of a line above the samples, which may have another delimiter than these."""
     if delimiter is None or delimiter not in line:
-        delimiter = next((one for one in DELIMITERS if one and one in line), None) or delimiter
+        delimiter = next((mark for mark in DELIMITERS if mark and mark in line), None) or delimiter
     return _split(line, delimiter)
 
 
@@ -432,7 +432,7 @@ def _is_word(cell: str) -> bool:
 
 def _delimiter(line: str) -> str | None:
     """The one that gives the most numbers."""
-    return max(DELIMITERS, key=lambda one: len(_with_numbers(_split(line, one))))
+    return max(DELIMITERS, key=lambda delimiter: len(_with_numbers(_split(line, delimiter))))
 
 
 def _columns(line: str) -> list[int]:
@@ -499,9 +499,9 @@ def _loose_number(cell: str) -> float:
 
 def _clock(cell: str) -> float:
     """A time of day, s: of "10:23:11.000005" or a date with it; NaN for other text."""
-    found = DATE_OR_CLOCK.match(cell.strip().strip('"'))
-    if not found:
+    match = DATE_OR_CLOCK.match(cell.strip().strip('"'))
+    if not match:
         return np.nan
-    hours, minutes, seconds, half = found.groups()
+    hours, minutes, seconds, half = match.groups()
     hour = int(hours) % 12 + 12 * (half.upper() == "P") if half else int(hours)
     return float(3600 * hour + 60 * int(minutes) + Decimal(seconds.replace(",", ".")))

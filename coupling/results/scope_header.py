@@ -108,14 +108,16 @@ class Header:
     def unit(self, column: int, wanted: str) -> Unit | None:
         """The unit of a column; a Unit of another quantity where the header states one."""
         near = [row for row in self._rows if any(row) and _key(row[0]) not in KEYS][-NAMES_OF_LINES:]
-        found = [_stated(row[column], wanted, _is_row_of_units(row)) for row in reversed(near) if len(row) > column]
+        near_units = [
+            _stated(row[column], wanted, _is_row_of_units(row)) for row in reversed(near) if len(row) > column
+        ]
         keyed = [*self._keyed(TIME_UNITS if wanted == TIME else FORCE_UNITS, column)]
-        stated = [one for one in [*found, *keyed] if one is not None]
+        stated = [unit for unit in [*near_units, *keyed] if unit is not None]
         if not stated:  # cells that do not stand above the columns
-            loose = {one for row in near if len(row) != self._columns for one in _loose(row, wanted)}
-            stated = [*loose] if len({one.of_table for one in loose}) == 1 else []
-        if len({one.of_table for one in stated}) > 1:
-            texts = " and ".join(dict.fromkeys(repr(one.text) for one in stated))
+            loose = {unit for row in near if len(row) != self._columns for unit in _loose(row, wanted)}
+            stated = [*loose] if len({unit.of_table for unit in loose}) == 1 else []
+        if len({unit.of_table for unit in stated}) > 1:
+            texts = " and ".join(dict.fromkeys(repr(unit.text) for unit in stated))
             return Unit(texts, UNKNOWN)
         return stated[0] if stated else None
 
@@ -125,9 +127,11 @@ class Header:
 
     def intervals(self) -> list[Stated]:
         """The intervals between samples, s, that entries state, also as rates."""
-        rates = [one._replace(value=1.0 / one.value if one.value else None) for one in self._entries(RATES, _hertz)]
+        rates = [rate._replace(value=1.0 / rate.value if rate.value else None) for rate in self._entries(RATES, _hertz)]
         every = [*self._entries(INTERVALS, self._second), *rates]
-        return [one if one.value and one.value > 0.0 else one._replace(value=None) for one in every]
+        return [
+            interval if interval.value and interval.value > 0.0 else interval._replace(value=None) for interval in every
+        ]
 
     def starts(self) -> list[Stated]:
         """The times of the first sample, s, that entries state."""
@@ -135,7 +139,7 @@ class Header:
 
     def count(self) -> int | None:
         """The number of samples."""
-        counts = (one.value for one in self._entries(COUNTS, lambda _: 1.0))
+        counts = (entry.value for entry in self._entries(COUNTS, lambda _: 1.0))
         return next((int(value) for value in counts if value is not None and value >= 1.0), None)
 
     def _second(self, text: str) -> float | None:
@@ -188,8 +192,8 @@ class Header:
 
 def quantity_of(text: str, wanted: str) -> Unit | None:
     """A unit of a quantity, as an argument gives it; None where it is none."""
-    found = _unit_of(text, wanted)
-    return found if found is not None and found.quantity == wanted else None
+    unit = _unit_of(text, wanted)
+    return unit if unit is not None and unit.quantity == wanted else None
 
 
 def _cells(row: Sequence[str], columns: int, join: bool = True) -> list[str]:
@@ -238,14 +242,14 @@ def _hertz(text: str) -> float | None:
 
 
 def _bracketed(cell: str) -> str:
-    found = re.search(r"[(\[<{]([^()\[\]<>{}]*)[)\]>}]", cell)
-    return found[1].strip() if found else ""
+    match = re.search(r"[(\[<{]([^()\[\]<>{}]*)[)\]>}]", cell)
+    return match[1].strip() if match else ""
 
 
 def _is_row_of_units(row: Iterable[str]) -> bool:
     """Whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
     units = [_unit_of(cell.strip("()[] "), TIME) for cell in row if cell]
-    return len(units) > 1 and all(units) and any(one and re.fullmatch(r"[a-z]*second", one.name) for one in units)
+    return len(units) > 1 and all(units) and any(unit and re.fullmatch(r"[a-z]*second", unit.name) for unit in units)
 
 
 def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
@@ -262,9 +266,9 @@ def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
     if FACTOR.search(cell):
         return Unit(cell, UNKNOWN)
     if brackets := re.findall(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]", cell):
-        found = [_first_unit(text, wanted) for text in brackets]
-        fitting = [one for one in found if one.quantity == wanted] or found[-1:]
-        return fitting[0] if len({one.of_table for one in fitting}) == 1 else Unit(cell, UNKNOWN)
+        candidates = [_first_unit(text, wanted) for text in brackets]
+        fitting = [unit for unit in candidates if unit.quantity == wanted] or candidates[-1:]
+        return fitting[0] if len({unit.of_table for unit in fitting}) == 1 else Unit(cell, UNKNOWN)
     if word := re.search(r"\bin\s+(\S+)$", cell):
         return _unit_of(word[1], wanted) or Unit(word[1], UNKNOWN)
     if in_row_of_units:
@@ -282,8 +286,10 @@ def _first_unit(text: str, wanted: str) -> Unit:
     """The unit in brackets: one word, or the only unit among words without digits."""
     if unit := _unit_of(text, wanted):
         return unit
-    words = [one for one in BETWEEN_WORDS.split(text) if one]
-    units = [one for one in (_unit_of(word, wanted) for word in words) if one is not None and one.quantity == wanted]
+    words = [word for word in BETWEEN_WORDS.split(text) if word]
+    units = [
+        unit for unit in (_unit_of(word, wanted) for word in words) if unit is not None and unit.quantity == wanted
+    ]
     return units[0] if len(units) == 1 and not re.search(r"\d", text) else Unit(text, UNKNOWN)
 
 
@@ -306,7 +312,7 @@ def _unit_of(text: str, wanted: str) -> Unit | None:
         for si, quantity_ in SI.items()
         if (size := _size(w, si))
     ]
-    if best := [one for one in units if one.quantity == wanted]:
+    if best := [unit for unit in units if unit.quantity == wanted]:
         return best[0]
     if (name := is_unit(word)) and not (units and units[0].name == name):
         return Unit(text, OTHER, name=name)

@@ -124,11 +124,11 @@ def trace(name: str, values: ArrayLike, unit: str) -> Vector:
 
 def bridged(values: Vector) -> Vector:
     """A trace with straight lines across samples that are NaN, because they were clipped; never all of them."""
-    known = np.isfinite(values)
-    if known.all():
+    finite = np.isfinite(values)
+    if finite.all():
         return values
     places = np.arange(values.size)
-    return np.asarray(np.interp(places, places[known], values[known]))
+    return np.asarray(np.interp(places, places[finite], values[finite]))
 
 
 def is_reversed(values: Vector) -> bool:

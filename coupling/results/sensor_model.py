@@ -86,11 +86,11 @@ class SensorModel:
 
     def response(self, time: ArrayLike, force: ArrayLike) -> Vector:
         """The force that the sensor reports, N, for a force at equal time steps (s, N)."""
-        moments, given = _pair(time, force)
+        moments, signal = _pair(time, force)
         self._check_sampling(float(moments[1] - moments[0]))
         # The sensor is at rest under no force before the first sample; a first force is a step.
         a, b, c, d = self._state_space()
-        _, seen, _ = scipy.signal.lsim((a, b, c, d), given, moments - moments[0], interp=True)
+        _, seen, _ = scipy.signal.lsim((a, b, c, d), signal, moments - moments[0], interp=True)
         return np.asarray(seen)
 
     def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
@@ -133,11 +133,11 @@ class SensorModel:
             forces[number] = change(signal.time.values, force.values)
         places = {n: reading.position(n) for n in numbers} if "centre" in signal.coords else None
         how = "Seen by" if change == self.response else "Loss of charge restored for"
-        found = as_signal(signal.time.values, forces, places)
-        found.attrs["conditioning"] = "\n".join(
+        signals = as_signal(signal.time.values, forces, places)
+        signals.attrs["conditioning"] = "\n".join(
             [*str(signal.attrs.get("conditioning", "")).splitlines(), f"{how} {self!r}."]
         )
-        return found
+        return signals
 
     def _check_sampling(self, step: float) -> None:
         """A ValueError for frequencies that the sampling cannot show."""
@@ -178,10 +178,10 @@ def _gains(ratio: float) -> tuple[float, float]:
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
     """Equal time steps and a force of as many numbers, or a ValueError."""
-    moments, given = trace("time", time, "s"), trace("force", force, "N")
-    if moments.size != given.size:
-        raise ValueError(f"force: holds {count_of(given.size, 'number')}, must be as many as time, {moments.size}")
+    moments, values = trace("time", time, "s"), trace("force", force, "N")
+    if moments.size != values.size:
+        raise ValueError(f"force: holds {count_of(values.size, 'number')}, must be as many as time, {moments.size}")
     steps = np.diff(moments)
     if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
         raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")
-    return moments, given
+    return moments, values

@@ -62,16 +62,19 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
     notes = [*_left_out(samples), *_counted(samples)]
     pieces = {}
     for column in dict.fromkeys(time_of.values()):
-        own = {sensor: samples.columns[column_of[sensor]] for sensor, its in time_of.items() if its == column}
+        in_column = {sensor: samples.columns[column_of[sensor]] for sensor, its in time_of.items() if its == column}
         if column is None:
             piece = _by_interval(path, samples, sampling)
         else:
-            piece, own = _by_column(path, file, samples, column, sampling, own)
-        notes += [one for one in piece.notes if one not in notes]
-        known = piece.rows >= 0
+            piece, in_column = _by_column(path, file, samples, column, sampling, in_column)
+        notes += [note for note in piece.notes if note not in notes]
+        present = piece.rows >= 0
         pieces[column] = (
             piece.time,
-            {sensor: np.where(known, values[np.where(known, piece.rows, 0)], np.nan) for sensor, values in own.items()},
+            {
+                sensor: np.where(present, values[np.where(present, piece.rows, 0)], np.nan)
+                for sensor, values in in_column.items()
+            },
         )
     time, values = _common(path, pieces, notes)
     for sensor, column in column_of.items():
@@ -80,8 +83,8 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
     if first or last < time.size:
         notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
     scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
-    notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, one in unit_of.items() if one.si == "V" and _are_whole(scaled[s])]
-    return Trace(time[first:last], scaled, {s: one.si for s, one in unit_of.items()}, notes)
+    notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, unit in unit_of.items() if unit.si == "V" and _are_whole(scaled[s])]
+    return Trace(time[first:last], scaled, {s: unit.si for s, unit in unit_of.items()}, notes)
 
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
@@ -95,11 +98,11 @@ def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampl
         )
     if sampling.interval is not None or sampling.column is not None:
         return dict.fromkeys(column_of, None if sampling.interval is not None else sampling.column)
-    found: dict[int, int | None] = {}
+    time_column_of: dict[int, int | None] = {}
     for sensor, column in column_of.items():
-        left = [one for one in increasing if one < column] or increasing[:1]
-        found[sensor] = left[-1] if left else (None if 0 in column_of.values() or file.states_interval else 0)
-    return found
+        left = [c for c in increasing if c < column] or increasing[:1]
+        time_column_of[sensor] = left[-1] if left else (None if 0 in column_of.values() or file.states_interval else 0)
+    return time_column_of
 
 
 def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
@@ -126,17 +129,17 @@ def _interval_and_start(path: Path, header: Header) -> tuple[float | None, float
     the record.
     """
     intervals, starts = header.intervals(), header.starts()
-    values = [one.value for one in intervals if one.value is not None]
-    unclear = [one for one in intervals if one.value is None][:1]
-    if unclear or any(abs(one / values[0] - 1.0) > SAME for one in values):
-        texts = " and ".join(f"{one.name} = {one.text!r}" for one in unclear or intervals)
+    values = [entry.value for entry in intervals if entry.value is not None]
+    unclear = [entry for entry in intervals if entry.value is None][:1]
+    if unclear or any(abs(value / values[0] - 1.0) > SAME for value in values):
+        texts = " and ".join(f"{entry.name} = {entry.text!r}" for entry in unclear or intervals)
         what = "is no interval that is understood" if unclear else "are different intervals between samples"
         raise ValueError(f"{path}: the header's {texts} {what}; give interval=, s, such as 5e-7")
-    first = next((one.value for one in starts if one.value is not None), 0.0)
+    first = next((entry.value for entry in starts if entry.value is not None), 0.0)
     notes = [
-        f"the header's {one.name} = {one.text!r} is not taken: the record begins at {readable(first, 's', 4)}"
-        for one in starts
-        if one.value != first and one.text
+        f"the header's {entry.name} = {entry.text!r} is not taken: the record begins at {readable(first, 's', 4)}"
+        for entry in starts
+        if entry.value != first and entry.text
     ]
     return values[0] if values else None, first, notes
 
@@ -144,11 +147,11 @@ def _interval_and_start(path: Path, header: Header) -> tuple[float | None, float
 def _differing(header: Header, interval: float, instead: str) -> list[str]:
     """What is to be said of each interval that the header states otherwise, or that is not understood."""
     return [
-        f"the header's {one.name} = {one.text!r} is no interval that is understood"
-        if one.value is None
-        else f"the header states an interval of {readable(one.value, 's', 4)} ({one.name}), but {instead}"
-        for one in header.intervals()
-        if one.text and (one.value is None or abs(one.value / interval - 1.0) > SAME)
+        f"the header's {entry.name} = {entry.text!r} is no interval that is understood"
+        if entry.value is None
+        else f"the header states an interval of {readable(entry.value, 's', 4)} ({entry.name}), but {instead}"
+        for entry in header.intervals()
+        if entry.text and (entry.value is None or abs(entry.value / interval - 1.0) > SAME)
     ]
 
 
@@ -157,10 +160,10 @@ def _by_column(
 ) -> tuple[Even, dict[int, Vector]]:
     """Times from a column."""
     time, notes = samples.columns[column], []
-    known = np.isfinite(time)
-    steps = np.diff(time[known])
-    if np.spacing(np.abs(time[known]).max()) > 1e-3 * abs(float(np.median(steps))) > 0.0:
-        time, first = from_first(file.plain(file.texts(column, samples.places)), known)
+    finite = np.isfinite(time)
+    steps = np.diff(time[finite])
+    if np.spacing(np.abs(time[finite]).max()) > 1e-3 * abs(float(np.median(steps))) > 0.0:
+        time, first = from_first(file.plain(file.texts(column, samples.places)), finite)
         notes.append(f"times count from the first sample, {first.strip()}")
     header, stated = samples.header, samples.header.unit(column, TIME)
     rows = np.arange(time.size)
@@ -176,12 +179,12 @@ def _by_column(
                 f"{path}: segment = {sampling.segment!r}: must be at most {len(parts)}, the number of segments"
             )
         rows = rows[parts[sampling.segment - 1]]
-    if is_of_pairs(time[rows], [one[rows] for one in values.values()]):
-        values = {sensor: _means(one, rows) for sensor, one in values.items()}
+    if is_of_pairs(time[rows], [row[rows] for row in values.values()]):
+        values = {sensor: _means(row, rows) for sensor, row in values.items()}
         rows = rows[::2]
         notes.append("each time stands twice, with the least and the greatest value; their mean is taken")
     intervals = header.intervals()
-    counts = bool(intervals) and stated is None and bool((np.diff(time[known]) == 1.0).all())
+    counts = bool(intervals) and stated is None and bool((np.diff(time[finite]) == 1.0).all())
     is_counter = counts or (stated is None and header.counts_samples(column))
     unit = _unit(path, header, column, TIME, sampling.unit)
     try:
@@ -228,17 +231,17 @@ def _are_whole(values: Vector) -> bool:
 
 def _means(values: Vector, rows: Rows) -> Vector:
     """The column with the mean of each pair in the place of its first."""
-    found = values.copy()
-    found[rows[::2]] = 0.5 * (values[rows[::2]] + values[rows[1::2]])
-    return found
+    means = values.copy()
+    means[rows[::2]] = 0.5 * (values[rows[::2]] + values[rows[1::2]])
+    return means
 
 
 def _checked_second(step: float, unit: Unit, header: Header, stated: object) -> tuple[float, list[str]]:
     """The size of the time column's unit, s, which the header's intervals confirm, and what is to be said."""
     size, notes = unit.size, list[str]()
-    intervals = [one.value for one in header.intervals() if one.value is not None]
-    if stated is None and intervals and not any(abs(one / (step * size) - 1.0) < SAME for one in intervals):
-        fitting = [one for one in PREFIXES if abs(intervals[0] / (step * one) - 1.0) < SAME]
+    intervals = [entry.value for entry in header.intervals() if entry.value is not None]
+    if stated is None and intervals and not any(abs(interval / (step * size) - 1.0) < SAME for interval in intervals):
+        fitting = [prefix for prefix in PREFIXES if abs(intervals[0] / (step * prefix) - 1.0) < SAME]
         if fitting:
             size = fitting[0]
             notes = [
@@ -247,24 +250,24 @@ def _checked_second(step: float, unit: Unit, header: Header, stated: object) -> 
     return size, [*notes, *_differing(header, step * size, f"the times are {readable(step * size, 's', 4)} apart")]
 
 
-def _unit(path: Path, header: Header, column: int, wanted: str, given: str | None) -> Unit:
-    """The unit of a column: the header's or the given one; a ValueError where these differ or mean nothing here."""
+def _unit(path: Path, header: Header, column: int, wanted: str, stated_unit: str | None) -> Unit:
+    """The unit of a column: the header's or the stated one; a ValueError where these differ or mean nothing here."""
     stated = header.unit(column, wanted)
     name = "time_unit" if wanted == TIME else "unit"
-    own = quantity_of(given, wanted) if given is not None else None
+    unit = quantity_of(stated_unit, wanted) if stated_unit is not None else None
     if stated is None:
         default = quantity_of("s" if wanted == TIME else "V", wanted)
         assert default is not None
-        return own or default
+        return unit or default
     if stated.quantity == wanted:
-        if own is not None and own.of_table != stated.of_table:
+        if unit is not None and unit.of_table != stated.of_table:
             raise ValueError(
-                f"{path}: {name} = {given!r}, but the header gives {stated.text!r} for column {column}; leave {name} "
-                "out to use that, or correct the header"
+                f"{path}: {name} = {stated_unit!r}, but the header gives {stated.text!r} for column {column}; leave "
+                f"{name} out to use that, or correct the header"
             )
         return stated
-    if own is not None and stated.quantity not in (TIME, FORCE, OTHER):
-        return own
+    if unit is not None and stated.quantity not in (TIME, FORCE, OTHER):
+        return unit
     kind = "a time" if wanted == TIME else "a voltage or a force"
     cure = (
         f"give {name}="
@@ -322,8 +325,8 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
 
 def _span(values: Mapping[int, Vector]) -> tuple[int, int]:
     """First and last sample with a value of any sensor."""
-    known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([*values.values()])), axis=0)
-    return int(known.argmax()), known.size - int(known[::-1].argmax())
+    present: NDArray[np.bool_] = np.any(np.isfinite(np.stack([*values.values()])), axis=0)
+    return int(present.argmax()), present.size - int(present[::-1].argmax())
 
 
 def _common(

@@ -75,8 +75,8 @@ def as_signal(
             raise ValueError(
                 f"forces[{sensor}]: holds {count_of(row.size, 'number')}, must be as many as time, {moments.size}"
             )
-    given = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
-    return _dataset(moments, rows, positions, baseline, given, lambda i: f"sample {i}")
+    inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
+    return _dataset(moments, rows, positions, baseline, inputs, lambda i: f"sample {i}")
 
 
 def read_signal(
@@ -172,18 +172,18 @@ def read_signal(
         _newtons(_si("unit", unit, FORCE), calibration, list(column_of))
     if not Path(path).is_file():
         raise ValueError(f"path = {str(path)!r}: must be the name of a file that exists")
-    found = read_trace(Path(path), column_of, sampling, unit)
+    file = read_trace(Path(path), column_of, sampling, unit)
     rows = {
-        sensor: _newtons(found.units[sensor], calibration, [sensor])[sensor] * row
-        for sensor, row in found.columns.items()
+        sensor: _newtons(file.units[sensor], calibration, [sensor])[sensor] * row
+        for sensor, row in file.columns.items()
     }
-    given = {
+    inputs = {
         "signal": str(path), "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
         "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
-        "units_of_columns": found.units,
+        "units_of_columns": file.units,
     }  # fmt: skip
-    data = _dataset(found.time, rows, positions, baseline, given, lambda i: f"sample {i}", f"{path}: ")
-    notes = [*found.notes, *_doubts(data)]
+    data = _dataset(file.time, rows, positions, baseline, inputs, lambda i: f"sample {i}", f"{path}: ")
+    notes = [*file.notes, *_doubts(data)]
     for note in notes:
         caution(f"{path}: {note}")
     return data.assign_attrs(reading="\n".join(notes))
@@ -207,13 +207,13 @@ def _sampling(
 
 def _si(name: str, unit: str, wanted: str) -> str:
     """The SI unit of a unit of time, or of a voltage or force; a ValueError for other text."""
-    found = quantity_of(unit, wanted) if isinstance(unit, str) else None
-    if found is None:
+    unit_found = quantity_of(unit, wanted) if isinstance(unit, str) else None
+    if unit_found is None:
         such = (
             "a time, such as 's', 'ms' or 'us'" if wanted == TIME else "a voltage or a force, such as 'V', 'mV' or 'N'"
         )
         raise ValueError(f"{name} = {short(unit)}: must be a unit of {such}")
-    return found.si
+    return unit_found.si
 
 
 def _doubts(data: xr.Dataset) -> list[str]:
@@ -258,7 +258,7 @@ def _dataset(
     forces: Mapping[int, Vector],
     positions: Mapping[int, float] | None,
     baseline: float | str,
-    given: Mapping[str, Any],
+    inputs: Mapping[str, Any],
     where: Where,
     name: str = "",
 ) -> xr.Dataset:
@@ -266,14 +266,14 @@ def _dataset(
     even = _even(time, where)
     columns = []
     for sensor, force in forces.items():
-        known = bridged(force)
-        if np.ptp(known) == 0.0:
-            raise ValueError(f"{name}sensor {sensor}: the signal is constant, {known[0]:g} N: must hold a wave")
-        columns.append(force - _baseline(even, known, baseline, f"{name}sensor {sensor}"))
+        filled = bridged(force)
+        if np.ptp(filled) == 0.0:
+            raise ValueError(f"{name}sensor {sensor}: the signal is constant, {filled[0]:g} N: must hold a wave")
+        columns.append(force - _baseline(even, filled, baseline, f"{name}sensor {sensor}"))
     data = xr.Dataset(
         {"sensor_force": variable("sensor_force", np.stack(columns, axis=1))},
         coords={"time": ("time", even, {"units": "s"}), "sensor": ("sensor", list(forces))},
-        attrs=provenance(given),
+        attrs=provenance(inputs),
     )
     if positions is None:
         return data

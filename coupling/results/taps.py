@@ -76,42 +76,44 @@ def average_taps(
     else:
         if length is not None:
             raise ValueError(f"length = {length!r}: is for one long signal; leave it out where each signal is one tap")
-        given = listed("signals", signals, xr.Dataset, "two or more signals")
-        if len(given) > MOST_TAPS:
-            raise ValueError(f"signals: are {len(given)}, must be at most {MOST_TAPS}")
-        taps = [checked_signal("signals", one) for one in given]
+        listed_signals = listed("signals", signals, xr.Dataset, "two or more signals")
+        if len(listed_signals) > MOST_TAPS:
+            raise ValueError(f"signals: are {len(listed_signals)}, must be at most {MOST_TAPS}")
+        taps = [checked_signal("signals", tap) for tap in listed_signals]
     if len(taps) < FEWEST_TAPS:
         raise ValueError(f"signals: hold {len(taps)} whole tap(s), must hold at least {FEWEST_TAPS}")
     numbers = taps[0].sensor.values.tolist()
     chosen = numbers[0] if sensor is None else whole("sensor", sensor)
     step = _common_step(taps, numbers, chosen)
-    peaks = [_incident(one, chosen, k) for k, one in enumerate(taps)]
-    first = max(float(one.time[0]) - at for one, (_, at) in zip(taps, peaks, strict=True))
-    last = min(float(one.time[-1]) - at for one, (_, at) in zip(taps, peaks, strict=True))
+    peaks = [_incident(tap, chosen, k) for k, tap in enumerate(taps)]
+    first = max(float(tap.time[0]) - at for tap, (_, at) in zip(taps, peaks, strict=True))
+    last = min(float(tap.time[-1]) - at for tap, (_, at) in zip(taps, peaks, strict=True))
     # Whole steps inside all taps; rounding may not lead outside one.
     time = step * np.arange(np.ceil(first / step + 1e-6), np.floor(last / step - 1e-6) + 1)
     means, noises = {}, []
     for number in numbers:
-        rows = np.stack([_shifted(one, number, time + at) for one, (_, at) in zip(taps, peaks, strict=True)])
+        rows = np.stack([_shifted(tap, number, time + at) for tap, (_, at) in zip(taps, peaks, strict=True)])
         means[number] = rows.mean(axis=0)
         noises.append(_scatter(rows, taps, number))
     heights = np.array([height for height, _ in peaks])
     spread = float(heights.std(ddof=1) / heights.mean())
     if spread > SCATTER:
         caution(f"average_taps: incident peaks scatter by {100.0 * spread:.2g} %; leave out taps that differ")
-    known = {number: bridged(mean) for number, mean in means.items()}
+    filled = {number: bridged(mean) for number, mean in means.items()}
     places = taps[0].centre.values.tolist() if "centre" in taps[0].coords else None
-    found = as_signal(time, known, None if places is None else dict(zip(numbers, places, strict=True)))
+    averaged_signal = as_signal(time, filled, None if places is None else dict(zip(numbers, places, strict=True)))
     averaged = xr.DataArray(
         np.stack(list(means.values()), axis=1),
-        dims=("time", "sensor"), coords=found.sensor_force.coords, attrs=found.sensor_force.attrs,
+        dims=("time", "sensor"), coords=averaged_signal.sensor_force.coords, attrs=averaged_signal.sensor_force.attrs,
     )  # fmt: skip
-    found = with_noise(found.assign(sensor_force=averaged), noises, "standard deviation of a sample of the average")
-    found.attrs |= {
+    averaged_signal = with_noise(
+        averaged_signal.assign(sensor_force=averaged), noises, "standard deviation of a sample of the average"
+    )
+    averaged_signal.attrs |= {
         "taps": len(taps),
         "conditioning": f"{len(taps)} taps were averaged; their incident peaks scatter by {100.0 * spread:.2g} %.",
     }
-    return found
+    return averaged_signal
 
 
 def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[xr.Dataset]:
@@ -135,9 +137,9 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
 
 
 def _row(signal: xr.Dataset, sensor: int) -> Vector:
-    known = signal.sensor.values.tolist()
-    if sensor not in known:
-        raise ValueError(f"sensor = {sensor!r}: must be one that was measured: {', '.join(map(str, known))}")
+    sensors = signal.sensor.values.tolist()
+    if sensor not in sensors:
+        raise ValueError(f"sensor = {sensor!r}: must be one that was measured: {', '.join(map(str, sensors))}")
     force = np.asarray(signal.sensor_force.sel(sensor=sensor).values, dtype=float)
     if not np.isfinite(force).any():
         raise ValueError(f"signals: sensor {sensor} has no samples that are not clipped")
@@ -146,13 +148,13 @@ def _row(signal: xr.Dataset, sensor: int) -> Vector:
 
 def _common_step(taps: Sequence[xr.Dataset], numbers: list[int], chosen: int) -> float:
     """The sampling interval of all taps, s, or a ValueError where they differ."""
-    steps = [float(one.time[1] - one.time[0]) for one in taps]
-    for k, one in enumerate(taps):
-        if one.sensor.values.tolist() != numbers:
-            raise ValueError(f"signals[{k}]: has sensors {one.sensor.values.tolist()}, must have {numbers}")
+    steps = [float(tap.time[1] - tap.time[0]) for tap in taps]
+    for k, tap in enumerate(taps):
+        if tap.sensor.values.tolist() != numbers:
+            raise ValueError(f"signals[{k}]: has sensors {tap.sensor.values.tolist()}, must have {numbers}")
         if abs(steps[k] - steps[0]) > 1e-3 * steps[0]:
             raise ValueError(f"signals[{k}]: has a sample every {steps[k]:.4g} s, must be {steps[0]:.4g} s")
-        _row(one, chosen)
+        _row(tap, chosen)
     return steps[0]
 
 
@@ -171,8 +173,8 @@ def _shifted(tap: xr.Dataset, sensor: int, time: Vector) -> Vector:
 
 def _scatter(rows: Vector, taps: Sequence[xr.Dataset], sensor: int) -> float:
     """Standard deviation of a sample of the average, N; rounding that no noise dithers does not average away."""
-    known = rows[:, np.isfinite(rows).all(axis=0)]
-    of_one = float(np.sqrt(known.var(axis=0, ddof=1).mean())) if known.size else float("nan")
+    complete = rows[:, np.isfinite(rows).all(axis=0)]
+    of_one = float(np.sqrt(complete.var(axis=0, ddof=1).mean())) if complete.size else float("nan")
     first = _row(taps[0], sensor)
     step = resolution(first[np.isfinite(first)])
     mean = of_one / np.sqrt(len(rows))

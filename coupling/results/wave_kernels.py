@@ -158,8 +158,8 @@ def _median(values, ordered):
 
 
 @inner(error_model="numpy")
-def passages_of(above, below, velocity, least, found, peaks):
-    """Put the passages of waves over a bead (start, end, peak, goes_on) into `found`; how many they are.
+def passages_of(above, below, velocity, least, table, peaks):
+    """Put the passages of waves over a bead (start, end, peak, goes_on) into `table`; how many they are.
 
     peaks: work space, 2 rows of as many integers as there can be peaks.
     """
@@ -179,7 +179,7 @@ def passages_of(above, below, velocity, least, found, peaks):
         if 0.5 * (above[peak] + below[peak]) >= least:
             together = end - start < TOGETHER * _width(above, first[i])
             goes_on = velocity[peak] > 0.0 if together else first[i] < second[j]
-            found[count, 0], found[count, 1], found[count, 2], found[count, 3] = start, end, peak, goes_on
+            table[count, 0], table[count, 1], table[count, 2], table[count, 3] = start, end, peak, goes_on
             count += 1
     return count
 
@@ -233,7 +233,7 @@ def spline_peak_of(time, force, at, step, work):
         dx[i] = time[i + 1] - time[i]
         chord[i] = (force[i + 1] - force[i]) / dx[i]
     _slopes(work, n)
-    best, where, known = force[at], time[at], False
+    best, where, is_set = force[at], time[at], False
     for i in range(n - 1):
         t = (slope[i] + slope[i + 1] - 2.0 * chord[i]) / dx[i]
         c, b = t / dx[i], (chord[i] - slope[i]) / dx[i] - t
@@ -248,8 +248,8 @@ def spline_peak_of(time, force, at, step, work):
             if root >= 0.0 and x <= time[i + 1] and abs(x - time[at]) <= step:
                 s = x - time[i]
                 value = force[i] + slope[i] * s + b * (s * s) + c * (s * s * s)
-                if not known or value > best:
-                    best, where, known = value, x, True
+                if not is_set or value > best:
+                    best, where, is_set = value, x, True
     return best, where
 
 
@@ -266,29 +266,29 @@ def _arrival(time, above, below, peak, work):
 
 
 @inner(error_model="numpy")
-def incident(time, above, below, velocity, found, peaks, work):
+def incident(time, above, below, velocity, passages, peaks, work):
     """The incident wave over a bead: amplitude (N), arrival (s), and its last sample, −1 where there is none."""
     top = 0.0
     for i in range(time.size):
         top = max(top, 0.5 * (above[i] + below[i]))
     if top > 0.0:
-        for i in range(passages_of(above, below, velocity, FIRST_WAVE * top, found, peaks)):
-            if found[i, 3]:
-                amplitude, arrival = _arrival(time, above, below, found[i, 2], work)
-                return amplitude, arrival, found[i, 1]
+        for i in range(passages_of(above, below, velocity, FIRST_WAVE * top, passages, peaks)):
+            if passages[i, 3]:
+                amplitude, arrival = _arrival(time, above, below, passages[i, 2], work)
+                return amplitude, arrival, passages[i, 1]
     return 0.0, 0.0, -1
 
 
 @inner(error_model="numpy")
-def waves_over_bead(time, above, below, velocity, smallest, out, found, peaks, work):
+def waves_over_bead(time, above, below, velocity, smallest, out, passages, peaks, work):
     """`waves` from the contacts of the bead alone, which do not say where a wave begins; with work space."""
-    amplitude, arrival, end = incident(time, above, below, velocity, found, peaks, work)
+    amplitude, arrival, end = incident(time, above, below, velocity, passages, peaks, work)
     if end < 0:
         return 0
     out[0, 0], out[0, 1], out[0, 2], count = amplitude, arrival, NOWHERE, 1
-    for i in range(passages_of(above, below, velocity, smallest * amplitude, found, peaks)):
-        if found[i, 0] > end and not found[i, 3] and count < len(out):
-            out[count, 0], out[count, 1] = _arrival(time, above, below, found[i, 2], work)
+    for i in range(passages_of(above, below, velocity, smallest * amplitude, passages, peaks)):
+        if passages[i, 0] > end and not passages[i, 3] and count < len(out):
+            out[count, 0], out[count, 1] = _arrival(time, above, below, passages[i, 2], work)
             out[count, 2] = STRUCTURE
             count += 1
     return count
@@ -315,10 +315,10 @@ def hops_of(time, force, taken, ordered):
         before = arrival
     usual = _median(taken, ordered)
     for i in range(taken.size):
-        one = taken[i]
-        if one - one != 0.0 or (i == taken.size - 1 and usual < one):
-            one = usual
-        taken[i] = SLACK * usual if one < SLACK * usual else one
+        hop = taken[i]
+        if hop - hop != 0.0 or (i == taken.size - 1 and usual < hop):
+            hop = usual
+        taken[i] = SLACK * usual if hop < SLACK * usual else hop
 
 
 hops = _for_python(hops_of)
@@ -341,10 +341,10 @@ def trace_back_of(times, begins, taken, row, now, left, pace, first, path, order
             break
         path[count] = before
         count, now, row = count + 1, before, row + 1
-        way = 0.0
+        travel = 0.0
         for i in range(first, row):
-            way += taken[i]
-        pace = max((left - now) / way, EARLY * pace)
+            travel += taken[i]
+        pace = max((left - now) / travel, EARLY * pace)
     return count
 
 
@@ -375,12 +375,12 @@ class Space(NamedTuple):
 @inner(error_model="numpy")
 def _peak_times(time, force, least, space):
     """Put the peaks of each row, s, one row after the other, and where each row begins, into the work space."""
-    found = space.peaks[0]
+    peaks = space.peaks[0]
     for row in range(len(force)):
-        count, begin = _peaks(force[row], least, found), space.begins[row]
+        count, begin = _peaks(force[row], least, peaks), space.begins[row]
         space.begins[row + 1] = begin + count
         for i in range(count):
-            space.times[begin + i] = time[found[i]]
+            space.times[begin + i] = time[peaks[i]]
 
 
 @inner(error_model="numpy")
@@ -389,26 +389,26 @@ def waves(time, force, velocity, smallest, out, space):
 
     force: contacts × time. It ends where `out` is full.
     """
-    found, peaks, work, rows = space.found, space.peaks, space.spline, len(force)
+    passages, peaks, work, rows = space.found, space.peaks, space.spline, len(force)
     above, below = force[0], force[1]
     if rows == 2:
-        return waves_over_bead(time, above, below, velocity, smallest, out, found, peaks, work)
-    first, arrival, end = incident(time, above, below, velocity, found, peaks, work)
+        return waves_over_bead(time, above, below, velocity, smallest, out, passages, peaks, work)
+    first, arrival, end = incident(time, above, below, velocity, passages, peaks, work)
     if end < 0:
         return 0
     out[0, 0], out[0, 1], out[0, 2] = first, arrival, NOWHERE
-    many, count, last = passages_of(above, below, velocity, smallest * first, found, peaks), 1, rows - 1
-    taken, known = space.taken[: rows - 1], False
+    many, count, last = passages_of(above, below, velocity, smallest * first, passages, peaks), 1, rows - 1
+    taken, is_known = space.taken[: rows - 1], False
     for i in range(many):
-        if found[i, 0] <= end or found[i, 3] or count == len(out):
+        if passages[i, 0] <= end or passages[i, 3] or count == len(out):
             continue
-        if not known:
-            known = True
+        if not is_known:
+            is_known = True
             hops_of(time, force, taken, space.ordered)
             _peak_times(time, force, FAINT * smallest * first, space)
-        amplitude, arrival = _arrival(time, above, below, found[i, 2], work)
-        pace, left = (first / amplitude) ** (1.0 / 6.0), time[found[i, 1]]
-        now = time[found[i, 0]]
+        amplitude, arrival = _arrival(time, above, below, passages[i, 2], work)
+        pace, left = (first / amplitude) ** (1.0 / 6.0), time[passages[i, 1]]
+        now = time[passages[i, 0]]
         pace = min(max((left - now) / taken[0], EARLY * pace), LATE * pace)
         reached = 1 + trace_back_of(
             space.times, space.begins[: rows + 1], taken, 1, now, left, pace, 0, space.path, space.ordered

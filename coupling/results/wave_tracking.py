@@ -85,8 +85,8 @@ class Track:
         """Mean speed along the track, m/s."""
         reading = Reading(run)
         first, last = (min(n, reading.beads[0]) for n in (self.contacts[0], self.contacts[-1]))
-        way = abs(reading.position(last) - reading.position(first))
-        return way / float(self.times[-1] - self.times[0])
+        distance = abs(reading.position(last) - reading.position(first))
+        return distance / float(self.times[-1] - self.times[0])
 
 
 def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track]:
@@ -156,11 +156,11 @@ class _Web:
         level = FAINT * smallest * self.first
         self.peaks: list[list[Peak]] = []
         for series in force:
-            found = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
-            self.peaks.append([interpolated(time, series, int(i)) for i in found])
+            indices = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
+            self.peaks.append([interpolated(time, series, int(i)) for i in indices])
         if not self.peaks[middle] or not np.isfinite(self.hops).all():
             raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")
-        self.free = [set(range(len(one))) for one in self.peaks]
+        self.free = [set(range(len(peaks))) for peaks in self.peaks]
 
     def take(self, path: list[Node]) -> None:
         for row, which in path:
@@ -178,7 +178,7 @@ class _Web:
         times = [np.array([self.peaks[row][k][1] for k in which]) for row, which in zip(rows, numbers, strict=True)]
         back = self.hops[::-1] if forward else self.hops
         taken: set[Node] = set()
-        found = []
+        paths = []
         for start, row in enumerate(rows):
             for place, which in enumerate(numbers[start]):
                 if (row, which) in taken:
@@ -192,8 +192,8 @@ class _Web:
                         break
                     path.append(node)
                 taken.update(path)
-                found.append(path[::-1])
-        return found
+                paths.append(path[::-1])
+        return paths
 
 
 def _track(path: list[Node], peaks: list[list[Peak]], contacts: Vector) -> Track:

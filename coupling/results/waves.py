@@ -127,7 +127,7 @@ class NoWave:
         return html_table("NoWave", [(self.which, f"none; {self.reason}")])
 
 
-OF_WAVES = {one.name for one in fields(ReflectedWave)}
+OF_WAVES = {field.name for field in fields(ReflectedWave)}
 
 
 class Reflections(NamedTuple):

@@ -70,10 +70,10 @@ def find_waves(time: Vector, series: Series, smallest: float, most: int) -> Wave
     time: the same for all runs, s. smallest: in units of the incident amplitude.
     """
     runs = len(series.force)
-    waves, found = np.full((runs, most, 3), np.nan), np.zeros(runs, dtype=np.int64)
-    wave_kernels.waves_of_many(*map(wave_kernels.plain, (time, *series[:3])), smallest, waves, found)
+    waves, counts = np.full((runs, most, 3), np.nan), np.zeros(runs, dtype=np.int64)
+    wave_kernels.waves_of_many(*map(wave_kernels.plain, (time, *series[:3])), smallest, waves, counts)
     begins = np.where(np.isnan(waves[..., 2]), 0.0, waves[..., 2]).astype(np.int64)
-    return WavesOfRuns(waves[..., 0], waves[..., 1], begins, found)
+    return WavesOfRuns(waves[..., 0], waves[..., 1], begins, counts)
 
 
 def why_missing(
@@ -101,7 +101,7 @@ def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
     contacts, beads = (variables[name].values.tolist() for name in ("contact", "bead"))
     if number not in beads:
         raise ValueError(f"{name} = {sensor!r}: must be a bead that was kept: {', '.join(map(str, beads))}")
-    rows = [contacts.index(one) for one in takewhile(reading.kept.__contains__, count(number))]
+    rows = [contacts.index(contact) for contact in takewhile(reading.kept.__contains__, count(number))]
     axes = [str(axis) for axis in variables["contact_force"].dims if axis not in ("time", "contact")]
     series = (
         _plain(variables["contact_force"], axes, {"time": slice(None), "contact": _places(rows)}),
@@ -110,7 +110,7 @@ def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
     )
     runs = len(series[0])
     # One preload for all runs of a sweep is repeated.
-    force, static, velocity = (one if len(one) == runs else np.repeat(one, runs, axis=0) for one in series)
+    force, static, velocity = (values if len(values) == runs else np.repeat(values, runs, axis=0) for values in series)
     like = reading.data.contact_force.isel(time=0, contact=0).reset_coords(drop=True) if axes else None
     return Series(force, static, velocity, tuple(axes), like)
 
@@ -120,17 +120,17 @@ def _places(rows: list[int]) -> Any:
     return slice(rows[0], rows[-1] + 1) if rows == list(range(rows[0], rows[-1] + 1)) else rows
 
 
-def _plain(values: xr.Variable, axes: list[str], own: dict[str, Any]) -> Vector:
+def _plain(values: xr.Variable, axes: list[str], selected: dict[str, Any]) -> Vector:
     """A variable as an array, runs × its own dimensions; one run where it has none of the axes.
 
-    own: its own dimensions, and which places along each to take.
+    selected: its own dimensions, and which places along each to take.
     """
     dims = list(map(str, values.dims))
-    order = [dims.index(axis) for axis in (*axes, *own) if axis in dims]
-    array = values.values.transpose(order)[(..., *own.values())]
-    if len(order) not in (len(own), len(axes) + len(own)):
+    order = [dims.index(axis) for axis in (*axes, *selected) if axis in dims]
+    array = values.values.transpose(order)[(..., *selected.values())]
+    if len(order) not in (len(selected), len(axes) + len(selected)):
         raise ValueError(f"run: has a variable over {', '.join(dims)}, must have all of {', '.join(axes)} or none")
-    return np.asarray(array.reshape(-1, *array.shape[array.ndim - len(own) :]))
+    return np.asarray(array.reshape(-1, *array.shape[array.ndim - len(selected) :]))
 
 
 def measured(reading: Reading, sensor: int, name: str = "sensor") -> xr.DataArray:

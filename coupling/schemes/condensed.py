@@ -62,7 +62,11 @@ class Condensed:
         tolerance, compliance = self.tolerance * interface.force_scale, interface.compliance(length)
         # Linear structures need one solve a window; where gaps close each trial has another response.
         linear = not interface.boxes
-        free = [s.free(one, length) for s, one in zip(interface.structures, state.structures, strict=True) if linear]
+        free = [
+            s.free(structure, length)
+            for s, structure in zip(interface.structures, state.structures, strict=True)
+            if linear
+        ]
         at_rest = interface.read(free) if linear else state.surface
         slope, identity = state.memory.copy(), np.eye(interface.size)
         force = trial_force(interface, state, length)
@@ -79,9 +83,9 @@ class Condensed:
                     pushed = interface.pushed(free, force, length)
                 return interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)
             if count > 1:
-                way = surface - last_surface
-                moved_enough = abs(way) > STILL * interface.indentation_scale
-                slope[moved_enough] = np.minimum((answer - last_answer)[moved_enough] / way[moved_enough], 0.0)
+                step = surface - last_surface
+                moved_enough = abs(step) > STILL * interface.indentation_scale
+                slope[moved_enough] = np.minimum((answer - last_answer)[moved_enough] / step[moved_enough], 0.0)
             last_surface, last_answer = surface, answer
             force = force + np.linalg.solve(identity - slope[:, None] * compliance, residual)
         worst = int(abs(residual).argmax())

@@ -83,9 +83,9 @@ class Explicit:
                 f"the predicted force differs by {wrong:.3g} N from the answer, tolerance {enough:.3g} N", evaluations=1
             )
         end = interface.next(state, length, followed, pushed, surface, force, (answer, work), target, 1)
-        made = float(abs((end.ledger.given - end.ledger.work).sum())) / interface.impact_energy
-        if self.tolerance is not None and made > MOST_MADE:
-            raise NotConverged(f"the exchange has made or lost {made:.2g} of the impact energy", evaluations=1)
+        gained = float(abs((end.ledger.given - end.ledger.work).sum())) / interface.impact_energy
+        if self.tolerance is not None and gained > MOST_MADE:
+            raise NotConverged(f"the exchange has made or lost {gained:.2g} of the impact energy", evaluations=1)
         return [end]
 
     def _enough(self, interface: Interface, length: float) -> float:

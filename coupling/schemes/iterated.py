@@ -214,7 +214,7 @@ class IQN_ILS(Iteration):
 class _LeastSquares(Search):
     def __init__(self, scheme: IQN_ILS, memory: tuple[Differences, ...], length: float) -> None:
         self.scheme, self.length = scheme, length
-        self.old = tuple(one for one in memory if one.length == length)
+        self.old = tuple(differences for differences in memory if differences.length == length)
         self.residuals: list[Vector] = []
         self.answers: list[Vector] = []
         self.last: tuple[Vector, Vector] | None = None
@@ -224,30 +224,36 @@ class _LeastSquares(Search):
             self.residuals.insert(0, residual - self.last[0])
             self.answers.insert(0, answer - self.last[1])
         self.last = residual, answer
-        columns = [*self.residuals, *(row for one in self.old for row in one.residuals if row.size == residual.size)]
-        changes = [*self.answers, *(row for one in self.old for row in one.answers if row.size == residual.size)]
-        kept, factors = _independent(columns, self.scheme.filtering)
-        if not kept:
+        columns = [
+            *self.residuals,
+            *(row for differences in self.old for row in differences.residuals if row.size == residual.size),
+        ]
+        changes = [
+            *self.answers,
+            *(row for differences in self.old for row in differences.answers if row.size == residual.size),
+        ]
+        independent, factors = _independent(columns, self.scheme.filtering)
+        if not independent:
             return self.scheme.relaxation * residual
         coefficients = np.linalg.solve(factors[1], -(factors[0].T @ residual))
-        change: Vector = np.array([changes[i] for i in kept]).T @ coefficients + residual
+        change: Vector = np.array([changes[i] for i in independent]).T @ coefficients + residual
         return change
 
     def memory(self) -> tuple[Differences, ...]:
         if not self.residuals:
             return self.old
-        own = Differences(self.length, np.array(self.residuals), np.array(self.answers))
-        return (own, *self.old)[: self.scheme.reuse]
+        differences = Differences(self.length, np.array(self.residuals), np.array(self.answers))
+        return (differences, *self.old)[: self.scheme.reuse]
 
 
 def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tuple[Vector, Vector]]:
     """Which columns add to those before them, and Q and R of these: Gram–Schmidt, twice."""
     size = columns[0].size if columns else 0
     most = min(size, len(columns))
-    kept: list[int] = []
+    independent: list[int] = []
     directions, upper = np.zeros((most, size)), np.zeros((most, most))
     for i, column in enumerate(columns):
-        n = len(kept)
+        n = len(independent)
         if n == most:
             break
         rest, shares = column, np.zeros(n)
@@ -258,6 +264,6 @@ def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tu
         length = float(np.linalg.norm(rest))
         if length > filtering * float(np.linalg.norm(column)):
             directions[n], upper[:n, n], upper[n, n] = rest / length, shares, length
-            kept.append(i)
-    n = len(kept)
-    return kept, (directions[:n].T, upper[:n, :n])
+            independent.append(i)
+    n = len(independent)
+    return independent, (directions[:n].T, upper[:n, :n])

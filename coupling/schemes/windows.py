@@ -75,14 +75,14 @@ class Windows:
 
     def _solved(self, state: CoupledState, length: float, many: int) -> list[CoupledState]:
         """The scheme's own step; a ValueError where a user's scheme returns something else."""
-        found = self.scheme.step(self.interface, state, length, many)
+        states = self.scheme.step(self.interface, state, length, many)
         name = f"{type(self.scheme).__name__}.step"
-        if not isinstance(found, list) or len(found) != many or not all(isinstance(i, CoupledState) for i in found):
-            raise ValueError(f"{name}: must return a list with the states after {many} substeps, not {short(found)}")
-        asked, passed = many * length, found[-1].time - state.time
+        if not isinstance(states, list) or len(states) != many or not all(isinstance(i, CoupledState) for i in states):
+            raise ValueError(f"{name}: must return a list with the states after {many} substeps, not {short(states)}")
+        asked, passed = many * length, states[-1].time - state.time
         if not abs(passed - asked) <= TIME_ROUNDING * asked:
             raise ValueError(f"{name}: must advance the state by {asked:.3g} s, not {passed:.3g} s; use interface.next")
-        return found
+        return states
 
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
         """In pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
@@ -94,7 +94,7 @@ class Windows:
         while len(ends) < substeps:
             many = min(piece, substeps - len(ends))
             try:
-                found = self._solved(state, length, many)
+                halves = self._solved(state, length, many)
             except NotConverged as error:
                 failed += error.evaluations
                 if many > 1:
@@ -103,10 +103,10 @@ class Windows:
                 if left == 0:
                     raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
                 middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
-                found = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+                halves = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
             if failed:
-                found[0] = _more(found[0], failed)
-            ends += found
+                halves[0] = _more(halves[0], failed)
+            ends += halves
             state, failed = ends[-1], 0
         if piece < substeps:
             ends[-1] = state._replace(piece=piece)

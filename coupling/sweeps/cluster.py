@@ -66,8 +66,8 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
                 killed[i] = point
         if busy:
             log.info("%d points are being run by other sweeps of this store; waiting for them", len(busy))
-        for one in (*killed.items(), *busy.items()):
-            for i, point, outcome in _spread(distributed, client, task, [dict([one])], work.store, wait=True):
+        for task_of in (*killed.items(), *busy.items()):
+            for i, point, outcome in _spread(distributed, client, task, [dict([task_of])], work.store, wait=True):
                 if isinstance(outcome, str):
                     yield i, work.store.failure(point) if work.store else None
                     continue
@@ -200,8 +200,8 @@ class _Workers:
     def _check(self, new: list[str]) -> None:
         here = version_of("hertzlink")
         # A function of Python itself: any worker has it, whatever else is installed there.
-        found = self.client.run(version, "hertzlink", workers=new, on_error="return") if new else {}
-        for worker, there in found.items():
+        versions = self.client.run(version, "hertzlink", workers=new, on_error="return") if new else {}
+        for worker, there in versions.items():
             if isinstance(there, OSError):  # It has gone meanwhile.
                 continue
             if there != here:

@@ -142,9 +142,11 @@ def critical_distance_search(
     refinement = Refinement(tolerances, relative, bracket, _far_values(far, values))
     while wanted := [(i, d) for i, curve in enumerate(search.curves) for d in refinement.wanted(i, curve)]:
         search.sample(wanted)
-    found = refinement.found(search.curves, tuple(map(len, values.values())), list(values))
-    data = search.samples().merge(found if isinstance(tolerance, Iterable) else found.squeeze("within"))
-    findings = search.findings() + _upper_bound(found, scan[0])
+    distances_found = refinement.found(search.curves, tuple(map(len, values.values())), list(values))
+    data = search.samples().merge(
+        distances_found if isinstance(tolerance, Iterable) else distances_found.squeeze("within")
+    )
+    findings = search.findings() + _upper_bound(distances_found, scan[0])
     warn(findings)
     return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
 
@@ -152,7 +154,7 @@ def critical_distance_search(
 def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
     """One tolerance or more, or a ValueError."""
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
-    return [positive("tolerance", one) for one in many]
+    return [positive("tolerance", value) for value in many]
 
 
 def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
@@ -170,10 +172,12 @@ def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) 
 
 def _distances(distances: Iterable[float]) -> list[float]:
     """The first scan in increasing order, or a ValueError."""
-    scan = sorted(not_negative("distances", one, "m") for one in listed("distances", distances, object, "numbers, m"))
+    scan = sorted(
+        not_negative("distances", value, "m") for value in listed("distances", distances, object, "numbers, m")
+    )
     if len(scan) < FEWEST:
         raise ValueError(f"distances = {scan}: must be three or more")
-    if twice := [one for one, other in pairwise(scan) if one == other]:
+    if twice := [distance for distance, following in pairwise(scan) if distance == following]:
         raise ValueError(f"distances: must not hold {twice[0]:g} twice")
     return scan
 
@@ -196,29 +200,29 @@ class _Search:
         self.found: dict[str, list[str]] = {}
         self.earlier: list[str] = []
 
-    def recall(self, known: xr.Dataset) -> None:
+    def recall(self, earlier: xr.Dataset) -> None:
         """Take over the samples of an earlier result."""
         names = list(self.values)
-        if not {"sampled", *MEASURED_QUANTITIES} <= set(known) or {*known.sampled.dims} != {*names, "distance"}:
+        if not {"sampled", *MEASURED_QUANTITIES} <= set(earlier) or {*earlier.sampled.dims} != {*names, "distance"}:
             raise ValueError(
                 f"known: must be a result of critical_distance_search over {', '.join(names) or 'no axes'}"
             )
         for name, axis in self.values.items():
-            if known[name].values.tolist() != axis_labels(axis):
+            if earlier[name].values.tolist() != axis_labels(axis):
                 raise ValueError(f"known: holds other values of {name} than {short(axis)}")
-        ordered = known[["sampled", *MEASURED_QUANTITIES]].transpose(*names, "distance")
-        sampled, *found = (ordered[name].values.reshape(len(self.curves), -1) for name in ordered)
-        distances = known.distance.values.tolist()
-        for curve, there, *values in zip(self.curves, sampled, *found, strict=True):
+        ordered = earlier[["sampled", *MEASURED_QUANTITIES]].transpose(*names, "distance")
+        sampled, *columns = (ordered[name].values.reshape(len(self.curves), -1) for name in ordered)
+        distances = earlier.distance.values.tolist()
+        for curve, there, *values in zip(self.curves, sampled, *columns, strict=True):
             rows = zip(distances, *(value.tolist() for value in values), strict=True)
-            curve.update({row[0]: (row[1], row[2]) for row, kept in zip(rows, there, strict=True) if kept})
-        self.earlier = findings_of(known)
-        self.attrs, self.labels = known.attrs, {name: known[name].attrs for name in MEASURED_QUANTITIES}
+            curve.update({row[0]: (row[1], row[2]) for row, present in zip(rows, there, strict=True) if present})
+        self.earlier = findings_of(earlier)
+        self.attrs, self.labels = earlier.attrs, {name: earlier[name].attrs for name in MEASURED_QUANTITIES}
 
     def sample(self, wanted: list[tuple[int, float]]) -> None:
         """Run curves at distances; those that share the distance and all but the last axis, in one process."""
-        ordered = sorted(set(wanted), key=lambda one: (one[0] // self.together, one[1], one[0]))
-        groups = groupby(enumerate(ordered), lambda one: (one[1][0] // self.together, one[1][1]))
+        ordered = sorted(set(wanted), key=lambda place: (place[0] // self.together, place[1], place[0]))
+        groups = groupby(enumerate(ordered), lambda item: (item[1][0] // self.together, item[1][1]))
         batches: list[Batch] = [
             {place: self._point(curve, distance) for place, (curve, distance) in group} for _, group in groups
         ]
@@ -245,11 +249,12 @@ class _Search:
         """All samples, on the union of the distances of all curves."""
         distances = sorted(set().union(*self.curves))
         empty = (np.nan, np.nan)
-        found = np.array([[curve.get(d, empty) for d in distances] for curve in self.curves])
+        measured = np.array([[curve.get(d, empty) for d in distances] for curve in self.curves])
         sampled = np.array([[d in curve for d in distances] for curve in self.curves])
         names, shape = [*self.values, "distance"], (*map(len, self.values.values()), len(distances))
         variables: dict[str, Any] = {
-            name: (names, found[..., i].reshape(shape), self.labels[name]) for i, name in enumerate(MEASURED_QUANTITIES)
+            name: (names, measured[..., i].reshape(shape), self.labels[name])
+            for i, name in enumerate(MEASURED_QUANTITIES)
         }
         variables["sampled"] = (names, sampled.reshape(shape), {"long_name": "whether there is a run"})
         coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in self.values.items()}
@@ -257,9 +262,9 @@ class _Search:
         return xr.Dataset(variables, coordinates, self.attrs)
 
 
-def _upper_bound(found: xr.Dataset, smallest: float) -> list[str]:
+def _upper_bound(data: xr.Dataset, smallest: float) -> list[str]:
     """A finding if AR is within the tolerance at all distances."""
-    if smallest == 0.0 or not bool((found.bracket.sel(end="low") == 0.0).any()):
+    if smallest == 0.0 or not bool((data.bracket.sel(end="low") == 0.0).any()):
         return []
     return [
         f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {readable(smallest, 'm', 6)}, "

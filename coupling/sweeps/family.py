@@ -113,12 +113,12 @@ def vary(
     gpu = _gpu() if one_of("device", device, DEVICES) == "gpu" else None
     varied = Varied(simulation, _columns(quantities))
     chain = simulation.chain
-    kept = kept_at([middle_of(chain)] if sensors is None else sensors, len(chain.chain.beads))
+    selection = kept_at([middle_of(chain)] if sensors is None else sensors, len(chain.chain.beads))
     # What the runs at the corners warn of, and their plans' checks.
-    ends = batch(varied.corners, until, save_every=save_every, sensors=kept.bodies)
+    ends = batch(varied.corners, until, save_every=save_every, sensors=selection.bodies)
     interval = float(ends.time[1]) if save_every is None else save_every
-    runs = FamilyRuns(varied, until, interval, kept, (1 + len(WAVES)) * (keep == "waves"), SMALLEST_WAVE)
-    size = runs.plan.rows * float(sum(map(len, kept)))
+    runs = FamilyRuns(varied, until, interval, selection, (1 + len(WAVES)) * (keep == "waves"), SMALLEST_WAVE)
+    size = runs.plan.rows * float(sum(map(len, selection)))
     if keep == "forces" and size * varied.count > MOST_SAVED:
         raise ValueError(f'keep = "forces": {size * varied.count:.3g} numbers are too many; give a longer save_every')
     many = max(1, int(MEASURED_AT_ONCE / size)) if gpu is None else runs.at_once(gpu)
@@ -161,12 +161,12 @@ def _columns(quantities: Mapping[str, Any]) -> dict[str, Vector]:
             f'quantities = {short(quantities)}: must be values by path, such as {{"chain.impact_speed": [0.2, 0.3]}}'
         )
     columns = dict[str, Vector]()
-    for name, given in quantities.items():
+    for name, values in quantities.items():
         where = f"quantities: {name}"
         try:
-            column = np.asarray(given, dtype=float)
+            column = np.asarray(values, dtype=float)
         except (TypeError, ValueError):
-            raise ValueError(f"{where} = {short(given)}: must be numbers, one for each run, in SI units") from None
+            raise ValueError(f"{where} = {short(values)}: must be numbers, one for each run, in SI units") from None
         if column.ndim != 1 or not column.size:
             raise ValueError(f"{where}: has the shape {column.shape}; must be a list of numbers, one for each run")
         if not np.isfinite(column).all():
@@ -201,18 +201,20 @@ class FamilyRuns:
     smallest wave, in units of the incident one.
     """
 
-    def __init__(self, varied: Varied, until: float, interval: float, kept: Kept, waves: int, smallest: float) -> None:
+    def __init__(
+        self, varied: Varied, until: float, interval: float, selection: Kept, waves: int, smallest: float
+    ) -> None:
         corners = varied.corners
-        plans = [one.plan(until, interval) for one in corners]
-        chains = [one.interface.chains[0] for one in corners]
-        step = min(one.longest_step if one.dt is None else one.dt for one in chains)
+        plans = [corner.plan(until, interval) for corner in corners]
+        chains = [corner.interface.chains[0] for corner in corners]
+        step = min(chain.longest_step if chain.dt is None else chain.dt for chain in chains)
         shortest = int(np.argmin([plan.length for plan in plans]))
         simulation, self.plan = corners[shortest].replace(dt=step), plans[shortest]
-        self.interface, self.kept, self.waves, self.smallest = simulation.interface, kept, waves, smallest
+        self.interface, self.kept, self.waves, self.smallest = simulation.interface, selection, waves, smallest
         self.until = until
-        rows, contacts, bodies = self.plan.rows, len(kept.contacts), len(kept.bodies)
+        rows, contacts, bodies = self.plan.rows, len(selection.contacts), len(selection.bodies)
         self.recorder: Any = Sensors(
-            np.array(kept.contacts), np.array(kept.bodies), np.array([(0, 0), (contacts, bodies)]),
+            np.array(selection.contacts), np.array(selection.bodies), np.array([(0, 0), (contacts, bodies)]),
             np.zeros((rows, contacts)), np.zeros((rows, bodies)),
             np.zeros(self.chain.mass.size), np.zeros(self.interface.size),
         )  # fmt: skip
@@ -220,20 +222,20 @@ class FamilyRuns:
         self.engine = Engine(self.interface, scheme, self.plan, self.recorder)
         # Both are in proportion to the scales of a run.
         softest, smallest_way = (
-            min(getattr(one.interface, name) / getattr(self.interface, name) for one in corners)
+            min(getattr(corner.interface, name) / getattr(self.interface, name) for corner in corners)
             for name in ("force_scale", "indentation_scale")
         )
         search = self.engine.search
         self.search = search._replace(tolerance=search.tolerance * softest, still=search.still * smallest_way)
         self.time: Vector = self.plan.interval * np.arange(float(self.plan.rows))
-        places = {contact: place for place, contact in enumerate(kept.contacts)}
-        self.seats = np.array([(places[n - 1], places[n], body) for body, n in enumerate(kept.bodies) if n])
+        places = {contact: place for place, contact in enumerate(selection.contacts)}
+        self.seats = np.array([(places[n - 1], places[n], body) for body, n in enumerate(selection.bodies) if n])
 
     def on_processors(self, varied: Varied, threads: int) -> Outcome:
         """Do some of the runs in threads."""
         runs = varied.count
-        own = {name: np.zeros((runs, *getattr(self.recorder, name).shape)) for name in FILLED}
-        recorder = self.recorder._replace(**{name: Rows(values, 1) for name, values in own.items()})
+        filled = {name: np.zeros((runs, *getattr(self.recorder, name).shape)) for name in FILLED}
+        recorder = self.recorder._replace(**{name: Rows(values, 1) for name, values in filled.items()})
         family, ended = self._family(varied, _row)._replace(recorder=recorder), np.zeros(runs, np.int64)
         ends = np.linspace(0, runs, threads + 1).astype(int).tolist()
 
@@ -243,7 +245,7 @@ class FamilyRuns:
 
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(do, ends[:-1], ends[1:]))
-        force, velocity = own["force"], own["velocity"]
+        force, velocity = filled["force"], filled["velocity"]
         failed = np.flatnonzero(ended != OK).tolist()
         if not self.waves:
             return Outcome(runs, force, velocity, np.zeros(0), failed)
@@ -251,16 +253,18 @@ class FamilyRuns:
 
     def on_gpu(self, gpu: Any, varied: Varied) -> Outcome:
         """Do some of the runs on a GPU."""
-        runs, engine, own = varied.count, self.engine, self.recorder
-        recorder = own._replace(**{name: gpu.columns(getattr(own, name), runs) for name in FILLED})
+        runs, engine, recorder_of_run = varied.count, self.engine, self.recorder
+        recorder = recorder_of_run._replace(
+            **{name: gpu.columns(getattr(recorder_of_run, name), runs) for name in FILLED}
+        )
         state = {"run": gpu.columns(engine.start(), runs), "trial": gpu.columns(engine.trial, runs)}
         family = gpu.on_device(self._family(varied, gpu.column)._replace(recorder=recorder, **state))
         failed = np.flatnonzero(gpu.do_runs(family, runs, self._rest) != OK).tolist()
         force, velocity = family.recorder.force, family.recorder.velocity
         if self.waves:
-            found = gpu.waves(force, velocity, self.time, self.static, self.seats, self.smallest, self.waves)
-            return Outcome(runs, np.zeros(0), np.zeros(0), found[..., :2], failed)
-        host = [np.moveaxis(one.values.copy_to_host(), -1, 0) for one in (force, velocity)]
+            peaks = gpu.waves(force, velocity, self.time, self.static, self.seats, self.smallest, self.waves)
+            return Outcome(runs, np.zeros(0), np.zeros(0), peaks[..., :2], failed)
+        host = [np.moveaxis(rows.values.copy_to_host(), -1, 0) for rows in (force, velocity)]
         return Outcome(runs, host[0], host[1], np.zeros(0), failed)
 
     def mended(self, done: Outcome, varied: Varied) -> Outcome:
@@ -342,13 +346,13 @@ class FamilyRuns:
 
     def _waves(self, force: Vector, velocity: Vector) -> Vector:
         """Return amplitude and arrival of the waves at the sensors, runs × sensors × waves × 2."""
-        found, counts = np.full((len(self.seats), len(force), self.waves, 3), np.nan), np.zeros(len(force), np.int64)
+        peaks, counts = np.full((len(self.seats), len(force), self.waves, 3), np.nan), np.zeros(len(force), np.int64)
         static = np.broadcast_to(self.static, (len(force), self.static.size))
         for above, below, body in self.seats:
             arrays = (force[..., [above, below]], static[:, [above, below]], velocity[..., body])
             plain = [wave_kernels.plain(values) for values in arrays]
-            wave_kernels.waves_of_many(self.time, *plain, self.smallest, found[body], counts)
-        return np.moveaxis(found, 0, 1)[..., :2]
+            wave_kernels.waves_of_many(self.time, *plain, self.smallest, peaks[body], counts)
+        return np.moveaxis(peaks, 0, 1)[..., :2]
 
 
 def _row(values: Vector) -> Rows:
@@ -372,12 +376,12 @@ def _dataset(runs: FamilyRuns, varied: Varied, parts: list[Outcome], until: floa
             "amplitude_ratio": (dims, ratio, {"units": "1", "long_name": "amplitude ratio"}),
             "time_of_flight": (dims, flight, {"units": "s", "long_name": "time of flight"}),
         }
-        found = xr.Dataset(data, coordinates)
+        runs_data = xr.Dataset(data, coordinates)
     else:
         coordinates["static_force"] = "contact", runs.static, {"units": "N"}
         force, velocity = (np.concatenate([getattr(part, name) for part in parts]) for name in FILLED[:2])
-        found = forces_of_runs(runs.kept, runs.plan.interval, force, velocity, coordinates)
+        runs_data = forces_of_runs(runs.kept, runs.plan.interval, force, velocity, coordinates)
     errors = [parts[i].reasons.get(n, "") for i in range(len(parts)) for n in range(parts[i].runs)]
-    given = {"first": varied.simulation.describe(), "quantities": list(varied.columns), "until": until}
-    found = found.assign_attrs(beads=len(runs.chain.chain.beads))
-    return finished("vary", found, errors, given | {"count": varied.count}, before, [])
+    inputs = {"first": varied.simulation.describe(), "quantities": list(varied.columns), "until": until}
+    runs_data = runs_data.assign_attrs(beads=len(runs.chain.chain.beads))
+    return finished("vary", runs_data, errors, inputs | {"count": varied.count}, before, [])

@@ -65,7 +65,7 @@ def columns(part: Any, runs: int) -> Any:
         # In the simulator, only elements of the type np.record have fields as attributes.
         kind = np.dtype((np.record, part.dtype)) if part.dtype.names else part.dtype
         return Columns(cuda.device_array((*part.shape, runs), kind))
-    return type(part)(*(columns(one, runs) for one in part))
+    return type(part)(*(columns(field, runs) for field in part))
 
 
 def on_device(part: Any) -> Any:
@@ -73,7 +73,7 @@ def on_device(part: Any) -> Any:
     if isinstance(part, np.ndarray):
         return cuda.to_device(part)
     if isinstance(part, tuple) and not isinstance(part, Columns):
-        parts = [on_device(one) for one in part]
+        parts = [on_device(field) for field in part]
         return type(part)(*parts) if hasattr(part, "_fields") else tuple(parts)
     return part
 
@@ -104,8 +104,8 @@ def waves(
     ]
     arrays = on_device((time, force.values, static, velocity.values, seats))
     measure[(runs + THREADS - 1) // THREADS, THREADS](*arrays, smallest, out, counts, tuple(work))
-    found = np.moveaxis(out.copy_to_host(), -1, 0)
-    return np.where((np.arange(most) < counts.copy_to_host().T[..., None])[..., None], found, np.nan)
+    values = np.moveaxis(out.copy_to_host(), -1, 0)
+    return np.where((np.arange(most) < counts.copy_to_host().T[..., None])[..., None], values, np.nan)
 
 
 def bytes_of(part: Any) -> float:

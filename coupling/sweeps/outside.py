@@ -93,8 +93,8 @@ class _Search:
             ):
                 self.visit(inner)
             if not is_dataclass(value):
-                own = _is_users(type(value).__module__)
-                self._parts(value, label, path, _attributes(value).keys() if own else names)
+                of_user = _is_users(type(value).__module__)
+                self._parts(value, label, path, _attributes(value).keys() if of_user else names)
             self._of_class(type(value))
 
     def _parts(self, value: Any, label: str, path: set[str], names: Iterable[str]) -> None:
@@ -208,11 +208,11 @@ def _plain(value: Any) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic | list | tuple):
-        return _plain(value.item()) if isinstance(value, np.generic) else [_plain(one) for one in value]
+        return _plain(value.item()) if isinstance(value, np.generic) else [_plain(item) for item in value]
     if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, set | frozenset):
-        return sorted(json.dumps(_plain(one), sort_keys=True) for one in value)
+        return sorted(json.dumps(_plain(item), sort_keys=True) for item in value)
     kind = f"{type(value).__module__}.{type(value).__qualname__}"
     if isinstance(value, np.ndarray):
         if value.dtype == object:

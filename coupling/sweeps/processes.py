@@ -74,15 +74,15 @@ class Work:
             try:
                 simulation = self.build(**point)
                 instance("build(...)", simulation, CoSimulation, "a CoSimulation")
-                run = kept = simulation.run(self.until)
+                run = measured = simulation.run(self.until)
                 if self.measure is not None:
-                    kept = instance("measure(run)", self.measure(run), xr.Dataset, "a Dataset")
+                    measured = instance("measure(run)", self.measure(run), xr.Dataset, "a Dataset")
             except Exception as error:
                 error.add_note(f"in the sweep's point {shown(point)}")
                 for message in dict.fromkeys(messages):
                     error.add_note(f"warning before it: {message}")
                 raise
-        return with_warnings(kept.assign_attrs(run.attrs), [*findings_of(run), *messages])
+        return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
         """`run` in another process. An error that cannot be pickled becomes a RuntimeError with its type and text."""
@@ -160,8 +160,8 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             batches, busy, waiting = [{i: point} for i, point in busy.items()], {}, True
         finished: set[int] = set()
         try:
-            with closing(_parallel(work, batches, jobs, waiting)) as found:
-                for batch, outcomes in zip(batches, found, strict=False):
+            with closing(_parallel(work, batches, jobs, waiting)) as outcomes_of_batches:
+                for batch, outcomes in zip(batches, outcomes_of_batches, strict=False):
                     finished.update(outcomes)
                     for i, outcome in outcomes.items():
                         if isinstance(outcome, str):
@@ -192,7 +192,7 @@ def _parallel(
     fewest = 1 if work.store is None else 2
     here: dict[str, Any] = {} if work.store is None else {"backend": "loky"}
     owner = os.getpid()
-    tasks = (joblib.delayed(_run_batch)(work, one, owner, wait) for one in batches)
+    tasks = (joblib.delayed(_run_batch)(work, batch, owner, wait) for batch in batches)
     return in_parallel(min(jobs, max(fewest, len(batches))), tasks, **here)
 
 
@@ -203,15 +203,15 @@ def in_parallel(jobs: int, tasks: Iterable[Any], **settings: Any) -> Generator[A
         initargs=(os.getpid(),), **settings,
     )  # fmt: skip
     with without_interrupts():
-        found: Generator[Any, None, None] = parallel(tasks)
+        results: Generator[Any, None, None] = parallel(tasks)
     try:
-        for one in found:  # noqa: UP028 - a generator that is closed closes the inner one below
-            yield one
+        for result in results:  # noqa: UP028 - a generator that is closed closes the inner one below
+            yield result
     finally:
         with warnings.catch_warnings():
             # That tasks were given up is known to who gave them up.
             warnings.simplefilter("ignore", UserWarning)
-            found.close()
+            results.close()
 
 
 @contextmanager

@@ -168,14 +168,14 @@ def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
 
 def _bar(label: str, total: int, done: int) -> Any:
     """Of tqdm; in a notebook its widget where there are widgets, otherwise text."""
-    given: dict[str, Any] = {"total": total, "initial": done, "leave": False, "desc": label, "bar_format": FORMAT}
+    options: dict[str, Any] = {"total": total, "initial": done, "leave": False, "desc": label, "bar_format": FORMAT}
     if not _in_notebook():
-        return tqdm(disable=None, **given)
+        return tqdm(disable=None, **options)
     if importlib.util.find_spec("ipywidgets") is None:
-        return tqdm(disable=False, file=sys.stdout, ascii=False, **given)
+        return tqdm(disable=False, file=sys.stdout, ascii=False, **options)
     from tqdm.notebook import tqdm as widget
 
-    return widget(disable=False, **given)
+    return widget(disable=False, **options)
 
 
 def _in_notebook() -> bool:

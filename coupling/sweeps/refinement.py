@@ -45,11 +45,14 @@ class Refinement:
         """The crossings of all curves for all tolerances."""
         arrays = [(*as_arrays(curve), far) for curve, far in zip(curves, self.far, strict=True)]
         crossings = np.array(
-            [[last_crossing(d, r, one, self.relative, far) for one in self.tolerances] for d, r, far in arrays]
+            [
+                [last_crossing(d, r, tolerance, self.relative, far) for tolerance in self.tolerances]
+                for d, r, far in arrays
+            ]
         ).reshape(*shape, len(self.tolerances), 3)
         metres, over = {"units": "m"}, [*names, "within"]
         label = "tolerance of AR, relative to the far value" if self.relative else "tolerance of AR"
-        far = np.array([far_value(ratios, known) for _, ratios, known in arrays]).reshape(shape)
+        far = np.array([far_value(ratios, far_ratio) for _, ratios, far_ratio in arrays]).reshape(shape)
         bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
         return xr.Dataset(
             {
@@ -73,8 +76,8 @@ def next_distances(
     reach = SAMPLE_OFFSET * bracket
     if bisect or high - low <= 2.0 * bracket:
         return [0.5 * (low + high)]
-    known = ~np.isnan(ratios)
-    x, y = distances[known], ratios[known]
+    valid = ~np.isnan(ratios)
+    x, y = distances[valid], ratios[valid]
     first, last = int(np.searchsorted(x, low)), int(np.searchsorted(x, high))
     near = slice(max(0, first - SPLINE_NEIGHBOURS + 1), last + SPLINE_NEIGHBOURS)
     spline = CubicSpline(x[near], y[near])

@@ -209,10 +209,10 @@ def describe(name: str, value: object) -> Any:
 
 
 def _named(name: str, function: Callable[..., Any]) -> str:
-    known = getattr(function, "__qualname__", "<lambda>")
-    if "<lambda>" in known or inspect.ismethod(function):
+    qualified = getattr(function, "__qualname__", "<lambda>")
+    if "<lambda>" in qualified or inspect.ismethod(function):
         raise ValueError(f"{name} = {reprlib.repr(function)}: must have a name (def) if a store is used")
-    return f"{function.__module__}.{known}"
+    return f"{function.__module__}.{qualified}"
 
 
 def _compare(path: Path, manifest: Mapping[str, Any]) -> tuple[str, ...]:
@@ -271,7 +271,7 @@ def _as_record(run: xr.Dataset) -> dict[str, Any]:
 def _as_parts(variable: xr.Variable) -> tuple[Any, ...]:
     """Dimensions, numbers and attributes; text of any length as a list."""
     values = np.asarray(variable.values)
-    is_text = values.dtype == object and all(isinstance(one, str) for one in values.flat)
+    is_text = values.dtype == object and all(isinstance(text, str) for text in values.flat)
     content = (values.shape, list(values.flat)) if is_text else values
     return tuple(variable.dims), content, dict(variable.attrs)
 

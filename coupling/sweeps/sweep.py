@@ -136,14 +136,16 @@ def sweep(
     def run(batches: list[Batch]) -> Iterator[tuple[int, Outcome]]:
         return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
 
-    found = {} if work.store is None else _found(work.store, points, retry)
+    stored = {} if work.store is None else _found(work.store, points, retry)
     try:
-        outcomes = _finished(found, points, texts, together, run)
+        outcomes = _finished(stored, points, texts, together, run)
     except KeyboardInterrupt:
         if work.store is None:
             raise
-        kept = sum(work.store.holds(point) for point in points)
-        raise Stopped(f"{kept} of {len(points)} points kept in {work.store.folder}; run again to continue") from None
+        stored_points = sum(work.store.holds(point) for point in points)
+        raise Stopped(
+            f"{stored_points} of {len(points)} points kept in {work.store.folder}; run again to continue"
+        ) from None
     if work.store is not None:
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _report_failures(work.store, outcomes)
@@ -168,7 +170,7 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
     return values
 
 
-def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str = "build", given: str = "axes") -> None:
+def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str = "build", names: str = "axes") -> None:
     """Raises ValueError if build is not a function, or does not accept exactly the axes."""
     if not callable(build):
         raise ValueError(f"{name} = {short(build)}: must be a function that returns a CoSimulation")
@@ -180,7 +182,7 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
         signature.bind(**values)
     except TypeError as error:
         raise ValueError(
-            f"{name} = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the {given} are "
+            f"{name} = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the {names} are "
             f"{', '.join(values)} ({error})"
         ) from None
 
@@ -200,19 +202,19 @@ def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]
 
 
 def _finished(
-    found: Mapping[int, Outcome],
+    stored: Mapping[int, Outcome],
     points: list[Point],
     texts: list[str],
     together: int,
     run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
 ) -> dict[int, Outcome]:
     """Outcomes by place: those found, and those of the remaining points; points with the same text are run once."""
-    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in found}
+    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in stored}
     groups = groupby(sorted(left.values()), lambda i: i // together)
     batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
-    outcomes = dict(found)
-    failed = sum(isinstance(outcome, Failure) for outcome in found.values())
-    with Progress(len(found) + len(left), len(found), failed) as progress:
+    outcomes = dict(stored)
+    failed = sum(isinstance(outcome, Failure) for outcome in stored.values())
+    with Progress(len(stored) + len(left), len(stored), failed) as progress:
         for i, outcome in run(batches) if batches else ():
             outcomes[i] = outcome
             progress.advance(isinstance(outcome, Failure))
@@ -263,7 +265,7 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
         coordinates[str(name)] = coordinate if same else stacked(str(name))
     variables: dict[str, Any] = {str(name): stacked(str(name)) for name in first.data_vars}
     if len(runs) < len(outcomes):
-        errors = np.array([str(one) if isinstance(one, Failure) else "" for one in outcomes]).reshape(shape)
+        errors = np.array([str(outcome) if isinstance(outcome, Failure) else "" for outcome in outcomes]).reshape(shape)
         variables[ERROR_VARIABLE] = (
             tuple(values),
             errors,

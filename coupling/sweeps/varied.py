@@ -199,16 +199,16 @@ class Varied:
         """Stiffnesses of the contacts, contacts × runs."""
         moving, bodies, usual = self.simulation.interface.chains[0], self._bodies, self._usual
         rows = [np.full(self.count, value) for value in moving.model.law.stiffness]
-        known: dict[tuple[int, int], Vector] = {}
+        stiffness: dict[tuple[int, int], Vector] = {}
         for i in range(len(rows)):
             pair, law = (bodies[i], bodies[i + 1]), moving.laws[i]
             if law is None or (pair[0] is usual[i] and pair[1] is usual[i + 1]):
                 continue
             if self._chain.law is not None or law.kernel[1] is not None:
                 raise ValueError(f"law: of contact {i + 1} does not follow from the bodies alone{IN_GENERAL}")
-            if (id(pair[0]), id(pair[1])) not in known:
-                known[id(pair[0]), id(pair[1])] = _contact_stiffness(*pair)
-            rows[i] = known[id(pair[0]), id(pair[1])]
+            if (id(pair[0]), id(pair[1])) not in stiffness:
+                stiffness[id(pair[0]), id(pair[1])] = _contact_stiffness(*pair)
+            rows[i] = stiffness[id(pair[0]), id(pair[1])]
         return np.array([np.broadcast_to(row, self.count) for row in rows])
 
     def _coefficients(self, mass: Vector | None) -> Vector | None:
@@ -227,13 +227,13 @@ class Varied:
         if columns:
             values, places = np.unique(np.array(list(columns.values())), axis=1, return_inverse=True)
             losses = [replace(loss, **dict(zip(columns, map(float, column), strict=True))) for column in values.T]
-        pieces = np.array([kernel_loss(one, base, present).coefficient for one in losses]).T[:, places.ravel()]
+        pieces = np.array([kernel_loss(loss, base, present).coefficient for loss in losses]).T[:, places.ravel()]
         if mass is None:
             return pieces
         inverse = np.append(1.0 / mass, np.zeros((1, self.count)), axis=0)
         reduced = 1.0 / (inverse[:-1] + inverse[1:])
         # All losses of ours are a number times a function of the mass.
-        strongest = max(losses, key=lambda one: float(coefficients_of(one, base).max()))
+        strongest = max(losses, key=lambda loss: float(coefficients_of(loss, base).max()))
         scaled_up: Vector = pieces * strongest.coefficients(reduced) / strongest.coefficients(base)[:, None]
         return scaled_up
 
@@ -275,8 +275,8 @@ def _checked_path(name: str) -> Path:
             f'vary: "{name}" cannot vary; name an entry of the chain or the structure, as chain.impact_speed'
         )
     if path[0] == "structure" and path not in PLATE:
-        known = ", ".join(".".join(map(str, one)) for one in PLATE)
-        raise ValueError(f'quantities: "{name}" cannot vary; of a structure {known} can{IN_GENERAL}')
+        varying = ", ".join(".".join(map(str, path)) for path in PLATE)
+        raise ValueError(f'quantities: "{name}" cannot vary; of a structure {varying} can{IN_GENERAL}')
     if path[0] == "chain" and path[1] not in CHAIN:
         raise ValueError(
             f'vary: "{name}" cannot vary; of a chain impact_speed, bead, beads[i], striker, dissipation can'
@@ -328,7 +328,7 @@ def _changed(thing: Any, path: Path, value: Any) -> Any:
 
 def _field(thing: Any, name: str | int) -> Any:
     """Return a field of a dataclass, or raise a ValueError that lists them."""
-    names = [one.name for one in fields(thing)] if is_dataclass(thing) else []
+    names = [field.name for field in fields(thing)] if is_dataclass(thing) else []
     if name not in names:
         listed = f"has {', '.join(names)}" if names else "has no entries"
         raise ValueError(f"{type(thing).__name__} has no {name}; it {listed}")
