@@ -83,17 +83,17 @@ class ShortSignature(inspect.Signature):
     @classmethod
     def of(cls, function: Any) -> "ShortSignature":
         """That of a function, with its real annotations."""
-        known = inspect.signature(function)
-        parameters = [one.replace(annotation=without_notes(one.annotation)) for one in known.parameters.values()]
-        return cls(parameters, return_annotation=known.return_annotation)
+        signature = inspect.signature(function)
+        parameters = [p.replace(annotation=without_notes(p.annotation)) for p in signature.parameters.values()]
+        return cls(parameters, return_annotation=signature.return_annotation)
 
     def __str__(self) -> str:
         parts, starred = list[str](), False
-        for one in self.parameters.values():
-            if one.kind is one.KEYWORD_ONLY and not starred:
+        for parameter in self.parameters.values():
+            if parameter.kind is parameter.KEYWORD_ONLY and not starred:
                 parts.append("*")
-            starred = starred or one.kind in (one.KEYWORD_ONLY, one.VAR_POSITIONAL)
-            parts.append(short(str(one)))
+            starred = starred or parameter.kind in (parameter.KEYWORD_ONLY, parameter.VAR_POSITIONAL)
+            parts.append(short(str(parameter)))
         returned = self.return_annotation
         result = "" if returned is self.empty else f" -> {short(inspect.formatannotation(returned))}"
         line = f"({', '.join(parts)}){result}"
@@ -114,7 +114,7 @@ def _expanded() -> dict[str, str]:
     from structures.structure import Vector
 
     types = {"ArrayLike": ArrayLike, "Facing": Facing, "LawOfPair": LawOfPair, "ndarray": Vector}
-    texts = {name: _without_modules(inspect.formatannotation(one)) for name, one in types.items()}
+    texts = {name: _without_modules(inspect.formatannotation(kind)) for name, kind in types.items()}
     return {re.sub(r"^Union\[(.*)\]$", r"\1", text): name for name, text in texts.items()}
 
 
@@ -123,7 +123,7 @@ def short(text: str) -> str:
     text = _without_modules(re.sub(r"<(?:class|function) '?([\w.]+)'?(?: at 0x\w+)?>", r"\1", text))
     for expanded, name in _expanded().items():
         text = text.replace(f"Union[{expanded}]", name).replace(expanded, name)
-    return re.sub(r"Union\[([^][]*)\]", lambda found: found[1].replace(", ", " | "), text)
+    return re.sub(r"Union\[([^][]*)\]", lambda match: match[1].replace(", ", " | "), text)
 
 
 def _without_modules(text: str) -> str:

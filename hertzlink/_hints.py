@@ -75,8 +75,8 @@ def meant(word: object, names: Collection[str], others: Mapping[str, str] = OTHE
     for name, words in others.items():
         if name in names and name.lower() != guess and guess in words.split():
             return [name]
-    if found := near(word, names):
-        return found
+    if matches := near(word, names):
+        return matches
     parts = set(guess.split("_"))
     shared = [name for name in names if set(name.lower().split("_")) <= parts]
     return shared[:1] or list(names) * (len(names) == 1)
@@ -84,9 +84,9 @@ def meant(word: object, names: Collection[str], others: Mapping[str, str] = OTHE
 
 def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
     """The end of a message: the names that may be meant, or all of them where none is near and they are few."""
-    if found := meant(word, choices):
-        how = CONVERTED.get((str(word).lower(), found[0]))
-        return f"did you mean {' or '.join(found)}{f', {how}' if how else ''}?"
+    if matches := meant(word, choices):
+        how = CONVERTED.get((str(word).lower(), matches[0]))
+        return f"did you mean {' or '.join(matches)}{f', {how}' if how else ''}?"
     return f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
 
 
@@ -112,27 +112,27 @@ def hinting(function: Callable[..., Any], name: str, method: bool = False) -> Ca
 def misfit(function: Callable[..., Any], name: str, method: bool, arguments: Any, named: dict[str, Any]) -> str:
     """What is wrong with the arguments of a call; empty if nothing is."""
     parameters = list(inspect.signature(function).parameters.values())[method:]
-    names = [one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
-    takes_any = any(one.kind is one.VAR_KEYWORD for one in parameters)
+    names = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+    takes_any = any(p.kind is p.VAR_KEYWORD for p in parameters)
     for word in named:
         if word not in names and not takes_any:
-            left = [one for one in names if one not in named]
+            left = [name for name in names if name not in named]
             return f"{name}() has no argument {word!r}; {nearest(word, left or names, len(names))}"
     signature = f"its arguments are {', '.join(names)}" if names else "it has no arguments"
-    placed = [one for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+    placed = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     count = len(arguments) - method
-    if count > len(placed) and not any(one.kind is one.VAR_POSITIONAL for one in parameters):
+    if count > len(placed) and not any(p.kind is p.VAR_POSITIONAL for p in parameters):
         by_name = "; give the others by name" if len(names) > len(placed) else ""
         return f"{name}() takes {len(placed)} arguments in order, not {count}; {signature}{by_name}"
-    before = {one.name for one in placed[:count]}
+    before = {p.name for p in placed[:count]}
     twice = next((word for word in named if word in before), None)
     if twice is not None:
         return f"{name}() has the argument {twice!r} twice, in order and by name; {signature}"
     missing = [
-        one.name
-        for one in parameters
-        if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-        and one.name not in before and one.name not in named
+        p.name
+        for p in parameters
+        if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)
+        and p.name not in before and p.name not in named
     ]  # fmt: skip
     return f"{name}() lacks {' and '.join(missing)}; {signature}" if missing else ""
 
@@ -200,5 +200,5 @@ def _hint(name: str, space: str) -> str:
         places |= {inner.lower(): f"{outer}.{inner}" for inner in names}
     places |= {public.lower(): public for public in PUBLIC}
     places |= {usual.lower(): place for usual, place in OTHER_NAMES.items()}
-    found = meant(name, places, {})
-    return f"; did you mean hertzlink.{places[found[0]]}?" if found else ""
+    matches = meant(name, places, {})
+    return f"; did you mean hertzlink.{places[matches[0]]}?" if matches else ""

@@ -14,9 +14,9 @@ def check() -> None:
         spec = find_spec(room)
         places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or []]
         if home / room not in places:
-            found = "nothing" if spec is None else str(places[0] if places else spec.origin)
+            location = "nothing" if spec is None else str(places[0] if places else spec.origin)
             raise ImportError(
-                f"hertzlink needs its own package {room!r} from {home}, but Python finds {found}; "
+                f"hertzlink needs its own package {room!r} from {home}, but Python finds {location}; "
                 "rename that package, or remove its folder from sys.path"
             )
 

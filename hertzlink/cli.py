@@ -105,11 +105,11 @@ for _command in (*COMMANDS, explore_case):
 
 
 def run_study(
-    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, own: Mapping[str, Any]
+    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, parameters: Mapping[str, Any]
 ) -> None:
     """Run a study of the thesis: netCDF, figures, a table and a report.
 
-    form: of the figures; own: the parameters that the user gave.
+    form: of the figures; parameters: those that the user gave.
     """
     folder = output or Path(name)
     check_output(folder, force)
@@ -118,17 +118,17 @@ def run_study(
     keep = {"keep": parts} if isinstance(chosen, LongStudy) else {}
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, 0 if own else STUDIES[name].runs[not quick]):
+        with collected() as findings, one_bar(name, 0 if parameters else STUDIES[name].runs[not quick]):
             begin = perf_counter()
-            data = chosen.run(quick, jobs, **own, **keep)
+            data = chosen.run(quick, jobs, **parameters, **keep)
             remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)
             data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
             found = Written(name, chosen, data.assign_attrs({"comment": remark} if remark else {}), form)
     finally:
         warn(one_of_each(findings))
-    given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    whole = provenance(given | ({"own": dict(own)} if own else {}))
-    data = with_warnings(found.data.assign_attrs(whole), findings)
+    inputs = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
+    attributes = provenance(inputs | ({"own": dict(parameters)} if parameters else {}))
+    data = with_warnings(found.data.assign_attrs(attributes), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
     if isinstance(chosen, LongStudy):
         chosen.forget(parts)
@@ -185,32 +185,32 @@ def check_output(folder: Path, force: bool) -> None:
     try:
         with suppress(FileNotFoundError, NotADirectoryError):
             folder.stat()  # fails on a link that leads to itself, which newer Pythons resolve without an error
-        whole = folder.resolve()
-        _check_place(folder, whole, force)
-        check_place(whole)
+        path = folder.resolve()
+        _check_place(folder, path, force)
+        check_place(path)
     except OSError as error:
         raise ValueError(
             f"--output {folder}: cannot be written ({error.strerror or error}); give another folder"
         ) from error
 
 
-def _check_place(folder: Path, whole: Path, force: bool) -> None:
-    """Raise a ValueError if the folder holds something else, or if it has no parent folder. whole: its full path."""
-    if whole.exists() and not whole.is_dir():
+def _check_place(folder: Path, full_path: Path, force: bool) -> None:
+    """Raise a ValueError if the folder, whose `full_path` is resolved, holds something else or has no parent."""
+    if full_path.exists() and not full_path.is_dir():
         raise ValueError(f"--output {folder}: is a file; give a folder")
-    if whole == Path.cwd() or whole in Path.cwd().parents:
+    if full_path == Path.cwd() or full_path in Path.cwd().parents:
         raise ValueError(f"--output {folder}: contains the current folder; give another one")
-    if whole.exists() and not force:
+    if full_path.exists() and not force:
         raise ValueError(f"--output {folder}: exists already; give another folder, or use --force to replace it")
-    if whole.exists():
-        own = _own_files(whole)
-        foreign = sorted(path.name for path in whole.iterdir() if not own(path))
-        if foreign or not (whole / LISTING).is_file():
+    if full_path.exists():
+        is_ours = _own_files(full_path)
+        foreign = sorted(path.name for path in full_path.iterdir() if not is_ours(path))
+        if foreign or not (full_path / LISTING).is_file():
             raise ValueError(
                 f"--output {folder}: contains {', '.join(foreign[:1]) or 'nothing'}, which no earlier command wrote, "
                 "or which was changed since; move it away, or give another folder"
             )
-    if not whole.parent.is_dir():
+    if not full_path.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
 
 
@@ -219,9 +219,9 @@ def _own_files(folder: Path) -> Callable[[Path], bool]:
     sums: dict[str, str] = {}
     if (folder / LISTING).is_file() and not (folder / LISTING).is_symlink():
         lines = (folder / LISTING).read_text(encoding="utf-8", errors="replace").splitlines()
-        found = [LISTED.fullmatch(line) for line in lines]
-        if lines and all(found):
-            sums = {one[2]: one[1] for one in found if one}
+        matches = [LISTED.fullmatch(line) for line in lines]
+        if lines and all(matches):
+            sums = {match[2]: match[1] for match in matches if match}
 
     def own(path: Path) -> bool:
         if path.is_symlink() or not path.is_file() or not sums:

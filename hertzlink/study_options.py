@@ -18,7 +18,7 @@ from the thesis, the table has no column of the thesis, and table, figures and n
 
 def common_options() -> list[click.Parameter]:
     """The options of every study."""
-    whole, formats = click.IntRange(min=1), click.Choice(list(FORMATS))
+    count, formats = click.IntRange(min=1), click.Choice(list(FORMATS))
     return [
         click.Option(["--quick"], is_flag=True, help="A coarse version that runs in seconds."),
         click.Option(
@@ -29,7 +29,7 @@ def common_options() -> list[click.Parameter]:
         ),
         click.Option(["--force"], is_flag=True, help="Replace the output folder if it holds an earlier study."),
         click.Option(
-            ["--jobs"], metavar="NUMBER", type=whole, help="Number of processes; by default a suitable number."
+            ["--jobs"], metavar="NUMBER", type=count, help="Number of processes; by default a suitable number."
         ),
         click.Option(["--figures", "form"], type=formats, default="png", help="Format of the figures; by default png."),
     ]
@@ -92,7 +92,7 @@ class StudyCommand(click.Command):
     def __init__(self, name: str, run: Callable[..., None]) -> None:
         self.conditions: type[Conditions] = getattr(study(name), "Conditions", Conditions)
         self.own = self.conditions.options()
-        options = [_option(one, option) for one, option in self.own.items()]
+        options = [_option(parameter, option) for parameter, option in self.own.items()]
         super().__init__(name, params=[*options, *common_options()], callback=self._run, help=STUDIES[name].about)
         self._study = run
 
@@ -101,17 +101,17 @@ class StudyCommand(click.Command):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            known = ", ".join(map(_typed, self.own)) or "none"
-            raise click.UsageError(f"{self.name}: no such option {error.option_name}; parameters: {known}") from error
+            names = ", ".join(map(_typed, self.own)) or "none"
+            raise click.UsageError(f"{self.name}: no such option {error.option_name}; parameters: {names}") from error
 
-    def _run(self, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, **given: Any) -> None:
-        own = {name: value for name, value in given.items() if value not in (None, ())}
+    def _run(self, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, **options: Any) -> None:
+        stated = {name: value for name, value in options.items() if value not in (None, ())}
         try:
-            values = {name: self.own[name].read(name, value) for name, value in own.items()}
+            values = {name: self.own[name].read(name, value) for name, value in stated.items()}
             self.conditions.of(values)
         except WrongValue as error:
             raise click.UsageError(f"{_typed(error.name)} {_given(error.value)}: {error.cure}") from error
-        self._study(str(self.name), quick, output, force, jobs, form, own)
+        self._study(str(self.name), quick, output, force, jobs, form, stated)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The study's own parameters, with unit and default, then the options of all studies."""
@@ -123,7 +123,7 @@ class StudyCommand(click.Command):
         else:
             formatter.write_paragraph()
             formatter.write_text("This study checks a method in fixed cases: nothing of it can be changed.")
-        records = [record for one in common_options() if (record := one.get_help_record(ctx))]
+        records = [record for option in common_options() if (record := option.get_help_record(ctx))]
         with formatter.section("Options of all studies"):
             formatter.write_dl([*records, ("-h, --help", "Show this message.")])
 

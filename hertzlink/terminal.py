@@ -47,7 +47,10 @@ def wrapped(text: str, stream: IO[str]) -> str:
 
 def printable(text: str) -> str:
     """The text with what is no letter as Python writes it: a file may hold what a terminal takes for a command."""
-    return "".join(one if one.isprintable() or one in "\n\t" else one.encode("unicode_escape").decode() for one in text)
+    return "".join(
+        character if character.isprintable() or character in "\n\t" else character.encode("unicode_escape").decode()
+        for character in text
+    )
 
 
 def _columns(stream: IO[str]) -> int:
@@ -63,10 +66,10 @@ def _columns(stream: IO[str]) -> int:
 
 def _paths() -> list[str]:
     """What may be a path with blanks in a message: the current folder, and the words of the command."""
-    found = [word for word in sys.argv[1:] if not word.startswith("-")]
+    folders = [word for word in sys.argv[1:] if not word.startswith("-")]
     with suppress(OSError):
-        found.append(str(Path.cwd()))
-    return sorted((one for one in found if " " in one), key=len, reverse=True)
+        folders.append(str(Path.cwd()))
+    return sorted((word for word in folders if " " in word), key=len, reverse=True)
 
 
 def say(text: str) -> None:
@@ -94,8 +97,8 @@ class LogFormat(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """One record."""
-        own = record.name.partition(".")[0] == NAME
-        return wrapped(f"{NAME if own else record.name}: {super().format(record)}", sys.stderr)
+        is_ours = record.name.partition(".")[0] == NAME
+        return wrapped(f"{NAME if is_ours else record.name}: {super().format(record)}", sys.stderr)
 
 
 def set_up() -> None:

@@ -91,15 +91,15 @@ def run_case(
     from hertzlink.cases.run_with_yielding import run_both
     from hertzlink.cases.running import task_of
 
-    whole, source = read_case(case, changes, parts)
+    full_case, source = read_case(case, changes, parts)
     with located(source):
-        task = task_of(whole)
+        task = task_of(full_case)
 
         def work() -> Done:
             data, dented = run_both(task, jobs)
             return Done(data, *report(task, data, dented))
 
-        _written(case, output, force, whole, work, task.sensors, form)
+        _written(case, output, force, full_case, work, task.sensors, form)
 
 
 class Done(NamedTuple):
@@ -141,9 +141,9 @@ def _written(
         with collected() as findings:
             done = work()
     finally:
-        warn(one_of_each([of_case(one) for one in findings]))
-    found = [of_case(one) for one in (*findings_of(done.data), *findings)]
-    data, text, took = with_warnings(done.data, found), of_case(done.text), perf_counter() - began
+        warn(one_of_each([of_case(finding) for finding in findings]))
+    messages = [of_case(finding) for finding in (*findings_of(done.data), *findings)]
+    data, text, took = with_warnings(done.data, messages), of_case(done.text), perf_counter() - began
 
     # Measures that warn of what the result says already must not warn again.
     with collected():
@@ -175,9 +175,9 @@ def check_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...]) -> 
     from hertzlink.cases.running import task_of
     from hertzlink.cases.trial import trial
 
-    whole, source = read_case(case, changes, parts)
+    full_case, source = read_case(case, changes, parts)
     with located(source):
-        say(trial(task_of(whole)))
+        say(trial(task_of(full_case)))
 
 
 @click.command("identify", short_help="Find unknowns of a case from a measured trace.")
@@ -211,21 +211,23 @@ def identify_case(
     from hertzlink.cases.questions import question_of
     from hertzlink.cases.signal_file import of_file, signal_of
 
-    whole, source = read_case(case, changes, parts)
+    full_case, source = read_case(case, changes, parts)
     with located(source):
-        question = question_of(whole)
+        question = question_of(full_case)
         signal = signal_of(question, trace)
 
         def work() -> Done:
             try:
-                found = answer(question, signal)
+                identification = answer(question, signal)
             except ValueError as error:
                 raise of_file(error, trace) from None
-            data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: printable(str(trace.absolute()))})
-            code = 0 if found.identified else NOT_IDENTIFIED
-            return Done(data, *tables(question, found), simulation_of(question, found), code)
+            data = identification.to_dataset().assign_attrs(
+                {"case": full_case.to_toml(), TRACE: printable(str(trace.absolute()))}
+            )
+            code = 0 if identification.identified else NOT_IDENTIFIED
+            return Done(data, *tables(question, identification), simulation_of(question, identification), code)
 
-        return _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work, form=form)
+        return _written(case, output or Path(f"{Path(case).stem}-found"), force, full_case, work, form=form)
 
 
 @click.command("new", short_help="Write a first case file, with comments.")

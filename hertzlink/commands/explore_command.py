@@ -61,9 +61,9 @@ def _server(name: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: 
     from hertzlink.explore.server import Server
     from hertzlink.explore.sliders import sliders_of, start_of
 
-    whole, source = read_case(name, changes, parts)
+    full_case, source = read_case(name, changes, parts)
     with located(source):
-        task = task_of(whole)
+        task = task_of(full_case)
         start = start_of(task)
         start.simulation()  # refuses what is wrong; sliders are made of what is right
         explorer = Explorer(start, sliders_of(task, start))
@@ -71,7 +71,7 @@ def _server(name: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: 
         first = explorer.answer({})
         notes = _prepared(explorer, first["waves"]["primary"].get("amplitude_ratio"))
     try:
-        server = Server(explorer, whole.model.title or Path(name).stem, notes, port)
+        server = Server(explorer, full_case.model.title or Path(name).stem, notes, port)
     except OSError as error:
         raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
     with server:

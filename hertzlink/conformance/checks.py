@@ -65,14 +65,17 @@ def check_independent(participant: Any, window: float = WINDOW, size: float | No
         for n, drive in enumerate(drives):
             states[n], answer = _advance(participant, deepcopy(states[n]), drive, window)
             turns[n].append(np.atleast_1d(answer))
-    for one, other in zip(alone, turns, strict=True):
-        _require(_same(one, other), "a history changes where another is advanced in between: advance keeps a state")
+    for first, second in zip(alone, turns, strict=True):
+        _require(
+            _same(first, second),
+            "a history changes where another is advanced in between: advance keeps a state",
+        )
 
 
 def check_deterministic(make: Callable[[], Any], window: float = WINDOW, size: float | None = None) -> None:
     """A new instance gives the same bits. make: what makes one."""
-    one, other = (_run(make(), _drives(make(), 4, size), window) for _ in range(2))
-    _require(_same(one, other), "two instances give different answers to the same forces")
+    first, second = (_run(make(), _drives(make(), 4, size), window) for _ in range(2))
+    _require(_same(first, second), "two instances give different answers to the same forces")
 
 
 def check_pickles(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
@@ -95,8 +98,8 @@ def check_splits(
     for, and none where the difference, in the mean square, is below `rounding` of the answers.
     """
     drives = _pulse(participant, size)
-    whole, halves, quarters = (_split(participant, drives, window, parts) for parts in (1, 2, 4))
-    coarse, fine, least = (_mean_square(x) for x in (whole - halves, halves - quarters, rounding * quarters))
+    undivided, halves, quarters = (_split(participant, drives, window, parts) for parts in (1, 2, 4))
+    coarse, fine, least = (_mean_square(x) for x in (undivided - halves, halves - quarters, rounding * quarters))
     _require(
         not (fine > least and fine > coarse / 2.0 ** (0.75 * order)),
         f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order {order:g}",
@@ -148,8 +151,8 @@ def push(participant: Any, window: float = WINDOW, size: float | None = None) ->
     mean displacement of that point over HELD s, over the force.
     """
     force = FORCE if size is None else size
-    free, drive = (_shaped(participant, np.full(_points(participant), one)) for one in (0.0, force))
-    begin, end = (float(np.atleast_1d(_one(participant, participant.start(), one, SHORT))[0]) for one in (free, drive))
+    free, drive = (_shaped(participant, np.full(_points(participant), f)) for f in (0.0, force))
+    begin, end = (float(np.atleast_1d(_one(participant, participant.start(), d, SHORT))[0]) for d in (free, drive))
     first = end - begin
     places = _run(participant, [drive] * max(1, round(HELD / window)), window)[:, 0] - begin
     return (force * SHORT**2 / (2.0 * first) if first else np.inf), float(places.mean()) / force
@@ -181,8 +184,8 @@ def check_units(
             _near(inertia, mass), f"moves in the first {SHORT:g} s like {inertia:.3g} kg, not {mass:g} kg; {units}"
         )
     if stiffness is not None:
-        found = f"has a compliance of {compliance:.3g} m/N over {HELD:g} s, not {1.0 / stiffness:.3g} m/N"
-        _require(_near(compliance * stiffness, 1.0), f"{found}; {units}")
+        complaint = f"has a compliance of {compliance:.3g} m/N over {HELD:g} s, not {1.0 / stiffness:.3g} m/N"
+        _require(_near(compliance * stiffness, 1.0), f"{complaint}; {units}")
     return inertia, compliance
 
 
@@ -202,9 +205,9 @@ def check_structure(
     check_units(make(), window, size, mass, stiffness)
 
 
-def _near(found: float, expected: float) -> bool:
+def _near(value: float, expected: float) -> bool:
     """Whether it is; what is no number is not for the check of units to find."""
-    return not (found < expected / MARGIN or found > expected * MARGIN)
+    return not (value < expected / MARGIN or value > expected * MARGIN)
 
 
 def _require(held: bool, otherwise: str) -> None:
@@ -242,11 +245,11 @@ def _split(participant: Any, drives: Sequence[Any], window: float, parts: int) -
     """Answers at whole windows that were each cut into so many."""
     state, answers = participant.start(), []
     for drive in drives:
-        found = []
+        answers_of_window = []
         for piece in _pieces(drive, parts):
             state, answer = _advance(participant, deepcopy(state), piece, window / parts)
-            found.append(np.atleast_1d(np.asarray(answer, float)))
-        answers.append(np.mean(found, axis=0) if isinstance(drive, tuple) else found[-1])
+            answers_of_window.append(np.atleast_1d(np.asarray(answer, float)))
+        answers.append(np.mean(answers_of_window, axis=0) if isinstance(drive, tuple) else answers_of_window[-1])
     return np.array(answers)
 
 
@@ -293,6 +296,6 @@ def _shaped(participant: Any, values: Answers) -> Any:
     return values if several else float(values[0])
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(first: Any, second: Any) -> bool:
     """To the bit; what is not a number is like itself."""
-    return np.array_equal(np.asarray(one, float), np.asarray(other, float), equal_nan=True)
+    return np.array_equal(np.asarray(first, float), np.asarray(second, float), equal_nan=True)

@@ -43,14 +43,14 @@ class Explorer:
 
     def changed(self, values: Mapping[str, str]) -> Case:
         """The case at values, texts by the sliders' names; those that are missing stay. A ValueError for wrong ones."""
-        known = {one.name: one for one in self.sliders}
+        sliders = {slider.name: slider for slider in self.sliders}
         changed = self.case.changed({})
         for name, text in values.items():
-            if name not in known:
+            if name not in sliders:
                 raise ValueError(f"{name[:40]!r}: there is no such slider; reload the page")
-            value = known[name].read(text)
-            if not known[name].is_start(text):
-                put(changed.data, known[name].path, value)
+            value = sliders[name].read(text)
+            if not sliders[name].is_start(text):
+                put(changed.data, sliders[name].path, value)
         return changed
 
     def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
@@ -73,7 +73,7 @@ class Explorer:
             "time": times.tolist(),
             "force": forces.tolist(),
             "until": case.until,
-            "warnings": one_of_each([of_case(one) for one in findings]),
+            "warnings": one_of_each([of_case(finding) for finding in findings]),
             "took": took,
         }
 
@@ -117,5 +117,5 @@ def thinned(force: xr.DataArray) -> tuple[NDArray[np.float64], NDArray[np.float6
     bend = np.sqrt(np.abs(np.gradient(np.gradient(values))))
     share = np.cumsum(bend / max(float(bend.mean()), 1e-300) + EVEN)
     places = np.searchsorted(share, np.linspace(share[0], share[-1], MOST_POINTS - 2))
-    kept = np.unique([*places, values.argmin(), values.argmax()])
-    return times[kept], values[kept]
+    rows = np.unique([*places, values.argmin(), values.argmax()])
+    return times[rows], values[rows]

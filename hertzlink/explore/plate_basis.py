@@ -13,10 +13,10 @@ late waves are wrong, with 0.07 AR is off by some 1e-4."""
 
 def plates_of(case: Case, sliders: Sequence[Slider]) -> tuple[Struck, list[list[Struck]]] | None:
     """Return the plate at the first values and at both ends of each slider; None where no basis serves them all."""
-    moved = [one for one in sliders if one.path[0] in ("structure", "materials")]
-    if not moved or case.model.run.reduce is not True or any(one.choices for one in moved):
+    moved = [slider for slider in sliders if slider.path[0] in ("structure", "materials")]
+    if not moved or case.model.run.reduce is not True or any(slider.choices for slider in moved):
         return None
-    changes: list[dict[str, float]] = [{}, *({one.name: one.si(end)} for one in moved for end in (one.low, one.high))]
+    changes: list[dict[str, float]] = [{}, *({s.name: s.si(end)} for s in moved for end in (s.low, s.high))]
     plates = [struck for change in changes if (struck := struck_by(case.changed(change).simulation))]
     if len(plates) < len(changes) or not share_modes(plates):
         return None

@@ -61,10 +61,10 @@ class Server(ThreadingHTTPServer):
     def sliders(self) -> list[dict[str, Any]]:
         """The sliders, for the page."""
         return [
-            {"name": one.name, "label": one.label, "unit": one.unit, "choices": list(one.choices), "whole": one.whole}
-            | {name: plain(getattr(one, name)) for name in ("low", "high", "step")}
-            | {"start": one.start if isinstance(one.start, str) else plain(one.start)}
-            for one in self.explorer.sliders
+            {"name": s.name, "label": s.label, "unit": s.unit, "choices": list(s.choices), "whole": s.whole}
+            | {name: plain(getattr(s, name)) for name in ("low", "high", "step")}
+            | {"start": s.start if isinstance(s.start, str) else plain(s.start)}
+            for s in self.explorer.sliders
         ]
 
     def page(self, nonce: str) -> str:
@@ -112,9 +112,9 @@ class Handler(BaseHTTPRequestHandler):
             return self._run(answers[place], given)
         return self._send(404, "text/plain", "There is no such page.\n")
 
-    def _run(self, answer: Callable[[dict[str, str]], dict[str, Any]], given: dict[str, str]) -> None:
+    def _run(self, answer: Callable[[dict[str, str]], dict[str, Any]], query: dict[str, str]) -> None:
         try:
-            self._answer(200, answer(given))
+            self._answer(200, answer(query))
         except ValueError as error:
             self._answer(400, {"error": " ".join(str(error).split())})
         except FAILURES as error:
@@ -125,9 +125,9 @@ class Handler(BaseHTTPRequestHandler):
 
     def _send(self, code: int, kind: str, text: str, nonce: str = "") -> None:
         body = text.encode()
-        own = f"'nonce-{nonce}'" if nonce else "'none'"
+        source = f"'nonce-{nonce}'" if nonce else "'none'"
         policy = (
-            f"default-src 'none'; script-src {own}; style-src {own}; connect-src 'self'; img-src data:; "
+            f"default-src 'none'; script-src {source}; style-src {source}; connect-src 'self'; img-src data:; "
             "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         )
         self.send_response(code)

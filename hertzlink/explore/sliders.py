@@ -95,13 +95,13 @@ def start_of(task: Task) -> Case:
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify")}
     case = replace(task.case, data=data).changed({})
     for axis in task.axes:
-        own = _value(task.case.data, axis.path)
+        value = _value(task.case.data, axis.path)
         # What the file gives may be a text with a unit: the checked value counts.
-        number = None if own is None else _value(task.first.changed({written(axis.path): own}).model, axis.path)
+        number = None if value is None else _value(task.first.changed({written(axis.path): value}).model, axis.path)
         if axis.is_number and isinstance(number, int | float):
             inside = min(axis.values) <= number <= max(axis.values)
         else:
-            inside = own in axis.values
+            inside = value in axis.values
         if not inside:
             put(case.data, axis.path, axis.values[0])
     case.data["measure"] = {"sensor": task.sensors[0]}
@@ -110,19 +110,19 @@ def start_of(task: Task) -> Case:
 
 def sliders_of(task: Task, start: Case) -> list[Slider]:
     """The sliders of a case, the first ones of its structure. start: what `start_of` returns."""
-    found = [_of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
+    sliders = [_of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
     if not task.axes:
-        found = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
-    known = [one.path for one in found]
+        sliders = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
+    varied = [slider.path for slider in sliders]
     for path in (("chain", "impact_speed"), ("chain", "drop_height")):
         value = _value(start.model, path)
-        if path not in known and isinstance(value, float) and value > 0.0:
-            found.append(_around(start, path, value, WIDE))
-    if SENSOR not in known:
+        if path not in varied and isinstance(value, float) and value > 0.0:
+            sliders.append(_around(start, path, value, WIDE))
+    if SENSOR not in varied:
         count = start.model.only_chain("the page").count
         sensor = Decimal(start.data["measure"]["sensor"])
-        found.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(count), sensor, whole=True))
-    return found
+        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(count), sensor, whole=True))
+    return sliders
 
 
 def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
@@ -144,14 +144,15 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
 
 def _required(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
     """The numbers that a described structure requires, and Young's modulus of its material."""
-    for one in body.of.parameters.values():
-        name = "diameter" if one.name == "radius" and getattr(body, "diameter", None) is not None else one.name
+    for parameter in body.of.parameters.values():
+        by_diameter = parameter.name == "radius" and getattr(body, "diameter", None) is not None
+        name = "diameter" if by_diameter else parameter.name
         value, at = getattr(body, name), ("structure", name)
-        if Material in (one.type, *get_args(one.type)):
+        if Material in (parameter.type, *get_args(parameter.type)):
             modulus = material_of(value, world, *at).youngs_modulus
             yield (*at, "youngs_modulus"), modulus, HALVES, inf
-        elif one.required and one.quantity is not None and value > 0.0:
-            yield at, value, HALVES if name == "thickness" else WIDE, one.quantity.high
+        elif parameter.required and parameter.quantity is not None and value > 0.0:
+            yield at, value, HALVES if name == "thickness" else WIDE, parameter.quantity.high
 
 
 def _value(data: Any, path: Path) -> Any:
@@ -163,19 +164,19 @@ def _value(data: Any, path: Path) -> Any:
 
 
 def _of_axis(axis: Axis, start: Case) -> Slider:
-    own = _value(start.model, axis.path)
+    start_value = _value(start.model, axis.path)
     if not axis.is_number:
-        texts = {str(one): one for one in axis.values}
-        return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), _text_of(own, texts), choices=texts)
+        texts = {str(value): value for value in axis.values}
+        return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), _text_of(start_value, texts), choices=texts)
     size = Decimal(repr(axis.size))
-    low, high, first = (_digits(one / axis.size) for one in (min(axis.values), max(axis.values), own))
-    whole = all(isinstance(one, int) for one in axis.values)
-    step = Decimal(1) if whole else _step(float(high - low) / STEPS, low)
-    return Slider(axis.path, axis.words, axis.unit, low, high, first, step, size, whole)
+    low, high, first = (_digits(number / axis.size) for number in (min(axis.values), max(axis.values), start_value))
+    integral = all(isinstance(value, int) for value in axis.values)
+    step = Decimal(1) if integral else _step(float(high - low) / STEPS, low)
+    return Slider(axis.path, axis.words, axis.unit, low, high, first, step, size, integral)
 
 
-def _text_of(own: Any, texts: Mapping[str, Any]) -> str:
-    return str(own) if str(own) in texts else next(iter(texts))
+def _text_of(value: Any, texts: Mapping[str, Any]) -> str:
+    return str(value) if str(value) in texts else next(iter(texts))
 
 
 def _around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float = float("inf")) -> Slider:

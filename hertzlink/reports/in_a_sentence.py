@@ -23,12 +23,12 @@ def of_run(data: xr.Dataset, sensor: int, who: str = "") -> str:
         waves = reflections(data, sensor)
     except ValueError as error:
         return f"{where} no AR and TOF can be read: {error}."
-    found = {name: wave for name, wave in waves._asdict().items() if isinstance(wave, ReflectedWave)}
+    waves_found = {name: wave for name, wave in waves._asdict().items() if isinstance(wave, ReflectedWave)}
     if isinstance(waves.primary, NoWave):
         return f"{where} no reflected wave is found: {waves.primary.reason}."
     texts = [
         f"the {name} wave has AR {wave.amplitude_ratio:.3f} and TOF {1e6 * wave.time_of_flight:.1f} µs"
-        for name, wave in found.items()
+        for name, wave in waves_found.items()
     ]
     return f"{where} {' and '.join(texts)}."
 

@@ -36,12 +36,13 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
     summary = [f"{said}: its residual is {size:.3g} times the noise. {int(data.attrs['runs'])} runs."]
     if not explained:
         summary.append("Mend the model first: a wrong model biases values by more than any interval.")
-    found = table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), [one.row() for one in unknowns])
+    rows = [unknown.row() for unknown in unknowns]
+    values_table = table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), rows)
     words = "How well each unknown is known."
-    known = drawn("intervals", words, lambda ax: identified.intervals(data, ax), 1.4 + 0.42 * len(unknowns))
+    bars = drawn("intervals", words, lambda ax: identified.intervals(data, ax), 1.4 + 0.42 * len(unknowns))
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
     together = drawn("correlation", words, lambda ax: identified.correlation(data, ax), WIDTH - 1.0)
-    tables = [found, *_other_fits(data, unknowns)]
+    tables = [values_table, *_other_fits(data, unknowns)]
     pictures = []
     sensors = [] if identified.FEATURE in data.dims else np.atleast_1d(data.sensor.values).astype(int).tolist()
     if not sensors:
@@ -55,7 +56,7 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
             ("residual", identified.residual, f"What the fit leaves at bead {number}, in units of the noise."),
         ):
             pictures.append(drawn(f"{name}-{number}", words, _of_sensor(draw, data, number)))
-    values = Section("Values", tables=tables, pictures=[known, together])
+    values = Section("Values", tables=tables, pictures=[bars, together])
     return summary, [values, Section("Fit", pictures=pictures), _measurement(data)]
 
 
@@ -74,7 +75,7 @@ def _measurement(data: xr.Dataset) -> Section:
 
 def _in_words(value: Any) -> str:
     """A value of the input; of a mapping from sensor to value all of them."""
-    return ", ".join(f"{key}: {one}" for key, one in value.items()) if isinstance(value, dict) else str(value)
+    return ", ".join(f"{key}: {entry}" for key, entry in value.items()) if isinstance(value, dict) else str(value)
 
 
 def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
@@ -82,9 +83,9 @@ def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
     if data.sizes.get("mode", 0) < 2:
         return []
     fits = data.modes.values[1:]
-    known = [i for i, column in enumerate(fits.T) if np.isfinite(column).any()]
-    rows = [tuple(f"{fit[i] / unknowns[i].unit_size:.4g}" for i in known) for fit in fits]
-    return [table("Other fits that the noise does not exclude", tuple(unknowns[i].head for i in known), rows)]
+    determined = [i for i, column in enumerate(fits.T) if np.isfinite(column).any()]
+    rows = [tuple(f"{fit[i] / unknowns[i].unit_size:.4g}" for i in determined) for fit in fits]
+    return [table("Other fits that the noise does not exclude", tuple(unknowns[i].head for i in determined), rows)]
 
 
 def _of_sensor(draw: Callable[..., Any], data: xr.Dataset, sensor: int) -> Callable[[Any], Any]:

@@ -100,14 +100,16 @@ def page_of(
         kind = kind_of(data) if isinstance(data, xr.Dataset) else ""
         if kind not in (RUN, SIGNAL, SWEEP, BATCH):
             raise ValueError(f"result = {short(result)}: {WANTED}")
-        one = kind in (RUN, SIGNAL)
+        single = kind in (RUN, SIGNAL)
         name = {RUN: "Run", SIGNAL: "Measured signal", SWEEP: "Sweep", BATCH: "Batch"}[kind]
-        summary, sections = of_one(data, sensors) if one else of_many(data, sensors)
+        summary, sections = of_one(data, sensors) if single else of_many(data, sensors)
         summary = [*summary, in_a_sentence.DEFINED]
     warnings = one_of_each([*findings_of(data), *said])
     parts = with_setup(sections, data, sketched, warnings)
-    known = stored(data.attrs.get("versions"))
-    return Page(title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in known.items()} or None))
+    program_versions = stored(data.attrs.get("versions"))
+    return Page(
+        title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in program_versions.items()} or None)
+    )
 
 
 def with_setup(
@@ -122,23 +124,23 @@ def with_setup(
     sketched: what to sketch where the Dataset does not hold it. first: whether the sketch comes before other pictures.
     """
     source = data if sketched is None else sketched
-    known: dict[str, Any] = {}
+    inputs: dict[str, Any] = {}
     with nullcontext() if sketched is not None else suppress(ValueError):
-        known = setup.described_input(source, "setup")
+        inputs = setup.described_input(source, "setup")
     results, *others = sections
     tables: list[Table] = []
-    if known:
+    if inputs:
         sketch = drawn("setup", "The set-up to scale.", lambda ax: setup.setup(source, ax))
         pictures = [sketch, *results.pictures] if first else [*results.pictures, sketch]
         results = replace(results, pictures=pictures)
         rows = [(words_of(data[name]), values) for name, values in varied(data).items()]
         tables = [table("Varied", ("parameter", "values"), rows)] if rows else []
-        tables += setup_in_words.input_tables(known, " of the first run" if rows else "")
+        tables += setup_in_words.input_tables(inputs, " of the first run" if rows else "")
     return [Section("Warnings", warnings=warnings), results, *others, Section("Set-up", tables=tables), of_input(data)]
 
 
 def of_input(data: xr.Dataset) -> Section:
     """The whole input as it is in the Dataset."""
-    known = stored(data.attrs.get("input"))
-    text = json.dumps(folded(known), indent=1, ensure_ascii=False)
-    return Section("Input", folded=[("The whole input, as the result holds it", text)] if known else [])
+    inputs = stored(data.attrs.get("input"))
+    text = json.dumps(folded(inputs), indent=1, ensure_ascii=False)
+    return Section("Input", folded=[("The whole input, as the result holds it", text)] if inputs else [])

@@ -89,7 +89,7 @@ def of_many(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
     reading = Reading(data)
     numbers = traces.sensors_of(reading, sensors)
     sections = [_bead(data, number) for number in numbers]
-    return [in_a_sentence.of_sweep(data, amplitude_ratio(data, one), one) for one in numbers], sections
+    return [in_a_sentence.of_sweep(data, amplitude_ratio(data, number), number) for number in numbers], sections
 
 
 def _bead(data: xr.Dataset, number: int) -> Section:
@@ -128,10 +128,11 @@ def _points(data: xr.Dataset, sensor: int) -> Table:
     for place in list(np.ndindex(*values[0][2].shape))[:MOST_POINTS]:
         at = [values[0][2][name].values[i] for name, i in zip(axes, place, strict=True)]
         texts = [
-            f"{units[name][0] * one:.5g}" if np.isreal(one) else str(one) for name, one in zip(axes, at, strict=True)
+            f"{units[name][0] * value:.5g}" if np.isreal(value) else str(value)
+            for name, value in zip(axes, at, strict=True)
         ]
-        found = [factor * float(one.values[place]) for _, factor, one in values]
-        rows.append((*texts, *("none" if np.isnan(one) else f"{one:.4g}" for one in found)))
+        measures = [factor * float(quantity.values[place]) for _, factor, quantity in values]
+        rows.append((*texts, *("none" if np.isnan(value) else f"{value:.4g}" for value in measures)))
     head = [swept.label_of(values[0][2][name]) for name in axes]
     left = values[0][2].size - len(rows)
     caption = f"AR and TOF at bead {sensor}" + (

@@ -19,31 +19,31 @@ if TYPE_CHECKING:
 
 def study_report(
     name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = "",
-    own: str = "",
+    parameters: str = "",
 ) -> str:  # fmt: skip
-    """The report of a study as HTML. remark: what stands in a box at the top; own: the user's parameters in words, with
+    """The report of a study as HTML. remark: what stands in a box at the top; parameters: the user's, in words, with
     which the table has no column of the thesis.
 
     The time that it took, s, is the attribute `time_taken` of the data.
     """
-    thesis = not own
+    thesis = not parameters
     head, cells = head_and_cells(rows, thesis)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
     comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
-    known = stored(data.attrs.get("versions"))
+    program_versions = stored(data.attrs.get("versions"))
     took = data.attrs.get("time_taken")
     results = [
-        Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),
+        Section("Figures", pictures=[picture(figure, key, caption(name, key)) for key, figure in figures.items()]),
         Section("Comparison", footnotes(rows, thesis), tables=[comparison]),
     ]
     sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
-    facts = usual_facts(None if took is None else float(took), known or None)
-    summary = [STUDIES[name].about, *([f"{own[0].upper()}{own[1:]}."] if own else [])]
+    facts = usual_facts(None if took is None else float(took), program_versions or None)
+    summary = [STUDIES[name].about, *([f"{parameters[0].upper()}{parameters[1:]}."] if parameters else [])]
     return html(Page(f"Study {name}", summary, sections, facts, remark))
 
 
 def caption(study: str, figure: str) -> str:
     """What a figure shows; its name in words where there is no caption."""
-    known = STUDIES[study].figures
-    names = [name for name in known if figure == name or figure.startswith(f"{name}_")]
-    return known[max(names, key=len)] if names else figure.replace("_", " ")
+    captions = STUDIES[study].figures
+    names = [name for name in captions if figure == name or figure.startswith(f"{name}_")]
+    return captions[max(names, key=len)] if names else figure.replace("_", " ")

@@ -99,12 +99,12 @@ def html(page: Page) -> str:
     )
 
 
-def usual_facts(took: float | None, known: dict[str, str] | None = None) -> list[tuple[str, str]]:
+def usual_facts(took: float | None, numbers: dict[str, str] | None = None) -> list[tuple[str, str]]:
     """When the report was made, the time the computation took (s), and versions: those of a result, or of today."""
     facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
     if took is not None:
         facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
-    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in (known or versions()).items())))
+    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in (numbers or versions()).items())))
     return facts
 
 

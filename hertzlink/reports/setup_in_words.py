@@ -21,26 +21,26 @@ MOST_ITEMS = 12
 """Lists of more items are given by their number."""
 
 
-def input_tables(known: Mapping[str, Any], of: str = "") -> list[Table]:
+def input_tables(inputs: Mapping[str, Any], of: str = "") -> list[Table]:
     """Tables of the chains, the structures and the rest. of: whose they are, where a result has several runs."""
-    rest = {name: value for name, value in known.items() if name not in ("chain", "chains", "structure", "structures")}
+    rest = {name: value for name, value in inputs.items() if name not in ("chain", "chains", "structure", "structures")}
     groups: list[tuple[str, Any]] = []
-    for one, many in (("chain", "chains"), ("structure", "structures")):
-        if one in known:
-            groups.append((one.capitalize(), known[one]))
-        groups += [(f"{one.capitalize()} {i}", part) for i, part in enumerate(known.get(many, []))]
-    groups = [(title, list(rows_of(given))) for title, given in [*groups, ("Run", rest)] if given is not None]
+    for single, many in (("chain", "chains"), ("structure", "structures")):
+        if single in inputs:
+            groups.append((single.capitalize(), inputs[single]))
+        groups += [(f"{single.capitalize()} {i}", part) for i, part in enumerate(inputs.get(many, []))]
+    groups = [(title, list(rows_of(part))) for title, part in [*groups, ("Run", rest)] if part is not None]
     return [table(title + of, ("argument", "value"), rows, folded=True) for title, rows in groups if rows]
 
 
-def rows_of(given: Any) -> Iterator[tuple[str, str]]:
+def rows_of(part: Any) -> Iterator[tuple[str, str]]:
     """Names and values of a chain, a structure or a law."""
-    if not isinstance(given, Mapping):
-        yield "kind", str(given)
+    if not isinstance(part, Mapping):
+        yield "kind", str(part)
         return
-    if beads := given.get("beads"):
+    if beads := part.get("beads"):
         yield "beads", ", ".join(counted([_in_words(bead) for bead in beads]))
-    for name, value in given.items():
+    for name, value in part.items():
         if name in LEFT_OUT or value is None or value == []:
             continue
         if name == "vibrations" and str(value).startswith("<function vibration"):
@@ -52,7 +52,7 @@ def rows_of(given: Any) -> Iterator[tuple[str, str]]:
             for i, ply in enumerate(value["plies"], start=1):
                 yield f"ply {i}", _in_words(ply)
         else:
-            yield in_words(name), _value(name, value, _units(given))
+            yield in_words(name), _value(name, value, _units(part))
 
 
 def _units(given: Mapping[str, Any]) -> dict[str, str]:
@@ -71,7 +71,7 @@ def _units(given: Mapping[str, Any]) -> dict[str, str]:
 
 def counted(texts: list[str]) -> list[str]:
     """Equal texts once, with their number."""
-    return [f"{texts.count(one)} × {one}" if texts.count(one) > 1 else one for one in dict.fromkeys(texts)]
+    return [f"{texts.count(text)} × {text}" if texts.count(text) > 1 else text for text in dict.fromkeys(texts)]
 
 
 def _value(name: str, value: Any, units: Mapping[str, str]) -> str:
@@ -85,34 +85,34 @@ def _value(name: str, value: Any, units: Mapping[str, str]) -> str:
     if isinstance(value, list):
         if len(value) > MOST_ITEMS:
             return f"{len(value)} values"
-        if value and all(isinstance(one, int | float) and not isinstance(one, bool) for one in value):
+        if value and all(isinstance(number, int | float) and not isinstance(number, bool) for number in value):
             return _numbers(unit, value)
-        return ", ".join(_value(name, one, units) for one in value)
+        return ", ".join(_value(name, item, units) for item in value)
     return str(value)
 
 
 def _numbers(unit: str, values: list[float]) -> str:
     """Numbers in one handy unit; angles in degrees."""
     factor, unit = (180.0 / pi, "°") if unit == "rad" else handy(values, unit)
-    return " ".join(filter(None, (", ".join(f"{factor * one:.6g}" for one in values), unit)))
+    return " ".join(filter(None, (", ".join(f"{factor * number:.6g}" for number in values), unit)))
 
 
-def _in_words(given: Any) -> str:
+def _in_words(part: Any) -> str:
     """A bead, a layer, a material or a law on one line."""
-    if not isinstance(given, Mapping):
-        return str(given)
-    if "youngs_modulus" in given:
-        return _material(given)
-    if given.get("name") and "youngs_modulus_along" in given:
-        moduli = (_numbers("Pa", [given[f"youngs_modulus_{way}"]]) for way in ("along", "across"))
-        return f"{given['name']} (E {' along, '.join(moduli)} across)"
-    known = {name: value for name, value in given.items() if value is not None and name not in ("class", *LEFT_OUT)}
-    units = _units(given)
-    parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value, units)}" for name, value in known.items())
-    return ": ".join(filter(None, (str(given.get("class", "")), parts))) or "nothing"
+    if not isinstance(part, Mapping):
+        return str(part)
+    if "youngs_modulus" in part:
+        return _material(part)
+    if part.get("name") and "youngs_modulus_along" in part:
+        moduli = (_numbers("Pa", [part[f"youngs_modulus_{direction}"]]) for direction in ("along", "across"))
+        return f"{part['name']} (E {' along, '.join(moduli)} across)"
+    stated = {name: value for name, value in part.items() if value is not None and name not in ("class", *LEFT_OUT)}
+    units = _units(part)
+    parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value, units)}" for name, value in stated.items())
+    return ": ".join(filter(None, (str(part.get("class", "")), parts))) or "nothing"
 
 
-def _material(given: Mapping[str, Any]) -> str:
-    modulus, ratio, density = (given.get(name) for name in ("youngs_modulus", "poisson_ratio", "density"))
+def _material(data: Mapping[str, Any]) -> str:
+    modulus, ratio, density = (data.get(name) for name in ("youngs_modulus", "poisson_ratio", "density"))
     constants = f"E {1e-9 * float(modulus or 0.0):.4g} GPa, ν {ratio}, ρ {density:.6g} kg/m³"
-    return f"{given['name']} ({constants})" if given.get("name") else constants
+    return f"{data['name']} ({constants})" if data.get("name") else constants

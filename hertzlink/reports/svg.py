@@ -40,8 +40,8 @@ def picture(figure: "Figure", name: str, caption: str) -> Picture:
         figure.savefig(text, format="svg", metadata={"Date": None})
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :]
-    for one in STRIPPED:
-        svg = one.sub("", svg)
+    for pattern in STRIPPED:
+        svg = pattern.sub("", svg)
     prefix = re.sub(r"\W+", "-", name)
     svg = NAMED.sub(rf'id="{prefix}-\1"', svg)
     svg = USED.sub(rf"\1{prefix}-\2", svg)
@@ -55,7 +55,7 @@ def picture(figure: "Figure", name: str, caption: str) -> Picture:
 
 def in_words(figure: "Figure") -> str:
     """What a figure shows: of each of its axes the quantities and the names of its curves."""
-    return "; ".join(words for one in figure.axes if one.get_label() != COLOUR_BAR and (words := _of_axes(one)))
+    return "; ".join(words for axes in figure.axes if axes.get_label() != COLOUR_BAR and (words := _of_axes(axes)))
 
 
 def _of_axes(axes: Any) -> str:
