@@ -1,4 +1,4 @@
-"""How finely a run is divided in time, by name: windows and steps in the shortest contact."""
+"""The accuracy of a run in time, by name: windows and steps in the shortest contact."""
 
 from typing import Annotated, NamedTuple
 
@@ -6,7 +6,7 @@ from structures.quantities import OneOf
 
 
 class Accuracy(NamedTuple):
-    """Of a run, in units of what is used by default; errors fall with the square of these numbers."""
+    """The accuracy of a run in units of the default; errors fall with the square of these numbers."""
 
     windows: float
     steps: float

@@ -139,7 +139,8 @@ class CoSimulation:
 
     @property
     def faces(self) -> Any:
-        """What the only chain faces, as it was given; None with several chains, or with a structure behind."""
+        """The structure that the only chain faces, as it was given; None with several chains, or with a structure
+        behind."""
         alone = len(self.interface.chains) == 1 and self._given["behind"] is None
         return self._given["structure"] if alone else None
 
@@ -199,13 +200,13 @@ class CoSimulation:
             If the state of a body is no longer finite.
         """
         shortest = min(len(one.chain.beads) for one in self.interface.chains)
-        kept = None if sensors is None else kept_at(sensors, shortest)
+        selection = None if sensors is None else kept_at(sensors, shortest)
         findings = check_before(self.interface.chains, until)
         warn(findings)
         plan = self.plan(until, save_every)
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
         waveform = {"waveform": WAVEFORMS[self.interface.quadratic]}
-        given = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
+        inputs = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
         clock = Trace() if trace else None
         if trust and checkpoint is None:
             raise ValueError("trust = True: needs a checkpoint, whose pickles it allows")
@@ -224,7 +225,7 @@ class CoSimulation:
         return run if clock is None else run.assign_attrs(trace=clock.report())
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:
-        """The division of a run into windows and saved times, or a ValueError for times that do not fit.
+        """Return the division of a run into windows and saved times, or raise a ValueError for times that do not fit.
 
         Nor does a run of more steps than `most_steps`.
         """
@@ -238,7 +239,7 @@ class CoSimulation:
         return longest_substep(self.interface, self.scheme, self.window, self.substeps, self.accuracy.windows)[0]
 
     def replace(self, **changes: Any) -> "CoSimulation":
-        """The same co-simulation but for these arguments.
+        """Return the same co-simulation but for these arguments.
 
         Parameters
         ----------
@@ -268,7 +269,7 @@ class CoSimulation:
         return CoSimulation(**{**self._given, **changes})
 
     def reduced(self, until: float, **changes: Any) -> "CoSimulation":
-        """The same co-simulation with each linear structure that is large replaced by its reduction.
+        """Return the same co-simulation with each linear structure that is large replaced by its reduction.
 
         Parameters
         ----------
@@ -300,16 +301,16 @@ class CoSimulation:
         return self.replace(**ends, **changes)
 
     def describe(self) -> dict[str, Any]:
-        """The full input as plain data."""
+        """Return the full input as plain data."""
         asked = {} if self.most_steps == MOST_OF_A_RUN else {"most_steps": self.most_steps}
         return {**self.interface.describe(), "scheme": repr(self.scheme), **asked}
 
     def start(self) -> CoupledState:
-        """The state at time zero: strikers touch their first beads."""
+        """Return the state at time zero: strikers touch their first beads."""
         return self.interface.start(self.scheme.start(self.interface))
 
     def step(self, state: CoupledState, window: float) -> CoupledState:
-        """The state one window (s) later, by the scheme, in one substep. Raises NotConverged."""
+        """Return the state one window (s) later, by the scheme, in one substep. Raises NotConverged."""
         window = positive("window", window, "s")
         for chain in self.interface.chains:
             steps = window / (chain.longest_step if chain.dt is None else chain.dt)
@@ -334,7 +335,7 @@ class CoSimulation:
 
 
 def _with_reduced(facing: Any, until: float, by_identity: dict[int, MovingStructure]) -> Any:
-    """What chains face, with large structures reduced, each once. by_identity: structures by their id."""
+    """Return what chains face, with large structures reduced, each once. by_identity: structures by their id."""
     if isinstance(facing, list):
         return [_with_reduced(structure, until, by_identity) for structure in facing]
     if isinstance(facing, ContactPoint):

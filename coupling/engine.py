@@ -232,7 +232,7 @@ class Engine:
         return problem, done, error
 
     def _error(self, run: Run) -> float:
-        """The error of the last window, in greatest approaches."""
+        """Return the error of the last window, in greatest approaches."""
         moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
         return moved / self.interface.indentation_scale
 

@@ -91,7 +91,7 @@ def explicit_chain(
     save_every: float | None = None,
     rigid_wall: bool = False,
 ) -> xr.Dataset:
-    """A chain of equal deformable beads, by explicit finite elements: slow, and the reference for faster models.
+    """Return a chain of equal deformable beads, by explicit finite elements: slow, and the reference for faster models.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def explicit_chain(
 
 
 def _saved_times(chain: Chain, until: float, save_every: float | None) -> tuple[float, int]:
-    """The time between them, s, and their number."""
+    """Return the time between them, s, and their number."""
     if save_every is None:
         interval, name = MovingChain(chain, None).contact_time / SAVED_PER_CONTACT, f"until = {until!r}"
     else:
@@ -190,13 +190,13 @@ def _saved_times(chain: Chain, until: float, save_every: float | None) -> tuple[
 
 
 def _check_saving(interval: float, step: float) -> None:
-    """A ValueError for saved times, s, that would make the step shorter."""
+    """Raise a ValueError for saved times, s, that would make the step shorter."""
     if interval < ROUNDED * step:
         raise ValueError(f"save_every = {interval!r}: must be no shorter than the step, {step:.3g} s")
 
 
 def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: bool) -> _Frames | None:
-    """The run on a mesh; None where bodies touch beyond its reach."""
+    """Return the run on a mesh; None where bodies touch beyond its reach."""
     bodies, stride = len(chain.beads) + 1, ceil(interval / (SAFETY * bead.stable_step))
     stride += 1 - stride % 2
     step = interval / stride
@@ -217,7 +217,7 @@ def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: boo
 
 
 def _checked(chain: Chain) -> Chain:
-    """The chain, or a ValueError that names what an explicit chain cannot have."""
+    """Return the chain, or raise a ValueError that names what an explicit chain cannot have."""
     instance("chain", chain, Chain, "a Chain")
     if chain.striker is None or isinstance(chain.striker, Excitation):
         raise ValueError(f"striker = {chain.striker!r}: must be a bead like the others in an explicit chain")
@@ -234,25 +234,25 @@ def _checked(chain: Chain) -> Chain:
 
 
 def _widest_contact(bead: Bead, energy: float, wall: bool) -> float:
-    """Radius, m, of a contact that holds this energy (J), by Hertz's law at the force of the analytic one."""
+    """Return radius, m, of a contact that holds this energy (J), by Hertz's law at the force of the analytic one."""
     law = contact_law(bead, bead)
     # At a rigid wall half the compliance and twice the radius raise the force by 8^(1/5).
     return float(_radius(bead, law.force(law.overlap(np.array(energy))))) * (8.0 ** (1.0 / 15.0) if wall else 1.0)
 
 
 def _radius(bead: Bead, force: Vector) -> Vector:
-    """Of contacts, m, by Hertz's law; at a rigid wall it is the same."""
+    """Return the radius of contacts, m, by Hertz's law; at a rigid wall it is the same."""
     hertz, curvature = PowerLaw(hertz_stiffness(bead.surface, bead.surface)), _curvature(bead)
     return np.sqrt(np.asarray(hertz.approach(force)) / curvature)
 
 
 def _curvature(bead: Bead) -> float:
-    """Of two beads against each other, 1/m."""
+    """Return the curvature of two beads against each other, 1/m."""
     return relative_curvatures(bead.surface, bead.surface)[1]
 
 
 def _findings(bead: Bead, force: Vector, wall: bool) -> list[str]:
-    """Where strains were not small. force: saved times × contacts, N."""
+    """Return where strains were not small. force: saved times × contacts, N."""
     radius = _radius(bead, np.maximum(force, 0.0).max(axis=0))
     part = radius * _curvature(bead)
     if wall:
@@ -267,7 +267,7 @@ def _findings(bead: Bead, force: Vector, wall: bool) -> list[str]:
 
 
 def _dataset(chain: Chain, frames: _Frames, inputs: dict[str, Any], mesh: dict[str, float]) -> xr.Dataset:
-    """The result of a run, with the variables that CoSimulation's has where they mean something here."""
+    """Return the result of a run, with the variables that CoSimulation's has where they mean something here."""
     saved, bodies = frames.saved, len(chain.beads) + 1
     nothing = np.zeros(frames.times.size)
     values = {

@@ -8,7 +8,7 @@ from structures.checks import short
 
 
 def path_of(name: str, path: Any, what: str) -> Path:
-    """The path, absolute; raises ValueError for what is empty, holds a null byte, or is no path."""
+    """Return the path, absolute; raises ValueError for what is empty, holds a null byte, or is no path."""
     try:
         text = os.fspath(path)
         if not isinstance(text, str) or not text or "\0" in text:

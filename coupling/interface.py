@@ -77,7 +77,7 @@ class Contact(NamedTuple):
 
 
 def points(structure: Any) -> int:
-    """The number of contact points of a Structure or a Participant."""
+    """Return the number of contact points of a Structure or a Participant."""
     return len(surfaces_of(structure))
 
 
@@ -147,7 +147,7 @@ class Interface:
         ]
 
     def describe(self) -> dict[str, Any]:
-        """Chains, structures and contacts as plain data."""
+        """Return the chains, structures and contacts as plain data."""
         chains = [chain.chain.describe() for chain in self.chains]
         structures: list[Any] = [structure.describe() for structure in self.structures]
         if self.single:
@@ -158,7 +158,7 @@ class Interface:
         return {"chains": chains, "structures": structures, "contacts": [list(contact) for contact in self.contacts]}
 
     def in_words(self) -> str:
-        """A line: how many beads and on what, or how many chains, structures and contacts."""
+        """Return a line: how many beads and on what, or how many chains, structures and contacts."""
         if len(self.chains) > 1 or len(self.structures) > 1:
             counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
             return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
@@ -173,11 +173,11 @@ class Interface:
         return f"{beads} bead{'s' * (beads != 1)} on {kind}"
 
     def touched_by(self, structure: int) -> list[int]:
-        """The contacts of a structure, by its place."""
+        """Return the contacts of a structure, by its place."""
         return self._touching[structure]
 
     def start(self, memory: Any) -> CoupledState:
-        """The state at time zero, in static equilibrium."""
+        """Return the state at time zero, in static equilibrium."""
         rest = np.zeros(self.size)
         return CoupledState(
             0.0,
@@ -193,7 +193,7 @@ class Interface:
         )
 
     def push(self, states: Sequence[Any], force: Vector, length: float) -> tuple[tuple[Any, ...], Vector]:
-        """The structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
+        """Return the structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
         ends, surface = [], np.empty(self.size)
         for number, structure in enumerate(self.structures):
             end, places = structure.move(states[number], self.at(number, force), length)
@@ -204,7 +204,8 @@ class Interface:
     def follow(
         self, states: Sequence[ChainState], past: Sequence[Node], surface: Vector, length: float
     ) -> tuple[tuple[ChainState, ...], Vector, Vector]:
-        """The chains' states, mean forces (N) and works (J) after the surfaces moved on from the last node of `past`.
+        """Return the chains' states, mean forces (N) and works (J) after the surfaces moved on from the last node of
+        `past`.
 
         The works are those of the chains' own mean forces, above the static ones, on the motion that they followed.
         """
@@ -237,7 +238,7 @@ class Interface:
         memory: Any,
         evaluations: int,
     ) -> CoupledState:
-        """The state after a substep of `length` s, with its ledger.
+        """Return the state after a substep of `length` s, with its ledger.
 
         force: the mean forces on the structures. answer: the chains' mean forces and works.
         """
@@ -262,7 +263,7 @@ class Interface:
         )
 
     def read(self, states: Sequence[Any]) -> Vector:
-        """The displacements of the contacts in states of Structures, m."""
+        """Return the displacements of the contacts in states of Structures, m."""
         surface = np.empty(self.size)
         for number, (structure, state) in enumerate(zip(self.structures, states, strict=True)):
             self._seated(surface, number, structure.read(state))
@@ -285,7 +286,7 @@ class Interface:
         return whole_matrix
 
     def at(self, structure: int, force: Vector) -> Vector:
-        """The forces at all points of a structure, zero where nothing touches."""
+        """Return the forces at all points of a structure, zero where nothing touches."""
         seats = self.of_structure[structure]
         return force[seats] if self._touched[structure] else np.where(seats < 0, 0.0, force[seats])
 
@@ -298,7 +299,7 @@ class Interface:
             surface[seats[seats >= 0]] = places[seats >= 0]
 
     def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:
-        """Displacements between which the surfaces move straight, at equal times."""
+        """Return the displacements between which the surfaces move straight, at equal times."""
         if not self.quadratic or not past:
             return [before, surface]
         earlier = past[-2].surface if len(past) > 1 else np.zeros(self.size)
@@ -311,7 +312,7 @@ class Interface:
         return corners
 
     def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
-        """The place of what an end of a chain faces among the structures, and the number of its point."""
+        """Return the place of what an end of a chain faces among the structures, and the number of its point."""
         facing = half_space(chain.beads[-1].surface.material) if facing is None else facing
         whole_one, point = (facing.structure, facing.number) if isinstance(facing, ContactPoint) else (facing, None)
         _takes_part(where, whole_one)
@@ -338,7 +339,7 @@ class Interface:
         return place, point or 0
 
     def _at_points(self, place: int) -> Seats:
-        """The contact at each point of a structure; −1 where nothing touches."""
+        """Return the contact at each point of a structure; −1 where nothing touches."""
         seats = np.full(len(self.structures[place].surfaces), -1, dtype=np.intp)
         for k, contact in enumerate(self.contacts):
             if contact.structure == place:
@@ -354,7 +355,7 @@ class Interface:
         return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **settings)
 
     def _facts(self, k: int) -> tuple[Surface, float]:
-        """Surface and flexibility (m/N) of a contact's point."""
+        """Return the surface and flexibility (m/N) of a contact's point."""
         contact = self.contacts[k]
         structure = self.structures[contact.structure]
         surface = instance("structure.surface", structure.surfaces[contact.point], Surface, "a Surface(material)")
@@ -363,7 +364,8 @@ class Interface:
 
 
 def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
-    """What each of `count` chains faces: of several a list, one structure with as many points, or None for all."""
+    """Return what each of `count` chains faces: of several a list, one structure with as many points, or None for
+    all."""
     if not several:
         return [facing]
     if facing is None:
@@ -383,7 +385,7 @@ def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
 
 
 def _takes_part(where: str, facing: Any) -> None:
-    """A ValueError for what is neither a structure nor a participant."""
+    """Raise a ValueError for what is neither a structure nor a participant."""
     if isinstance(facing, type):
         raise ValueError(
             f"{where} = the class {facing.__name__}: must be an object of it, such as {facing.__name__}(…)"
@@ -393,7 +395,7 @@ def _takes_part(where: str, facing: Any) -> None:
 
 
 def _moving_structure(facing: Any) -> Any:
-    """What advances a Structure, or a user's participant with its answers checked."""
-    if isinstance(given, Structure):
-        return MovingStructure(given)
-    return given if isinstance(given, MovingStructure) else CheckedParticipant(given)
+    """Return what advances a Structure, or a user's participant with its answers checked."""
+    if isinstance(facing, Structure):
+        return MovingStructure(facing)
+    return facing if isinstance(facing, MovingStructure) else CheckedParticipant(facing)

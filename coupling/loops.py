@@ -44,14 +44,14 @@ class Work(NamedTuple):
     known: StructureWindows | None = None
 
     def engine(self, recorder: Any) -> Engine:
-        """The compiled loop that fills this recorder."""
+        """Return the compiled loop that fills this recorder."""
         tolerance = self.window.tolerance if isinstance(self.window, Adaptive) else None
         assert isinstance(self.scheme, Condensed)
         return Engine(self.interface, self.scheme, self.plan, recorder, tolerance, self.clock, self.known)
 
     @property
     def compiled(self) -> bool:
-        """Whether the compiled loop can do it."""
+        """True if the compiled loop can do it."""
         return is_compiled(self.interface, self.scheme)
 
     def do(self) -> None:
@@ -66,14 +66,14 @@ class Work(NamedTuple):
 
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:
-    """Whether the compiled loop can run them: Newton's method, on linear structures or one whose gaps close."""
+    """Return whether the compiled loop can run them: Newton's method, on linear structures or one whose gaps close."""
     if type(scheme) is not Condensed or (interface.boxes and len(interface.structures) > 1):
         return False
     return all(structure.compact for structure in interface.structures)
 
 
 def run_windows(work: Work) -> None:
-    """Window by window, by the scheme."""
+    """Run window by window, by the scheme."""
     _, scheme, window, plan, frames, keeper, clock, _ = work
     interface = work.interface if clock is None else clock.watch_interface(work.interface)
     windows = Windows(interface, scheme, window.tolerance if isinstance(window, Adaptive) else None)
@@ -100,7 +100,7 @@ def run_windows(work: Work) -> None:
 
 
 def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many: int) -> list[CoupledState]:
-    """The next states; errors name the window."""
+    """Return the next states; errors name the window."""
     try:
         return windows.advance(state, work.plan.length, many)
     except NotConverged as error:
@@ -112,7 +112,7 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 
 def run_compiled(work: Work) -> None:
-    """All windows in compiled code, for linear structures and structures whose gaps close."""
+    """Run all windows in compiled code, for linear structures and structures whose gaps close."""
     interface, plan, frames, keeper = work.interface, work.plan, work.frames, work.keeper
     engine = work.engine(frames.saved)
     run, row, end = engine.start(), 0, plan.rows - 1
@@ -134,7 +134,8 @@ def run_compiled(work: Work) -> None:
 
 
 def _check_repeats(interface: Interface, state: CoupledState, length: float) -> None:
-    """A ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice that load."""
+    """Raise a ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice that
+    load."""
     for place, box in enumerate(interface.structures):
         if isinstance(box, CheckedParticipant):
             for forces in (box.last_forces, 2.0 * box.last_forces):
@@ -142,7 +143,7 @@ def _check_repeats(interface: Interface, state: CoupledState, length: float) -> 
 
 
 def _check_rest(interface: Interface, first: CoupledState) -> None:
-    """A ValueError for participants that move in the first substep, in which no force acts."""
+    """Raise a ValueError for participants that move in the first substep, in which no force acts."""
     for place, box in enumerate(interface.structures):
         if isinstance(box, CheckedParticipant):
             moved = first.surface[interface.touched_by(place)]
@@ -150,7 +151,7 @@ def _check_rest(interface: Interface, first: CoupledState) -> None:
 
 
 def _check(interface: Interface, state: CoupledState) -> None:
-    """FloatingPointError for a state that is no longer finite, ValueError for participants that create energy."""
+    """Raise FloatingPointError for a state that is no longer finite, ValueError for participants that create energy."""
     check_finite(interface, [(chain.position, chain.velocity) for chain in state.chains], state.surface, state.time)
     for place, box in enumerate(interface.structures if interface.boxes else ()):
         if isinstance(box, CheckedParticipant) and box.passive:

@@ -61,7 +61,7 @@ class Participant(Protocol):
         ...
 
     def start(self) -> Any:
-        """The state in static equilibrium, at time zero."""
+        """Return the state in static equilibrium, at time zero."""
         ...
 
     def advance(self, state: Any, force: Any, window: float) -> tuple[Any, Any]:
@@ -106,18 +106,18 @@ class CheckedParticipant:
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
 
     def describe(self) -> Any:
-        """Our own one as plain data, a user's by its name."""
+        """Return the our own one as plain data, a user's by its name."""
         return self.name if self.closing is None else self.closing.describe()
 
     @property
     def compact(self) -> bool:
-        """Whether it is our own one, and small enough for the compiled window loop."""
+        """True if it is our own one, and small enough for the compiled window loop."""
         # A class derived from ours may advance in its own way.
         return self.closing is not None and type(self.closing) is Closing and self.closing.moving.small
 
     @property
     def stepper(self) -> Any:
-        """Of our own one."""
+        """The stepper of our own structures."""
         return None if self.closing is None else self.closing.moving.stepper
 
     @property
@@ -126,7 +126,7 @@ class CheckedParticipant:
         return 0 if self.structure is None else self.structure.size
 
     def window(self, length: float) -> Any:
-        """A window (s) of our own one while no gap presses, as a piece; its last contacts are the gaps."""
+        """Return a window (s) of our own one while no gap presses, as a piece; its last contacts are the gaps."""
         assert self.closing is not None
         return self.closing.moving.window(length)
 
@@ -136,11 +136,11 @@ class CheckedParticipant:
         return self.closing.moving.compliance(window)[: self.contacts, : self.contacts]
 
     def energies(self, state: Any) -> tuple[float, float, float]:
-        """Kinetic, elastic and lost energy, J; NaN of a user's participant."""
+        """Return the kinetic, elastic and lost energy, J; NaN of a user's participant."""
         return (nan, nan, nan) if self.closing is None else self.closing.energies(state)
 
     def start(self) -> Any:
-        """The state at time zero."""
+        """Return the state at time zero."""
         try:
             return self.participant.start()
         except Exception as error:
@@ -148,7 +148,8 @@ class CheckedParticipant:
             raise
 
     def move(self, state: Any, forces: Vector, window: float) -> tuple[Any, Vector]:
-        """The participant's answer to the mean forces (N) of its K contacts, checked: its state and K displacements."""
+        """Return the participant's answer to the mean forces (N) of its K contacts, checked: its state and K
+        displacements."""
         self.last_forces, force = forces.copy(), self._as_given(forces.copy())
         try:
             returned = self.participant.advance(state, force, window)
@@ -179,7 +180,8 @@ class CheckedParticipant:
         return state, place.reshape(self.contacts).astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
-        """A ValueError where it is not at rest at the start, does not repeat a window, or moves against a force (N).
+        """Raise a ValueError where it is not at rest at the start, does not repeat a window, or moves against a force
+        (N).
 
         negligible, m: a displacement that counts as none.
         """
@@ -193,7 +195,7 @@ class CheckedParticipant:
         self.inertias = [force * window**2 / (2.0 * place) if place > 0.0 else inf for place in places]
 
     def findings(self) -> list[str]:
-        """A finding where a user's participant moved more easily than a foil: its units may be others."""
+        """Return a finding where a user's participant moved more easily than a foil: its units may be others."""
         light = min(self.inertias, default=inf)
         if self.closing is not None or not light < LEAST_RESISTANCE * self.first_window:
             return []
@@ -203,7 +205,7 @@ class CheckedParticipant:
         ]
 
     def check_rest(self, places: Vector, negligible: float) -> None:
-        """A ValueError where a first window without force did not end at rest, at displacements (m)."""
+        """Raise a ValueError where a first window without force did not end at rest, at displacements (m)."""
         if np.any(np.abs(places) > negligible):
             place = self._as_given(places)
             raise ValueError(
@@ -211,7 +213,7 @@ class CheckedParticipant:
             )
 
     def check_repeats(self, state: Any, forces: Vector, window: float) -> None:
-        """A ValueError where a window, or the next one, gives another result the second time."""
+        """Raise a ValueError where a window, or the next one, gives another result the second time."""
         ends, places = zip(*(self.move(state, forces, window) for _ in range(2)), strict=True)
         self._check_repeated(places, "from one state, force and window")
         self._check_repeated([self.move(end, forces, window)[1] for end in ends], "after a window and its repetition")
@@ -225,13 +227,14 @@ class CheckedParticipant:
             )
 
     def _pushed(self, number: int, force: float, window: float) -> float:
-        """Where a point is, m, that was pushed alone from rest over a window."""
+        """Return where a point is, m, that was pushed alone from rest over a window."""
         forces = np.zeros(self.contacts)
         forces[number] = force
         return float(self.move(self.start(), forces, window)[1][number])
 
     def _check_direction(self, number: int, force: float, place: float, rounding: float) -> None:
-        """From rest, a point that is pushed alone cannot move towards the chain: the structure would create energy."""
+        """Refuse a point that moves towards the chain when it is pushed alone from rest: the structure would create
+        energy."""
         if place < -rounding:
             point = f"contact point {number}" if self.contacts > 1 else "the contact point"
             raise ValueError(
@@ -240,7 +243,7 @@ class CheckedParticipant:
             )
 
     def _as_given(self, numbers: Vector) -> Any:
-        """The form in which the participant takes and returns K numbers: a float if it has one contact."""
+        """Return the form in which the participant takes and returns K numbers: a float if it has one contact."""
         return float(numbers[0]) if self.contacts == 1 else numbers
 
     def _wrong(self, returned: Any) -> ValueError:

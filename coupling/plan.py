@@ -1,4 +1,4 @@
-"""How a run is divided into windows, substeps and saved times, and the checks of this plan."""
+"""The plan of a run: its division into windows, substeps and saved times, and the checks of this plan."""
 
 from math import ceil, log2
 from typing import Any, NamedTuple
@@ -55,7 +55,7 @@ class Plan(NamedTuple):
         return self.length * self.stride
 
     def describe(self, interface: Interface, window: float | Adaptive | None) -> dict[str, Any]:
-        """The part of the plan that belongs to the input of a run, as plain data."""
+        """Return the part of the plan that belongs to the input of a run, as plain data."""
         attributes: dict[str, Any] = {"window": self.substeps * self.length, "substeps": self.substeps}
         if isinstance(window, Adaptive):
             attributes = {"window": repr(window)}
@@ -72,7 +72,7 @@ def plan_run(
     save_every: float | None,
     fineness: float = 1.0,
 ) -> Plan:
-    """The plan of a run up to `until` s, or a ValueError for times that do not fit; see CoSimulation.
+    """Return the plan of a run up to `until` s, or raise a ValueError for times that do not fit; see CoSimulation.
 
     fineness: factor of the substeps in a contact that the scheme needs.
     """
@@ -101,7 +101,7 @@ def plan_run(
 def longest_substep(
     interface: Interface, scheme: Scheme, window: float | Adaptive | None, substeps: int | None, fineness: float
 ) -> tuple[float, int]:
-    """The longest substep that the scheme, or the window, allows (s), and the number of them in a window."""
+    """Return the longest substep that the scheme, or the window, allows (s), and the number of them in a window."""
     per_contact = ADAPTIVE_PER_CONTACT if isinstance(window, Adaptive) else fineness * scheme.substeps_per_contact
     longest = interface.contact_time / per_contact
     if not isinstance(window, float):
@@ -111,7 +111,7 @@ def longest_substep(
 
 
 def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str]:
-    """A finding, of which the user is warned, if substeps or saved times are too few in a contact."""
+    """Return a finding, of which the user is warned, if substeps or saved times are too few in a contact."""
     coarse = interface.contact_time / FEWEST_PER_CONTACT
     name = "window" if plan.substeps == 1 else "window / substeps"
     for what, interval in ((name, plan.length), ("save_every", plan.interval)):
@@ -141,7 +141,8 @@ def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
 
 
 def _saved_times(interface: Interface, intervals: float, save_every: float | None = None) -> int:
-    """Saved times over so many intervals, the start included; a ValueError where they would not fit in memory."""
+    """Return the saved times over so many intervals, the start included; raise a ValueError where they would not fit in
+    memory."""
     bodies = sum(chain.rest.size for chain in interface.chains)
     if intervals * bodies > MOST_SAVED:
         name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
@@ -155,5 +156,5 @@ def _saved_times(interface: Interface, intervals: float, save_every: float | Non
 
 
 def _power_of_two(parts: float) -> int:
-    """The least power of two that is not below: windows can be halved, and runs of one length share their times."""
+    """Return least power of two that is not below: windows can be halved, and runs of one length share their times."""
     return int(2 ** max(0, ceil(log2(parts * (1.0 - SAME_TIME)))))

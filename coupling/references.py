@@ -110,7 +110,7 @@ def assert_same_waves(
 
 
 def _check(run: object) -> None:
-    """A ValueError for what has no forces over increasing times."""
+    """Raise a ValueError for what has no forces over increasing times."""
     data = Reading(run).data
     times = data["time"].values if "time" in data.coords else np.empty(0)
     if times.dtype.kind not in "iuf" or times.size < 2 or not (np.diff(times) > 0.0).all():
@@ -121,7 +121,7 @@ def _check(run: object) -> None:
 
 
 def _complaint(old: xr.Dataset, now: xr.Dataset, run: xr.Dataset, tolerances: Any) -> list[str]:
-    """The lines of the message; none where all agrees."""
+    """Return the lines of the message; none where all agrees."""
     lines, record = same_waves.shapes(old, now), same_waves.records(old, now)
     if not lines:
         rows = list(same_waves.rows(old, now, *tolerances))
@@ -141,7 +141,7 @@ def _complaint(old: xr.Dataset, now: xr.Dataset, run: xr.Dataset, tolerances: An
 
 
 def _who_wrote(old: xr.Dataset, run: xr.Dataset) -> str:
-    """Whether another version wrote the reference, or ran."""
+    """Return whether another version wrote the reference, or ran."""
     writer, here = str(old.attrs["hertzlink"]), version_of("hertzlink")
     if writer != here:
         first = f"hertzlink {writer} wrote the reference; this is {here}"

@@ -44,12 +44,12 @@ SILENT = 0.01
 
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """The findings before a run: a record that is too long, a loss that is too strong."""
+    """Return the findings before a run: a record that is too long, a loss that is too strong."""
     return [*_of_length(chains, until), *_of_losses(chains, until)]
 
 
 def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> None:
-    """A ValueError for a run of more than so many steps of beads, which names what makes them many."""
+    """Raise a ValueError for a run of more than so many steps of beads, which names what makes them many."""
     steps = float(sum(one.steps(until) * one.mass.size for one in chains))
     if steps <= most:
         return
@@ -61,24 +61,24 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
 
 
 def _meant(chains: Sequence[MovingChain], until: float) -> str:
-    """The question whether a record that is far too long is in another unit; empty for another one."""
+    """Return the question whether a record that is far too long is in another unit; empty for another one."""
     scale = max(_there_and_back(chains), *(one.chain.excitation.duration for one in chains))
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
     return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
 
 
 def _there_and_back(chains: Sequence[MovingChain]) -> float:
-    """The time that a wave takes through the longest chain and back, s."""
+    """Return the time that a wave takes through the longest chain and back, s."""
     return max(2.0 * one.transit_time + one.contact_time for one in chains)
 
 
 def _is_sudden(chain: MovingChain) -> bool:
-    """Whether a loss ends motion so soon that its coefficient may be in another unit; it then sets the step."""
+    """Return whether a loss ends motion so soon that its coefficient may be in another unit; it then sets the step."""
     return chain.contact_time > SUDDEN * chain.damping_time
 
 
 def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """A finding for each loss so strong that its coefficient may be in another unit."""
+    """Return a finding for each loss so strong that its coefficient may be in another unit."""
     findings = dict[str, None]()
     for one in chains:
         if not _is_sudden(one):
@@ -95,7 +95,7 @@ def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 
 def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
-    """A finding before the run where it is so long that another unit may be meant."""
+    """Return a finding before the run where it is so long that another unit may be meant."""
     once = _there_and_back(chains)
     if until <= LONG * max(once, *(one.chain.excitation.duration for one in chains)):
         return []
@@ -106,7 +106,7 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 
 def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
-    """The findings of all checks after a run saved every `interval` s; the user is warned of each.
+    """Return the findings of all checks after a run saved every `interval` s; the user is warned of each.
 
     A contact law warned of its own limits when it was made; here they are findings only.
     """
@@ -128,7 +128,8 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
 
 
 def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, work: Vector, times: Vector) -> list[str]:
-    """The findings on a chain that another program ran: contact forces, N, velocities, m/s, work on the surface, J."""
+    """Return the findings on a chain that another program ran: contact forces, N, velocities, m/s, work on the surface,
+    J."""
     peaks = greatest(contact_force)
     motion = Motion(range(peaks.size), contact_force, velocity[:, middle_of(chain)], peaks, chain.approach(peaks))
     laws, deep = chain.cautions(motion.deepest)
@@ -137,7 +138,7 @@ def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, wor
 
 
 def _of_passivity(work: Vector, scale: float) -> list[str]:
-    """A finding if a structure gave back more work, J, than it was given: then it creates energy. scale, J."""
+    """Return a finding if a structure gave back more work, J, than it was given: then it creates energy. scale, J."""
     if not work.min() < -LARGE * scale:
         return []
     return [
@@ -151,7 +152,7 @@ def _is_driven(chain: MovingChain) -> bool:
 
 
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
-    """A finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
+    """Return a finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
     structure, contact = frames.ledger.structure, frames.ledger.contact
     known, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
     work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
@@ -185,12 +186,13 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
 
 
 def _worst(energy: Vector, interface: Interface) -> float:
-    """The greatest of energies, J, in units of the impact energy."""
+    """Return the greatest of energies, J, in units of the impact energy."""
     return float(abs(energy).max()) / interface.impact_energy
 
 
 def _of_record(chain: MovingChain, motion: Motion, times: Any, where: str) -> list[str]:
-    """A finding if a record ends before a reflected wave can be back in mid chain; for a chain struck by a body."""
+    """Return a finding if a record ends before a reflected wave can be back in mid chain; for a chain struck by a
+    body."""
     if chain.surface is None or chain.behind is not None or _is_driven(chain) or not chain.chain.speed > 0.0:
         return []
     last, middle = chain.mass.size - 1, middle_of(chain)

@@ -36,7 +36,7 @@ class Node(NamedTuple):
 
 
 class Ledger(NamedTuple):
-    """Since the start, for each contact: work (J) of its dynamic force as the structure felt it, and as the chain gave
+    """Sums since the start. For each contact: work (J) of its dynamic force as the structure felt it and the chain gave
     it, and impulse (N s); for each structure the energy (J) that its damping took."""
 
     work: Vector
@@ -81,7 +81,7 @@ class CoupledState(NamedTuple):
 
 
 def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:
-    """The polynomial of at most this order through the newest values, last in the sequences, at another place.
+    """Return the polynomial of at most this order through the newest values, last in the sequences, at another place.
 
     Of lower order where there are fewer values, zero where there is none yet.
     """
@@ -97,14 +97,14 @@ def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at:
 
 
 class Counts(NamedTuple):
-    """Since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
+    """Counts since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
 
     evaluations: int = 0
     substeps: int = 0
     residual: float = 0.0
 
     def after(self, state: CoupledState) -> "Counts":
-        """With one more substep, or its parts, which ended in this state."""
+        """Return the counts with one more substep, or its parts, which ended in this state."""
         return Counts(
             self.evaluations + state.evaluations,
             self.substeps + state.substeps,
@@ -113,7 +113,7 @@ class Counts(NamedTuple):
 
 
 def as_run(state: CoupledState, counts: Counts) -> Run:
-    """A state as the compiled loop has it, but for its structures."""
+    """Return a state as the compiled loop has it, but for its structures."""
     size, past, none = state.surface.size, state.past[::-1], np.zeros(0)
     contact, node, window = np.zeros(size, CONTACT), np.zeros((REMEMBERED, size), NODE), np.zeros(REMEMBERED, WINDOW)
     contact["surface"] = state.surface

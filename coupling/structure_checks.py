@@ -42,7 +42,8 @@ class Doubt(NamedTuple):
 
 
 def check_structures(interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float) -> list[str]:
-    """Deflections beyond linear theory, and pushes too short for a reduction or a mesh; the worst contact of each.
+    """Return the deflections beyond linear theory, and pushes too short for a reduction or a mesh; the worst contact of
+    each.
 
     motions: of the chains; highest: the greatest displacement of each surface, m.
     """
@@ -92,7 +93,7 @@ def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
 
 
 def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
-    """length, s: of the push."""
+    """Yield the length, s: of the push."""
     report = _part(origin, "reduction")
     if not {"pulse", "error_estimate", "tolerance"} <= set(report):
         return
@@ -107,7 +108,7 @@ def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
 
 
 def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
-    """length, s: of the push."""
+    """Yield the length, s: of the push."""
     frequency = 0.0 if origin.get("kind") in GRADED else _number(origin, "highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (
@@ -119,7 +120,7 @@ def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
 
 
 def _finer(origin: Any, frequency: float) -> str:
-    """What makes the mesh resolve a frequency, Hz."""
+    """Return what makes the mesh resolve a frequency, Hz."""
     times = rounded_up(frequency / _number(origin, "highest_frequency"))
     if origin.get("kind") == "rod":
         return f"elements={ceil(times * max(origin['elements']))}"
@@ -129,12 +130,12 @@ def _finer(origin: Any, frequency: float) -> str:
 
 
 def _part(origin: Any, name: str) -> Mapping[str, Any]:
-    """A part of an origin; empty where a user's structure has something else of that name."""
+    """Return a part of an origin; empty where a user's structure has something else of that name."""
     part = origin.get(name)
     return part if isinstance(part, Mapping) else {}
 
 
 def _number(origin: Any, name: str) -> float:
-    """A number of an origin; zero where a user's structure has something else of that name."""
+    """Return a number of an origin; zero where a user's structure has something else of that name."""
     number = origin.get(name)
     return float(number) if isinstance(number, Real) else 0.0

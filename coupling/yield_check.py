@@ -42,7 +42,7 @@ CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
 
 def yields(chains: Sequence[MovingChain], motions: Sequence[Motion], times: Vector) -> list[str]:
-    """A finding on the contact that is pressed farthest beyond yield, where that matters.
+    """Return a finding on the contact that is pressed farthest beyond yield, where that matters.
 
     Beads that take no law of contacts have motions without velocity.
     """
@@ -66,7 +66,7 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion], times: Vect
 
 
 def _yield_forces(chain: MovingChain) -> Vector | None:
-    """The force, N, at which each contact begins to yield by Jackson and Green's law, infinite where it does not.
+    """Return force, N, at which each contact begins to yield by Jackson and Green's law, infinite where it does not.
 
     None for a chain that does not take this law, or has another.
     """
@@ -88,7 +88,8 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
 
 
 def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
-    """What yielding would change, and the cure; empty where that is little, None where the law does not apply."""
+    """Return what yielding would change, and the cure; empty where that is little, None where the law does not
+    apply."""
     limits = chain.once("yield forces", lambda: _yield_forces(chain))
     if limits is None:
         return None
@@ -106,7 +107,7 @@ def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
 
 
 def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times: Vector) -> str | None:
-    """What a dent in the wall would change of the wave that returns; None where there is none.
+    """Return what a dent in the wall would change of the wave that returns; None where there is none.
 
     beyond: the peak force on the wall, in units of that at which it yields.
     """
@@ -131,12 +132,13 @@ def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times:
 
 
 def _within(beyond: float) -> float:
-    """The logarithm of a force, in the range of the table."""
+    """Return the logarithm of a force, in the range of the table."""
     return log(min(max(beyond, 1.0), 1e3))
 
 
 def _estimate(what: str, elastic: float, force: float) -> float:
-    """A value of the table at an elastic AR and the logarithm of a force; where AR lies beyond it, that at its end."""
+    """Return a value of the table at an elastic AR and the logarithm of a force; where AR lies beyond it, that at its
+    end."""
     logarithms, ratios, rows = _table(what)
     j, part = _between(ratios, elastic)
     i, share = _between(logarithms, force)
@@ -145,7 +147,7 @@ def _estimate(what: str, elastic: float, force: float) -> float:
 
 
 def _between(values: list[float], value: float) -> tuple[int, float]:
-    """The interval of increasing values that holds one, and which part of it lies below; at the ends, 0 or 1."""
+    """Return the interval of increasing values that holds one, and which part of it lies below; at the ends, 0 or 1."""
     if len(values) == 1:
         return 0, 0.0
     i = min(max(bisect_right(values, value) - 1, 0), len(values) - 2)
@@ -154,7 +156,7 @@ def _between(values: list[float], value: float) -> tuple[int, float]:
 
 @cache
 def _table(what: str) -> tuple[list[float], list[float], list[list[float]]]:
-    """The logarithms of the forces, the elastic AR, and a row of values for each of these."""
+    """Return the logarithms of the forces, the elastic AR, and a row of values for each of these."""
     head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
     rows = [[float(one) for one in line[1:]] for line in lines if line[0] == what]
     return [log(float(one)) for one in head[2:]], [row[0] for row in rows], [row[1:] for row in rows]

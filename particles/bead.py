@@ -309,7 +309,7 @@ ATTRIBUTES = ("mass", "size", "surface")
 
 
 def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> Bead:
-    """`body`, or a ValueError that names what it lacks to be a Bead."""
+    """Return `body`, or raise a ValueError that names what it lacks to be a Bead."""
     if isinstance(body, SHAPES):
         return body
     missing = [attribute for attribute in ATTRIBUTES if not hasattr(body, attribute)]
@@ -327,7 +327,7 @@ def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> 
 
 
 def check_beads(name: str, bodies: Any) -> tuple[Bead, ...]:
-    """`bodies` as a tuple of one Bead or more, or a ValueError that names the first which is none."""
+    """Return `bodies` as a tuple of one Bead or more, or raise a ValueError that names the first which is none."""
     what = "a bead, such as a Sphere"
     beads = listed(name, bodies, object, "one bead, such as a Sphere, or more")
     # Chains repeat their beads, and a batch has thousands of chains: each is checked once.
@@ -349,12 +349,12 @@ def likely_bead(bead: Bead) -> None:
 
 
 def check_body(name: str, body: Any) -> Bead | Surface:
-    """`body`, or a ValueError where it is neither a Bead nor a Surface."""
+    """Return `body`, or raise a ValueError where it is neither a Bead nor a Surface."""
     return body if isinstance(body, Surface) else check_bead(name, body, "a body or a Surface")
 
 
 def plain_data(thing: Any) -> Any:
-    """Plain data for the attributes of a result.
+    """Return the plain data for the attributes of a result.
 
     Class and fields of a dataclass; of another body its attributes; of another object, as a user's law, its class and
     variables; anything else unchanged.

@@ -109,7 +109,7 @@ class Chain:
 
     @cached_property
     def excitation(self) -> Excitation:
-        """What sets the chain in motion, whatever the form of `striker`."""
+        """The excitation that sets the chain in motion, whatever the form of `striker`."""
         if isinstance(self.striker, Excitation):
             return self.striker
         if self.striker is None:
@@ -149,7 +149,7 @@ class Chain:
         return np.concatenate([[-self.body.size / 2.0 if self.body else 0.0], ends - sizes / 2.0])
 
     def with_law(self, law: ContactLaw | YieldingLaw) -> Self:
-        """The same chain with another law; itself if it has this one."""
+        """Return the same chain with another law; itself if it has this one."""
         if law is self.law:
             return self
         chain = copy(self)
@@ -158,7 +158,7 @@ class Chain:
         return chain
 
     def describe(self) -> dict[str, Any]:
-        """The chain as plain data, for the attributes of a result."""
+        """Return the chain as plain data, for the attributes of a result."""
         # Chains repeat their beads; to describe each of them again takes as long as a short run.
         described = {number: plain_data(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
         plain = {field.name: plain_data(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}

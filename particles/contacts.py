@@ -30,7 +30,7 @@ OTHER_BODIES = 0.01
 
 
 def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> tuple[Pair | None, ...]:
-    """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""
+    """Return the bodies that touch at each contact; None where a force replaces it, or nothing is there."""
     first: Pair | None = None
     faced = behind if behind is not None else chain.excitation.faces(chain.beads[0])
     if chain.body is not None:
@@ -43,7 +43,7 @@ def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> t
 def laws_of(
     chain: Chain, pairs: Sequence[Pair | None], law_between: Callable[[Bead, Bead | Surface], ContactLaw]
 ) -> tuple[ContactLaw | None, ...]:
-    """The law of each contact: the user's, or that of `law_between` where there is none."""
+    """Return the law of each contact: the user's, or that of `law_between` where there is none."""
     # A contact that yields is elastic at first.
     given = None if isinstance(chain.law, YieldingLaw) else chain.law
     # Chains repeat their beads, and a batch has thousands of chains.
@@ -67,7 +67,7 @@ def laws_of(
 
 
 def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple[YieldingContact | None, ...] | None:
-    """How each contact yields, None for one that does not; None for a chain whose law is no YieldingLaw."""
+    """Return how each contact yields, None for one that does not; None for a chain whose law is no YieldingLaw."""
     chain_law = chain.law
     if not isinstance(chain_law, YieldingLaw):
         return None
@@ -84,7 +84,7 @@ def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple
 
 
 def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
-    """The contacts that yield as a piece of the compiled loops."""
+    """Return the contacts that yield as a piece of the compiled loops."""
     yields = [contact if contact is not None and contact.overlap < inf else None for contact in contacts]
     different = list(dict.fromkeys(contact for contact in yields if contact is not None))
     tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
@@ -103,7 +103,7 @@ def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vecto
 
 
 def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
-    """What contacts that were pressed so far (m) remember, one array after the other; see `Yielding`."""
+    """Return what contacts that were pressed so far (m) remember, one array after the other; see `Yielding`."""
     limit, hard, dent = np.full(stiffness.size, NEVER), stiffness.copy(), np.zeros(stiffness.size)
     for i, contact in enumerate(contacts):
         if contact is not None and contact.overlap < inf:
@@ -115,7 +115,7 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
 
 
 def _foreign(pairs: Sequence[Pair | None], law: ComputedLaw, contacts: Sequence[int]) -> list[str]:
-    """A finding where a law was computed for other bodies than those of some of its contacts."""
+    """Return a finding where a law was computed for other bodies than those of some of its contacts."""
     last = law.approaches[-1]
     different = {(id(pair[0]), id(pair[1])): i for i in reversed(contacts) if (pair := pairs[i]) is not None}
     for first in sorted(different.values()):
@@ -129,7 +129,7 @@ def _foreign(pairs: Sequence[Pair | None], law: ComputedLaw, contacts: Sequence[
 
 
 def grouped(laws: Laws) -> Groups:
-    """The different laws and their contacts."""
+    """Return the different laws and their contacts."""
     # By identity first: the hash of a law takes longer than a step of the chain.
     places: dict[int, list[int]] = {}
     for i, law in enumerate(laws):
@@ -143,13 +143,13 @@ def grouped(laws: Laws) -> Groups:
 
 
 def tables_of(laws: Laws) -> dict[ContactLaw, Vector]:
-    """Each law's table, one for laws that are equal; those with Hertz's shape have none."""
+    """Return each law's table, one for laws that are equal; those with Hertz's shape have none."""
     different = dict.fromkeys(law for law in laws if law is not None)
     return {law: table for law in different if (table := law.kernel[1]) is not None}
 
 
 def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vector, Vector]:
-    """The row at which each contact's table begins, −1 where it has none; and all tables, one after the other."""
+    """Return row at which each contact's table begins, −1 where it has none; and all tables, one after the other."""
     tables = list({id(table): table for table in table_of.values()}.values())
     starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
     first = {law: starts[id(table)] for law, table in table_of.items()}
@@ -157,7 +157,7 @@ def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vecto
 
 
 def kernel_laws(laws: Laws) -> Any:
-    """The contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
+    """Return the contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
     brought = dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None)
     others = [None if law is None or law.piece is not None else law for law in laws]
     stiffness, table_of = np.array([law.kernel[0] if law else 0.0 for law in others]), tables_of(others)
@@ -175,7 +175,7 @@ def kernel_laws(laws: Laws) -> Any:
 
 
 def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
-    """What a user must know of the laws: their own cautions; and where a run went beyond what a law is good for.
+    """Return what a user must know of the laws: their own cautions; and where a run went beyond what a law is good for.
 
     deepest: the greatest approach of each contact, m.
     """

@@ -1,4 +1,4 @@
-"""How a chain loses energy: one law for all contacts, or a drag on all bodies. Each takes energy only.
+"""Losses of energy in a chain: one law for all contacts, or a drag on all bodies. Each takes energy only.
 
 A loss between two bodies acts on both with opposite forces, so momentum is kept; elastic force and loss together never
 pull. The drag and the thesis's form of the power law act on single bodies and do not keep momentum.
@@ -69,10 +69,10 @@ class Dissipation(ABC):
 
     @abstractmethod
     def coefficients(self, mass: Vector) -> Vector:
-        """The coefficient c at each contact, from the reduced masses (kg) of the bodies that collide there."""
+        """Return the coefficient c at each contact, from the reduced masses (kg) of the bodies that collide there."""
 
     def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
-        """How fast the loss would stop each contact, 1/s, which limits the step.
+        """Return how fast the loss would stop each contact, 1/s, which limits the step.
 
         mass, kg: reduced masses; tangent, secant, N/m: F′ and F/δ where contacts are deepest; speed, m/s: of the
         bodies.
@@ -88,7 +88,7 @@ class Dissipation(ABC):
 
 
 def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
-    """The loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
+    """Return the loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
     coefficients, piece = coefficients_of(loss, mass), cast(Any, loss.piece)
     if piece == "drag":
         return Drag(coefficients)
@@ -101,7 +101,7 @@ def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
-    """The coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
+    """Return coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
     if piece not in PIECES:
         _check_own(name, piece, loss)
@@ -123,7 +123,7 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
 
 
 def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
-    """A ValueError for a piece of a user's own that the compiled loops cannot take."""
+    """Raise a ValueError for a piece of a user's own that the compiled loops cannot take."""
     method = "force_with_loss(loss, i, elastic, slope, overlap, rate)"
     fields = getattr(piece, "_fields", ()) if isinstance(piece, type) else ()
     if not fields or not isinstance(getattr_static(piece, "force_with_loss", None), staticmethod):
@@ -168,7 +168,7 @@ class LinearDashpot(Dissipation):
     piece = "dashpot"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """γ at each contact."""
+        """Return γ at each contact."""
         return np.full_like(mass, self.coefficient)
 
 
@@ -221,7 +221,7 @@ class PowerDashpot(Dissipation):
         return "dashpot" if self.form == "pairwise" else "bodies"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """γ at each contact, or on each body."""
+        """Return γ at each contact, or on each body."""
         return np.full_like(mass, self.coefficient)
 
 
@@ -254,7 +254,7 @@ class MassProportional(Dissipation):
     piece = "drag"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """α₁ on each body."""
+        """Return α₁ on each body."""
         return np.full_like(mass, self.rate)
 
 
@@ -287,7 +287,7 @@ class KuwabaraKono(Dissipation):
     piece = "tangent"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """τ at each contact."""
+        """Return τ at each contact."""
         return np.full_like(mass, self.time)
 
 
@@ -322,7 +322,7 @@ class Tsuji(Dissipation):
     piece = "secant"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """α √(m/1.25) at each contact."""
+        """Return α √(m/1.25) at each contact."""
         return self.coefficient * np.sqrt(mass / 1.25)
 
 
@@ -358,7 +358,7 @@ class Restitution(Dissipation):
     piece = "secant"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """2ζ √m at each contact."""
+        """Return 2ζ √m at each contact."""
         return 2.0 * self.damping_ratio * np.sqrt(mass)
 
     @property

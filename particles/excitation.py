@@ -86,14 +86,14 @@ class Excitation(ABC):
 
     @abstractmethod
     def energy(self, mass: float, gravity: float) -> float:
-        """Energy of the excitation, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
+        """Return energy of the excitation, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
 
     def speed(self, gravity: float) -> float:
-        """Speed at time zero, m/s, of the body, or of the first bead where there is none."""
+        """Return the speed at time zero, m/s, of the body, or of the first bead where there is none."""
         return 0.0
 
     def faces(self, bead: Bead) -> Surface | None:
-        """What the first bead touches where there is no body; None where a force acts on it instead."""
+        """Return what the first bead touches where there is no body; None where a force acts on it instead."""
         return None
 
 
@@ -115,11 +115,11 @@ class FreeStriker(Excitation):
         return Drive(FREE)
 
     def speed(self, gravity: float) -> float:
-        """The impact speed, m/s."""
+        """Return the impact speed, m/s."""
         return self.impact_speed
 
     def energy(self, mass: float, gravity: float) -> float:
-        """Its kinetic energy, J."""
+        """Return its kinetic energy, J."""
         return 0.5 * self.striker.mass * self.impact_speed**2
 
 
@@ -136,11 +136,11 @@ class FirstBeadMoves(Excitation):
         return Drive(STEADY)
 
     def speed(self, gravity: float) -> float:
-        """The first bead's, m/s."""
+        """Return the first bead's, m/s."""
         return self.impact_speed
 
     def energy(self, mass: float, gravity: float) -> float:
-        """The first bead's kinetic energy, at rest ½ m (10 mm/s)², J."""
+        """Return the first bead's kinetic energy, at rest ½ m (10 mm/s)², J."""
         return 0.5 * mass * (self.impact_speed or STILL) ** 2
 
 
@@ -208,7 +208,7 @@ class SpringLoaded(Excitation):
         return max(self.compression - float(self.travel or 0.0), 0.0)
 
     def speed(self, gravity: float) -> float:
-        """The striker's speed at its first contact, m/s, from the energies of the spring and of gravity (m/s²)."""
+        """Return striker's speed at its first contact, m/s, from the energies of the spring and of gravity (m/s²)."""
         spring = self.stiffness * (self.compression**2 - self.left**2) / self.striker.mass
         square = spring + 2.0 * gravity * float(self.travel or 0.0)
         if square <= 0.0:
@@ -218,7 +218,7 @@ class SpringLoaded(Excitation):
         return sqrt(square)
 
     def energy(self, mass: float, gravity: float) -> float:
-        """The striker's kinetic energy at time zero, and what is left in the spring, J."""
+        """Return the striker's kinetic energy at time zero, and what is left in the spring, J."""
         return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.left**2
 
 
@@ -268,7 +268,7 @@ class PushedBead(Excitation):
 
     @property
     def duration(self) -> float:  # type: ignore[override]
-        """Of the history, s."""
+        """The length of the history, s."""
         return self.time[-1]
 
     @property
@@ -277,7 +277,7 @@ class PushedBead(Excitation):
         return Drive(PUSHED, np.array(self.history))
 
     def energy(self, mass: float, gravity: float) -> float:
-        """½ J²/m of the history's impulse J, J."""
+        """Return ½ J²/m of the history's impulse J, J."""
         times, values, _ = self.history
         impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
         impulse = impulse or float(np.abs(values).max() * times[-1])
@@ -334,7 +334,7 @@ class Piston(Excitation):
 
     @property
     def duration(self) -> float:  # type: ignore[override]
-        """Of the history, s."""
+        """The length of the history, s."""
         return self.time[-1]
 
     @property
@@ -343,18 +343,18 @@ class Piston(Excitation):
         return Drive(MOVED, np.array(self.history))
 
     def energy(self, mass: float, gravity: float) -> float:
-        """That of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
+        """Return that of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
         times, values, rates = self.history
         fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2
 
     def faces(self, bead: Bead) -> Surface | None:
-        """The piston's surface."""
+        """Return the piston's surface."""
         return self.surface or Surface(bead.surface.material)
 
 
 def check_excitation(excitation: Excitation, bead: Bead, gravity: float) -> None:
-    """A ValueError where a member of a user's excitation of a chain is not as `Excitation` describes it."""
+    """Raise a ValueError where a member of a user's excitation of a chain is not as `Excitation` describes it."""
     if type(excitation) in (FreeStriker, FirstBeadMoves, SpringLoaded, PushedBead, Piston):
         return
     name = type(excitation).__name__

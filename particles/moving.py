@@ -67,7 +67,8 @@ _CHAINS: dict[Any, tuple[Any, dict[str, Any]]] = {}
 
 
 def _never_changes(part: Any) -> bool:
-    """Whether a part of a chain is a frozen dataclass of ours, all of whose fields are such or plain; or None."""
+    """Return whether a part of a chain is a frozen dataclass of ours, all of whose fields are such or plain; or
+    None."""
     kind = type(part)
     if kind in (NoneType, bool, int, float, str):
         return True
@@ -163,13 +164,15 @@ class MovingChain:
         self._check_step()
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
-        """A fact that does not depend on the impact speed, made once for all chains that differ in nothing else."""
+        """Return a fact that does not depend on the impact speed, made once for all chains that differ in nothing
+        else."""
         if name not in self.shared:
             self.shared[name] = make()
         return self.shared[name]
 
     def _alike(self) -> dict[str, Any]:
-        """The facts of an earlier chain with the same parts and loads; empty where there is none, or parts may change.
+        """Return the facts of an earlier chain with the same parts and loads; empty where there is none, or parts may
+        change.
 
         Only parts of our own never change. A user's bead, law or loss may.
         """
@@ -206,7 +209,7 @@ class MovingChain:
 
     @property
     def ends(self) -> int:
-        """How many structures the chain faces, one that is not there counted at the last end: 1 or 2."""
+        """The number of structures that the chain faces, an absent one counted at the last end: 1 or 2."""
         return 1 if self.behind is None else 2
 
     @cached_property
@@ -233,14 +236,14 @@ class MovingChain:
         return times
 
     def _powers(self) -> list[Vector]:
-        """The power of the speed that the time of each collision follows where all laws are powers; else nothing."""
+        """Return power of the speed that the time of each collision follows where all laws are powers; else nothing."""
         if any(type(law) is not PowerLaw for law in self._groups):
             return []
         exponent = self._over_contacts(lambda law, i: np.full(i.size, law.exponent))  # type: ignore[attr-defined]
         return [(1.0 - exponent) / (1.0 + exponent)]
 
     def _collisions(self, speed: float) -> Vector:
-        """The time of a free collision at a speed (m/s) of each contact, s; zero where there is none."""
+        """Return the time of a free collision at a speed (m/s) of each contact, s; zero where there is none."""
         energy = 0.5 * self.reduced_mass * speed**2
         deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
@@ -249,14 +252,14 @@ class MovingChain:
         return times
 
     def _swings(self) -> Vector:
-        """A half-swing of each contact under its preload, s; zero where there is no contact."""
+        """Return a half-swing of each contact under its preload, s; zero where there is no contact."""
         tangent = self._over_contacts(lambda law, i: law.tangent(self.preload[i]))
         there = self._over_contacts(lambda law, i: np.ones(i.size))
         return there * pi / np.sqrt(np.maximum(tangent / self.reduced_mass, UNDERFLOW))
 
     @cached_property
     def transit_time(self) -> float:
-        """What a wave takes from the struck end to the other, s, to some 10 % in a chain of like beads.
+        """The time of a wave from the struck end to the other, s, to some 10 % in a chain of like beads.
 
         In each contact HOP of the time of a free collision at the striker's speed, or of a preloaded half-swing.
         """
@@ -274,7 +277,7 @@ class MovingChain:
         return self._damping_of_contacts()
 
     def _damping_of_contacts(self) -> float:
-        """The same by `dissipation` alone, between the bodies' whole masses."""
+        """Return the damping by `dissipation` alone, between the bodies' full masses."""
         loss = self.chain.dissipation
         if loss is None:
             return inf
@@ -301,7 +304,7 @@ class MovingChain:
 
     @cached_property
     def _deepest_alone(self) -> Vector:
-        """How deep each contact would be, m, if it held the scale of energies alone."""
+        """The depth of each contact, m, if it held the scale of energies alone."""
         return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, self.energy)))
 
     @cached_property
@@ -322,16 +325,17 @@ class MovingChain:
 
     @property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
-        """What the kernels take for the contacts' laws."""
+        """The contacts' laws as the kernels take them."""
         return self.laws
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
-        """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
+        """Return where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see
+        `ChainState`."""
         places = position[:, : self.mass.size]
         return places, places
 
     def dents(self, position: Vector) -> Vector:
-        """The dents of contacts that yield, saved times × contacts, m; see `ChainState`."""
+        """Return the dents of contacts that yield, saved times × contacts, m; see `ChainState`."""
         return position[:, 3 * self.mass.size :]
 
     @cached_property
@@ -343,7 +347,8 @@ class MovingChain:
         )
 
     def start(self) -> ChainState:
-        """Static equilibrium, the striker touching the first bead at the impact speed; without one that bead has it."""
+        """Return the static equilibrium, the striker touching the first bead at the impact speed; without one that bead
+        has it."""
         velocity = np.zeros_like(self.rest)
         velocity[0 if self.chain.body else 1] = self.chain.speed
         return ChainState(self.rest.copy(), velocity)
@@ -370,7 +375,7 @@ class MovingChain:
         return moved, np.array([force, force_behind]) - self.static_force[[-1, 0]]
 
     def work_space(self) -> Vector:
-        """Rows of numbers that the compiled loops write to."""
+        """Return the rows of numbers that the compiled loops write to."""
         return np.zeros((kernels.WORK_ROWS, self.rest.size))
 
     @property
@@ -418,13 +423,13 @@ class MovingChain:
         return Rigid()
 
     def _scheme(self, loss: Any) -> Any:
-        """The steps in time as a piece."""
+        """Return the steps in time as a piece."""
         if self.chain.integrator == "rk4":
             return kernels.RungeKutta()
         return kernels.Verlet() if isinstance(loss, NoLoss) else kernels.DampedVerlet()
 
     def steps(self, window: float) -> int:
-        """Steps in a window."""
+        """Return the steps in a window."""
         step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
         if count * self.mass.size > MOST_STEPS:
@@ -448,11 +453,11 @@ class MovingChain:
         return reduced
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
-        """The laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""
+        """Return the laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""
         return contacts.cautions(self.pairs, self._groups, deepest)
 
     def approach(self, force: Vector) -> Vector:
-        """The approach of each contact, m, at a force on each, N, without losses; as it is first loaded."""
+        """Return the approach of each contact, m, at a force on each, N, without losses; as it is first loaded."""
         overlap = self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
         for i, contact in enumerate(self.yielding or ()):
             if contact is not None and force[i] > contact.yield_force:
@@ -460,12 +465,12 @@ class MovingChain:
         return overlap
 
     def force(self, approach: Vector) -> Vector:
-        """The force of each contact, N, at an approach of each, m, without losses and springs."""
+        """Return the force of each contact, N, at an approach of each, m, without losses and springs."""
         return self._over_contacts(lambda law, i: law.force(np.maximum(approach[i], 0.0)))
 
     @property
     def force_by_approach(self) -> bool:
-        """Whether the force of a contact depends on the approach of its two bodies alone."""
+        """True if the force of a contact depends on the approach of its two bodies alone."""
         return isinstance(self.model.loss, NoLoss) and self.yielding is None and isinstance(self._vibrations, Rigid)
 
     @property
@@ -477,22 +482,22 @@ class MovingChain:
         return pairs
 
     def _found_law(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
-        """The law of two bodies where the user gives none."""
+        """Return the law of two bodies where the user gives none."""
         return contact_law(bead, facing)
 
     def _at_rest(self) -> Vector:
-        """Positions in static equilibrium, m, and behind them what contacts that yield remember."""
+        """Return the positions in static equilibrium, m, and behind them what contacts that yield remember."""
         places = statics.places_at_rest(self.preload, self.static_force, self._springs())
         if self.yielding is None:
             return places
         return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))
 
     def _springs(self) -> Vector:
-        """Flexibilities behind the first and the last contact, m/N."""
+        """Return the flexibilities behind the first and the last contact, m/N."""
         return np.array([self.behind_flexibility, self.flexibility])
 
     def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
-        """of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
+        """Return of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
         values = np.zeros(len(self.laws))
         for law, which in self._groups.items():
             values[which] = of(law, which)
@@ -527,7 +532,7 @@ class MovingChain:
             )
 
     def _check_flexibility(self) -> None:
-        """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
+        """Refuse a spring so negative that the contact would snap shut: its patch is smaller than the contact."""
         if self.flexibility >= 0.0 and self.behind_flexibility >= 0.0:
             return
         deepest = self._deepest_alone
@@ -544,7 +549,7 @@ class MovingChain:
                 )
 
     def _check_step(self) -> None:
-        """Twice the highest rate that a contact with all of the scale's energy could have."""
+        """Refuse a step too long for the highest rate that a contact with all of the scale's energy could have."""
         if self.dt is None:
             return
         object.__setattr__(self, "dt", positive("dt", self.dt, "s"))

@@ -108,12 +108,14 @@ class UniformChain:
         return self.exponent
 
     def tangent_stiffness(self, preload: Number) -> Number:
-        """Tangent stiffness of a contact under a preload F₀, N: C = n k^{1/n} F₀^{(n−1)/n}, N/m (section 1.4)."""
+        """Return the tangent stiffness of a contact under a preload F₀, N: C = n k^{1/n} F₀^{(n−1)/n}, N/m (section
+        1.4)."""
         n, force = self.exponent, each(not_negative, "preload", preload, "N")
         return _like(preload, n * self.stiffness ** (1.0 / n) * force ** ((n - 1.0) / n))
 
     def angular_frequency(self, wave_number: Number, preload: float) -> Number:
-        """Angular frequency of a linear wave of wave number k, rad/m: ω² = (4C/m) sin²(kD/2), rad/s (equation 1.4).
+        """Return the angular frequency of a linear wave of wave number k, rad/m: ω² = (4C/m) sin²(kD/2), rad/s
+        (equation 1.4).
 
         ω is periodic in k: the waves with |k| ≤ π/D, which are longer than 2D, are all waves of the chain. The thesis
         prints ka for kd, and ≅ for =.
@@ -123,15 +125,16 @@ class UniformChain:
         return _like(wave_number, highest * np.abs(np.sin(waves * self.size / 2.0)))
 
     def cutoff_frequency(self, preload: Number) -> Number:
-        """Highest frequency of linear waves under a preload, N: √(C/m)/π, Hz (equation 1.4)."""
+        """Return the highest frequency of linear waves under a preload, N: √(C/m)/π, Hz (equation 1.4)."""
         return _like(preload, np.sqrt(self.tangent_stiffness(preload) / self.mass) / pi)
 
     def sound_speed(self, preload: Number) -> Number:
-        """Speed of long linear waves under a preload, N: D √(C/m), m/s; zero without preload, the sonic vacuum."""
+        """Return the speed of long linear waves under a preload, N: D √(C/m), m/s; zero without preload, the sonic
+        vacuum."""
         return _like(preload, self.size * np.sqrt(self.tangent_stiffness(preload) / self.mass))
 
     def wave_speed_from_force(self, force: Number, preload: float = 0.0) -> Number:
-        """Speed V of a solitary wave, m/s, from the peak F_d of its contact force above the preload F₀, N.
+        """Return the speed V of a solitary wave, m/s, from the peak F_d of its contact force above the preload F₀, N.
 
         V = D √(2/(n+1)) √(k^{1/n}/m) F_m^{(n−1)/(2n)} √[1 + n q^{n+1} − (n+1) qⁿ] / (1 − q), with the total peak
         F_m = F₀ + F_d and q = (F₀/F_m)^{1/n}. For F_d → 0 it equals `sound_speed` to all digits.
@@ -157,7 +160,7 @@ class UniformChain:
         return _like(force, self.size * np.sqrt(square))
 
     def wave_speed_from_particle_speed(self, particle_speed: Number) -> Number:
-        """Speed V of a solitary wave, m/s, from the greatest speed v_p of its particles, m/s, without preload.
+        """Return speed V of a solitary wave, m/s, from the greatest speed v_p of its particles, m/s, without preload.
 
         V = D [2 k v_p^{n−1} / ((n+1) m)]^{1/(n+1)}, which follows from v_p = V ξ_max.
 
@@ -170,7 +173,8 @@ class UniformChain:
         return _like(particle_speed, self.size * growth ** (1.0 / (n + 1.0)))
 
     def peak_force_from_particle_speed(self, particle_speed: Number) -> Number:
-        """Peak contact force F_m of a solitary wave, N, from the greatest speed v_p of its particles, without preload.
+        """Return the peak contact force F_m of a solitary wave, N, from the greatest speed v_p of its particles,
+        without preload.
 
         F_m = k [(n+1) m v_p²/(2k)]^{n/(n+1)}: the force for which equations 5.12 (corrected) and 6.12 give the same
         speed. For a striker that equals the particles v_p is PARTICLE_TO_STRIKER_SPEED = 0.682 times its speed.
@@ -192,7 +196,8 @@ class UniformChain:
         return pi * self.size / (n - 1.0) * sqrt(n * (n + 1.0) / 6.0)
 
     def strain(self, position: Number, time: float, speed: float) -> Number:
-        """Strain ξ of the solitary wave of a given speed V, m/s, without preload, at a position, m, and a time, s.
+        """Return the strain ξ of the solitary wave of a given speed V, m/s, without preload, at a position, m, and a
+        time, s.
 
         ξ = [(n+1) V²/(2c²)]^{1/(n−1)} cos^{2/(n−1)}(π (x − Vt)/L) for x within half the width L of the crest, and zero
         elsewhere, with c² = k D^{n+1}/m. The crest is at x = 0 at time zero.
@@ -212,7 +217,7 @@ class UniformChain:
         return _like(position, (crest * np.where(phase < pi / 2.0, np.cos(phase), 0.0) ** 2) ** (1.0 / (n - 1.0)))
 
     def transit_time(self, beads: float, striker_speed: Number, restitution: float = 1.0) -> Number:
-        """Time T of a solitary wave over N beads to a structure and back, s, from the speed of the striker, m/s.
+        """Return time T of a solitary wave over N beads to a structure and back, s, from the speed of the striker, m/s.
 
         T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} for n = 3/2, without preload, where the restitution
         e = v_ref/v_in = (V_ref/V_in)⁵ of the structure compares particle speeds v, and the striker equals the beads.

@@ -11,19 +11,19 @@ ACROSS = 1e-12
 
 
 def static_forces(chain: Chain, structure_behind: bool) -> Vector:
-    """Static force of each contact, N; that of contact 1 is the preload if the place of body 0 bears it."""
+    """Return the static force of each contact, N; that of contact 1 is the preload if the place of body 0 bears it."""
     weights = np.cumsum([bead.mass for bead in chain.beads])
     held = chain.preload if structure_behind or chain.excitation.bears_preload else 0.0
     return np.concatenate([[held], chain.preload + chain.gravity_along * weights])
 
 
 def dead_load(chain: Chain, structure_behind: bool) -> float:
-    """What presses on the first bead where nothing there bears the preload, N."""
+    """Return what presses on the first bead where nothing there bears the preload, N."""
     return 0.0 if structure_behind or chain.excitation.bears_preload else chain.preload
 
 
 def check_support(chain: Chain, surface: Surface | None, static: Vector) -> None:
-    """A ValueError for a static load on a chain that nothing holds, and for one that hangs and is not pressed."""
+    """Raise a ValueError for a static load on a chain that nothing holds, and for one that hangs and is not pressed."""
     if surface is None:
         for name, value, along in (
             ("gravity", chain.gravity, chain.gravity_along),
@@ -37,7 +37,7 @@ def check_support(chain: Chain, surface: Surface | None, static: Vector) -> None
 
 
 def places_at_rest(shortened: Vector, static: Vector, springs: Vector) -> Vector:
-    """Positions of the bodies from touching, unloaded beads, m, in static equilibrium.
+    """Return the positions of the bodies from touching, unloaded beads, m, in static equilibrium.
 
     shortened: static approach of each contact, m; springs: flexibility behind the first and the last contact, m/N.
     """

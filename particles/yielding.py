@@ -19,14 +19,16 @@ OF_HERTZ = 1.0 / 3.0
 
 
 def overloads(chain: MovingChain, force: Vector) -> Vector:
-    """The pressure of each contact at these forces, N, over that at which it yields; zero where nothing is left out."""
+    """Return the pressure of each contact at these forces, N, over that at which it yields; zero where nothing is left
+    out."""
     unit, power, limit = chain.once("pressures", lambda: _pressures(chain))
     ratios: Vector = unit * np.maximum(force, 0.0) ** power / limit
     return ratios
 
 
 def _pressures(chain: MovingChain) -> Vector:
-    """Of each contact the factor and the power of its force in the pressure, and the pressure at which it yields."""
+    """Return of each contact the factor and the power of its force in the pressure, and the pressure at which it
+    yields."""
     pressures, by_pair = np.tile([[0.0], [1.0], [inf]], len(chain.pairs)), dict[tuple[int, int], Any]()
     for i, pair in enumerate(chain.pairs):
         # Contacts whose law yields leave nothing out.
@@ -40,7 +42,7 @@ def _pressures(chain: MovingChain) -> Vector:
 
 
 def unknown_strengths(chain: MovingChain) -> list[str]:
-    """A finding for each contact of a law of yielding that takes the strength of the one body for both."""
+    """Return a finding for each contact of a law of yielding that takes the strength of the one body for both."""
     materials = dict[str, None]()
     for i, contact in enumerate(chain.yielding or ()):
         pair = chain.pairs[i]
@@ -62,7 +64,7 @@ def _materials(pair: tuple[Side, Side]) -> list[Material]:
 
 
 def slower(chain: MovingChain, contact: int, ratio: float) -> str:
-    """What keeps a contact from yielding, whose pressure is so many times the one at which it begins."""
+    """Return what keeps a contact from yielding, whose pressure is so many times the one at which it begins."""
     pair = chain.pairs[contact]
     assert pair is not None
     power = _pressure(*pair)[1]
@@ -74,14 +76,15 @@ def slower(chain: MovingChain, contact: int, ratio: float) -> str:
 
 
 def weaker(chain: MovingChain, contact: int) -> Material:
-    """The material that yields first."""
+    """Return the material that yields first."""
     pair = chain.pairs[contact]
     assert pair is not None
     return min(_materials(pair), key=yield_pressure)
 
 
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
-    """p₀ = unit · F^power, Pa, of two bodies; and that from which the weaker one yields, infinite where not known."""
+    """Return p₀ = unit · F^power, Pa, of two bodies; and that from which the weaker one yields, infinite where not
+    known."""
     surface, facing = (side if isinstance(side, Surface) else side.surface for side in (first, second))
     length = min((side.length for side in (first, second) if isinstance(side, Cylinder)), default=inf)
     return _pressure_of_surfaces(surface, facing, length)
@@ -89,7 +92,7 @@ def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
 
 @lru_cache(maxsize=256)
 def _pressure_of_surfaces(surface: Surface, facing: Surface, length: float) -> tuple[float, float, float]:
-    """The same; length, m, of a line contact. Kept, as thousands of runs have the same beads."""
+    """Return these of two surfaces; length, m, of a line contact. Stored, as thousands of runs have the same beads."""
     limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
     if limit == inf:
         return 0.0, 1.0, inf

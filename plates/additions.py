@@ -1,4 +1,4 @@
-"""What may be added to a plate: masses, stiffeners, weak regions, delaminations, prestress. Data for any theory."""
+"""Additions to a plate: masses, stiffeners, weak regions, delaminations, prestress. Data for any theory."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -105,12 +105,12 @@ class Stiffener:
 
     @property
     def along_x(self) -> bool:
-        """Whether it runs along x."""
+        """True if it runs along x."""
         return self.start[1] == self.end[1]
 
     @property
     def along_y(self) -> bool:
-        """Whether it runs along y."""
+        """True if it runs along y."""
         return self.start[0] == self.end[0]
 
 
@@ -239,8 +239,8 @@ MOST_POINTS = 400
 
 
 def check_additions(additions: object, box: tuple[float, float, float, float]) -> tuple[Addition, ...]:
-    """The additions to a plate within a box (least and greatest x, then y, m) as a tuple; a ValueError names the one
-    that does not fit."""
+    """Return the additions to a plate within a box (least and greatest x, then y, m) as a tuple; raise a ValueError
+    names the one that does not fit."""
     if not isinstance(additions, Sequence) or isinstance(additions, str):
         raise ValueError(
             f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened, Delamination and Prestress"
@@ -276,7 +276,7 @@ def check_additions(additions: object, box: tuple[float, float, float, float]) -
 
 
 def passed_through(additions: Sequence[Addition], places: Sequence[Place]) -> list[str]:
-    """Of each place, m, inside a delamination but beside its points: words that say so."""
+    """Return a sentence on each place, m, that lies inside a delamination but beside its points."""
     remarks = []
     for i, addition in enumerate(additions):
         if not isinstance(addition, Delamination):
@@ -295,8 +295,8 @@ def passed_through(additions: Sequence[Addition], places: Sequence[Place]) -> li
 
 
 def weakest(additions: Sequence[Addition]) -> float:
-    """The least factor of the bending stiffness anywhere; of the parts of a delamination, which are lighter too, the
-    one that has the same flexural waves."""
+    """Return the least factor of the bending stiffness anywhere; of the parts of a delamination, which are lighter too,
+    the one that has the same flexural waves."""
     factors = [float(addition.factor) for addition in additions if isinstance(addition, Weakened)]
     parts = [
         min(addition.depth, 1.0 - addition.depth) ** 2 for addition in additions if isinstance(addition, Delamination)
@@ -305,12 +305,12 @@ def weakest(additions: Sequence[Addition]) -> float:
 
 
 def forces_in_plane(additions: Sequence[Addition]) -> Vector:
-    """The sum of all prestress, N_ij, 2 × 2, N/m."""
+    """Return the sum of all prestress, N_ij, 2 × 2, N/m."""
     return sum((addition.forces for addition in additions if isinstance(addition, Prestress)), start=np.zeros((2, 2)))
 
 
 def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
+    """Return x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
     across: list[float] = []
     along: list[float] = []
     for addition in additions:
@@ -324,7 +324,7 @@ def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[
 
 
 def extent(addition: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The x and the y, m, at which an addition begins and ends; none for what is everywhere."""
+    """Return the x and the y, m, at which an addition begins and ends; none for what is everywhere."""
     if isinstance(addition, Prestress):
         return (), ()
     if isinstance(addition, PointMass):
@@ -335,7 +335,7 @@ def extent(addition: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ...]:
-    """The values as a tuple of floats in m, as many as the names, or a ValueError."""
+    """Return the values as a tuple of floats in m, as many as the names, or raise a ValueError."""
     items = list(values) if several(values) else []
     if len(items) != len(names):
         raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
@@ -343,7 +343,7 @@ def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ..
 
 
 def _rectangle(region: object) -> tuple[float, float, float, float]:
-    """A region as four floats, or a ValueError."""
+    """Return a region as four floats, or raise a ValueError."""
     left, right, bottom, top = _numbers("region", region, ("left", "right", "bottom", "top"))
     if left >= right or bottom >= top:
         raise ValueError(f"region = {region!r}: must be (left, right, bottom, top), ascending, in m")
@@ -351,6 +351,6 @@ def _rectangle(region: object) -> tuple[float, float, float, float]:
 
 
 def _overlap(region: Region, other: Region) -> bool:
-    """Whether the two have more than an edge in common."""
+    """Return whether the two have more than an edge in common."""
     (l1, r1, b1, t1), (l2, r2, b2, t2) = region.region, other.region
     return max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2)

@@ -142,7 +142,7 @@ def beam(
 def beam_buckling_force(
     length: float, bending_stiffness: float, supports: tuple[str, str] = ("simple", "simple"), foundation: float = 0.0
 ) -> float:
-    """The compression at which a beam buckles.
+    """Return the compression at which a beam buckles.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where plates are struck: places and faces, of one contact or of several."""
+"""Contacts of plates with chains: places and faces, of one contact or of several."""
 
 from collections.abc import Iterable, Sequence
 from math import isclose
@@ -26,12 +26,13 @@ class Contact(NamedTuple):
 
     @property
     def sign(self) -> float:
-        """Of the contact's displacement, positive away from its chain, where the plate's is positive from the front."""
+        """The sign of the contact's displacement, positive away from its chain, where the plate's is positive from the
+        front."""
         return 1.0 if self.face == "front" else -1.0
 
 
 def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
-    """One contact of two numbers in m, or as many as x and y have; face: one for all, or one for each.
+    """Return one contact of two numbers in m, or as many as x and y have; face: one for all, or one for each.
 
     Raises ValueError where there are not as many of each, and where two contacts are one.
     """
@@ -57,7 +58,7 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
 
 
 def contacts_data(contacts: Sequence[Contact]) -> dict[str, Any]:
-    """The contacts as plain data."""
+    """Return the contacts as plain data."""
     if len(contacts) == 1:
         only = contacts[0]
         return {"at": [only.x, only.y], **({} if only.face == "front" else {"face": only.face})}
@@ -65,7 +66,7 @@ def contacts_data(contacts: Sequence[Contact]) -> dict[str, Any]:
 
 
 def common_copies(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
-    """How many equal parts make the whole plate; a ValueError where this differs between the contacts."""
+    """Return how many equal parts make the whole plate; raise a ValueError where this differs between the contacts."""
     if len(set(copies)) > 1:
         raise ValueError(
             f"x, y = {contacts_data(contacts)['at']}: some lie on a symmetry edge and others inside, whose mirror "
@@ -75,7 +76,7 @@ def common_copies(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
 
 
 def one_or_all(values: list[Any]) -> Any:
-    """What belongs to the only contact, or what belongs to each."""
+    """Return what belongs to the only contact, or what belongs to each."""
     return values[0] if len(values) == 1 else values
 
 

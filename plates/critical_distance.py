@@ -63,7 +63,7 @@ class CriticalDistanceEstimate(NamedTuple):
 def critical_distance_law(
     bead: Bead, plate: Plate, impact_speed: float, edge: str = "clamped", tolerance: float = 0.02
 ) -> CriticalDistanceEstimate:
-    """The distance from a straight edge beyond which AR stays within a tolerance of its value far away.
+    """Return the distance from a straight edge beyond which AR stays within a tolerance of its value far away.
 
     d_c = ℓ c(λ, edge, tolerance), ℓ = (T_c √(D/m))^½, with c from a table of AR that was computed with `half_plane`.
     T_c is Hertz's contact time of the last bead on a half-space at the striker's speed (thesis, equation 6.8), D the
@@ -138,7 +138,8 @@ def _check_yield(bead: Bead, plate: Plate, wall: Material, impact_speed: float) 
 def scaled_critical_distance(
     edge: str, stiffness_ratio: float, inelasticity: float, tolerance: float
 ) -> CriticalDistanceEstimate:
-    """c = d_c/ℓ and its bounds: the last crossing of the tabulated AR, with the tolerance, and with it ± the error.
+    """Return c = d_c/ℓ and its bounds: the last crossing of the tabulated AR, with the tolerance, and with it ± the
+    error.
 
     Where waves merge, AR jumps along lines of λ and d/ℓ, between which the table interpolates badly: there the bounds
     hold those of the table's λ on both sides as well.
@@ -153,7 +154,8 @@ def scaled_critical_distance(
 
 
 def _between(stiffness_ratio: float) -> float:
-    """Part of c by which it may be off between the stiffness ratios of the table: a parabola between each two."""
+    """Return the part of c by which it may be off between the stiffness ratios of the table: a parabola between each
+    two."""
     logarithms = np.log(_table().ratios)
     place = int(np.clip(np.searchsorted(logarithms, log(stiffness_ratio)), 1, logarithms.size - 1))
     left, right = logarithms[place - 1 : place + 1]
@@ -162,14 +164,14 @@ def _between(stiffness_ratio: float) -> float:
 
 
 def _around(inelasticity: float) -> list[float]:
-    """λ, and those of the table on both sides of it."""
+    """Return λ, and those of the table on both sides of it."""
     inelasticities = _table().parameters
     place = int(np.clip(np.searchsorted(inelasticities, inelasticity), 1, inelasticities.size - 1))
     return [inelasticity, *inelasticities[place - 1 : place + 1].tolist()]
 
 
 def edge_length(bead: Bead, plate: Plate, impact_speed: float) -> float:
-    """ℓ = (T_c √(D/m))^½, m, the unit of distances from an edge; T_c is the contact time on a half-space."""
+    """Return ℓ = (T_c √(D/m))^½, m, the unit of distances from an edge; T_c is the contact time on a half-space."""
     time = contact_time_half_space(bead.mass, wall_stiffness(bead, plate), impact_speed)
     return float((time * (plate.rigidity / plate.mass_per_area) ** 0.5) ** 0.5)
 
@@ -197,7 +199,7 @@ def _table() -> _Table:
 
 @lru_cache(maxsize=64)  # several tolerances read one curve
 def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> tuple[Vector, Vector]:
-    """Distances over ℓ, and AR there less its far value; read-only.
+    """Return the distances over ℓ, and AR there less its far value; read-only.
 
     Interpolated by PCHIP in ln λ and in the distance, and by a parabola in the logarithm of the stiffness ratio.
     Raises ValueError outside the table.
@@ -223,13 +225,13 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
 
 @cache
 def _by_parameter(edge: str) -> PchipInterpolator:
-    """The table of an edge, stiffness ratios × distances, over ln λ."""
+    """Return the table of an edge, stiffness ratios × distances, over ln λ."""
     table = _table()
     return PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
 
 
 def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> float:
-    """The greatest distance at which a difference has the size of the tolerance; 0 where it has it nowhere."""
+    """Return the greatest distance at which a difference has the size of the tolerance; 0 where it has it nowhere."""
     outside = np.flatnonzero(np.abs(difference) >= tolerance)
     if outside.size == 0:
         return 0.0
@@ -241,6 +243,6 @@ def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> fl
 
 
 def _lagrange(nodes: Vector, place: float) -> Vector:
-    """Weights of the values at nodes in the polynomial through all of them, at a place."""
+    """Return the weights of the values at nodes in the polynomial through all of them, at a place."""
     others = [np.delete(nodes, i) for i in range(nodes.size)]
     return np.array([np.prod((place - rest) / (node - rest)) for node, rest in zip(nodes, others, strict=True)])

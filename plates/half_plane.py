@@ -160,7 +160,8 @@ class _HalfPlane(NamedTuple):
     poisson_ratio: float
 
     def resolved(self, highest: float, until: float) -> tuple[Vector, Vector]:
-        """From zero to a circular frequency, spaced as densely as motion up to `until` s and echoes require.
+        """Return the rule from zero to a circular frequency, spaced as densely as motion up to `until` s and echoes
+        require.
 
         Waves that cannot return by then are left out: Re Y is that of the infinite plate.
         """
@@ -180,13 +181,13 @@ class _HalfPlane(NamedTuple):
         return frequency, self._weights(frequency, 2.0 * a * wavenumber * width, there)
 
     def following(self, low: float, high: float) -> tuple[Vector, Vector]:
-        """From one circular frequency to another, for forces that are slower than all of them."""
+        """Return the rule from one circular frequency to another, for forces that are slower than all of them."""
         period, width = _gauss(np.linspace(1.0 / high, 1.0 / low, PANELS + 1))
         distance = self.distance if self.distance * (low / self.diffusion) ** 0.5 < SETTLED else inf
         return 1.0 / period, self._weights(1.0 / period, width / period**2, distance)
 
     def compliance_above(self, lowest: float) -> float:
-        """(2/π) ∫ Re Y/ω² dω from a circular frequency up, m/N."""
+        """Return (2/π) ∫ Re Y/ω² dω from a circular frequency up, m/N."""
         settled = max(lowest, self.diffusion * (SETTLED / self.distance) ** 2) if self.distance > 0.0 else lowest
         beyond = 2.0 / (pi * self.impedance * settled)
         if self.distance == 0.0:
@@ -197,7 +198,7 @@ class _HalfPlane(NamedTuple):
         return beyond + float((self._weights(frequency, width, self.distance) / frequency**2).sum())
 
     def _weights(self, frequency: Vector, width: Vector, distance: float) -> Vector:
-        """(2/π) Re Y dω."""
+        """Return (2/π) Re Y dω."""
         infinite: Vector = 2.0 / (pi * self.impedance) * width
         if distance == inf:
             return infinite
@@ -205,7 +206,8 @@ class _HalfPlane(NamedTuple):
 
 
 def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
-    """Re Y at distances kd from the edge in units of the inverse wavenumber, over the 1/8√(Dm) of the infinite plate.
+    """Return Re Y at distances kd from the edge in units of the inverse wavenumber, over the 1/8√(Dm) of the infinite
+    plate.
 
     A plane wave arrives at an angle θ to the edge's normal and is reflected; near the edge there is also an evanescent
     wave. In units of 1/k their sum varies as ψ(x) = A cos(ηx) + B sin(ηx) + C e^{−γx}, with ξ = sin θ along
@@ -232,7 +234,7 @@ def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
 
 @lru_cache(SERIES_IN_MEMORY)
 def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
-    """Re Y on an interval of kd."""
+    """Return Re Y on an interval of kd."""
 
     def at(place: Vector) -> Vector:
         return exact_conductance(PANEL * (panel + 0.5 * (1.0 + place)), edge, poisson_ratio)
@@ -242,7 +244,7 @@ def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
 
 
 def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
-    """The same by quadrature at each distance."""
+    """Return the same by quadrature at each distance."""
     values = np.empty(distance.size)
     order = np.argsort(distance)
     # Sorted, so that near contacts use fewer directions than far ones.
@@ -254,7 +256,7 @@ def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vect
 
 
 def _shape(distance: Vector, angle: Vector, edge: str, poisson_ratio: float) -> Vector:
-    """ψ at distances of the plane waves that come at these angles."""
+    """Return ψ at distances of the plane waves that come at these angles."""
     along, across = np.sin(angle), np.cos(angle)
     decay = np.sqrt(1.0 + along**2)
     if edge == "clamped":
@@ -271,7 +273,7 @@ def _shape(distance: Vector, angle: Vector, edge: str, poisson_ratio: float) -> 
 
 
 def _edge_wave(distance: Vector, poisson_ratio: float) -> Vector:
-    """The contribution of the wave along a free edge to Re Y (Konenkov, Sov. Phys. Acoust. 6 (1960) 122).
+    """Return the contribution of the wave along a free edge to Re Y (Konenkov, Sov. Phys. Acoust. 6 (1960) 122).
 
     It runs with the wavenumber q > 1, q⁻⁴ = (1 − ν)(3ν − 1 + 2 √(1 − 2ν + 2ν²)), in units of k, and decays away from
     the edge as φ = e^{−γ₁x} + C e^{−γ₂x}, γ₁,₂² = q² ∓ 1. A guided wave with the group speed c has

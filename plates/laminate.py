@@ -156,12 +156,12 @@ class Laminate:
 
     @property
     def name(self) -> str:
-        """What it is, in a few words."""
+        """The section in a few words."""
         return f"a laminate of {len(self.plies)} plies" if len(self.plies) > 1 else "a laminate of one ply"
 
     @property
     def thickness(self) -> float:
-        """Of all plies, m."""
+        """The thickness of all plies, m."""
         return sum(ply.thickness for ply in self.plies)
 
     @property
@@ -187,7 +187,7 @@ class Laminate:
         return Stiffnesses(*sums)
 
     def stresses(self, forces: Vector) -> list[tuple[Material, Vector]]:
-        """The stresses (xx, yy, xy), Pa, in each ply of an isotropic material under forces per length, N/m.
+        """Return the stresses (xx, yy, xy), Pa, in each ply of an isotropic material under forces per length, N/m.
 
         The plies share the forces by their moduli, and the plate stays flat.
         """
@@ -197,7 +197,7 @@ class Laminate:
         ]
 
     def section(self, shear_correction: float = SHEAR_CORRECTION) -> Section:
-        """The bending and shear stiffness and the mass that a plate's theory uses.
+        """Return the bending and shear stiffness and the mass that a plate's theory uses.
 
         Where bending and stretching are coupled (B ≠ 0) the bending stiffness is the reduced one, D − B A⁻¹ B: exact
         where no in-plane force arises, as in a plate whose edges may slide in its plane; held edges make it stiffer
@@ -216,7 +216,7 @@ class Laminate:
         return Section((reduced + reduced.T) / 2.0, shear, mass, inertia, self.thickness, self.struck)
 
     def _places(self) -> list[tuple[Ply, float, float]]:
-        """Each ply with its two faces' distances from the middle surface, m, away from the striker."""
+        """Return each ply with its two faces' distances from the middle surface, m, away from the striker."""
         faces = np.cumsum([0.0] + [ply.thickness for ply in self.plies]) - self.thickness / 2.0
         return list(zip(self.plies, faces[:-1].tolist(), faces[1:].tolist(), strict=True))
 
@@ -224,7 +224,7 @@ class Laminate:
 def section_of(
     thickness: float | None, material: Material | Laminate | Section, shear_correction: float = SHEAR_CORRECTION
 ) -> Section:
-    """The section of a plate of one material or of a laminate, or the section that is given.
+    """Return the section of a plate of one material or of a laminate, or the section that is given.
 
     Laminates and sections have a thickness of their own: give that, or None. A ValueError for another thickness, and
     for None with a material.
@@ -245,13 +245,13 @@ def section_of(
 
 
 def struck(section: Section, material: object, face: str) -> Material:
-    """The material at a face, which a contact meets; only a Laminate has two."""
+    """Return the material at a face, which a contact meets; only a Laminate has two."""
     return material.back if face == "back" and isinstance(material, Laminate) else section.struck
 
 
 @lru_cache(maxsize=256)
 def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
-    """The isotropic material with the indentation modulus of a ply."""
+    """Return the isotropic material with the indentation modulus of a ply."""
     if isinstance(ply, Material):
         return ply
     along, across, ratio = ply.youngs_modulus_along, ply.youngs_modulus_across, ply.poisson_ratio
@@ -267,7 +267,7 @@ def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
 
 
 def _plane_stiffness(ply: Ply) -> Vector:
-    """Q̄ of plane stress in the plate's axes, 3 × 3, Pa: (σ_xx, σ_yy, σ_xy) over (ε_xx, ε_yy, 2 ε_xy)."""
+    """Return Q̄ of plane stress in the plate's axes, 3 × 3, Pa: (σ_xx, σ_yy, σ_xy) over (ε_xx, ε_yy, 2 ε_xy)."""
     material = ply.material
     if isinstance(material, Material):
         along = across = material.youngs_modulus
@@ -285,7 +285,7 @@ def _plane_stiffness(ply: Ply) -> Vector:
 
 
 def _shear_stiffness(ply: Ply) -> Vector:
-    """Transverse shear moduli in the plate's axes, 2 × 2, Pa."""
+    """Return the transverse shear moduli in the plate's axes, 2 × 2, Pa."""
     material = ply.material
     if isinstance(material, Material):
         return shear_modulus(material) * np.eye(2)

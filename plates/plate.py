@@ -161,7 +161,7 @@ class Plate:
             check_stress("additions", stress, material, means)
 
     def _stresses(self) -> list[tuple[Material, float]]:
-        """The material of each isotropic layer, and von Mises's stress in it by the prestress, Pa."""
+        """Return the material of each isotropic layer, and von Mises's stress in it by the prestress, Pa."""
         (xx, xy), (_, yy) = forces_in_plane(self.additions)
         forces = np.array([xx, yy, xy])
         if isinstance(self.material, Laminate):
@@ -192,7 +192,7 @@ class Plate:
 
     @property
     def thin(self) -> bool:
-        """Whether the theory is Kirchhoff's, without shear."""
+        """True if the theory is Kirchhoff's, without shear."""
         return self.element.thin
 
     @property
@@ -212,7 +212,7 @@ class Plate:
         return self.element.wavelength(self.section, softest, self.highest_frequency)
 
     def at(self, x: float | Places, y: float | Places, face: str | Sequence[str] = "front") -> Structure:
-        """The plate struck at (x, y), or at several points.
+        """Return the plate struck at (x, y), or at several points.
 
         Rectangles and outlines are meshed for each set of contacts and finest there, since a point force converges
         slowly on a uniform mesh; uniform meshes and those from files serve all contacts. Where all contacts lie on a
@@ -263,7 +263,7 @@ class Plate:
         return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields, matrices=matrices)
 
     def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
-        """The mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
+        """Return the mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
         self._check_size(self._unknowns)
         factor = self.buckling_factor
         refused = f"additions: the plate buckles at {factor:.4g} times this prestress; give less than that"
@@ -283,7 +283,7 @@ class Plate:
 
     @property
     def _edges(self) -> dict[Tag, Support]:
-        """How edges are held, the free ones left out."""
+        """The supports of the edges, the free ones left out."""
         stated = self.supports
         pairs = {name: getattr(stated, name) for name in SIDES} if isinstance(stated, Supports) else stated
         return {
@@ -292,7 +292,7 @@ class Plate:
 
     @cached_property
     def buckling_factor(self) -> float:
-        """How many times the prestress the plate can carry before it buckles; inf where nothing compresses it.
+        """The multiple of the prestress at which the plate buckles; inf where nothing compresses it.
 
         From a mesh of its own with at least 12 cells along the shorter side, or from the plate's uniform mesh.
         """
@@ -312,7 +312,7 @@ class Plate:
         return buckling_factor(plain.mass, plain.stiffness, pressed.stiffness - plain.stiffness, ground)
 
     def _shears_along(self, name: Tag) -> bool:
-        """Whether the prestress has a shear force along an edge."""
+        """Return whether the prestress has a shear force along an edge."""
         forces, angles = forces_in_plane(self.additions), self.shape.directions(name)
         along = np.stack([np.cos(angles), np.sin(angles)])
         across = np.stack([-along[1], along[0]])
@@ -344,7 +344,7 @@ class Plate:
         return self.element.unknowns * self.shape.area / self._cells.coarsest**2
 
     def _check_size(self, count: float) -> None:
-        """A ValueError for more degrees of freedom than fit in memory."""
+        """Raise a ValueError for more degrees of freedom than fit in memory."""
         if count > MOST and not self.shape.fixed:
             raise ValueError(
                 f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom on "
@@ -352,18 +352,18 @@ class Plate:
             )
 
     def _touch(self, mesh: PlateMesh, held: Mapping[Tag, Support], contact: Contact) -> Touch:
-        """The contact on the mesh; a ValueError where the plate cannot be struck."""
+        """Return the contact on the mesh; raise a ValueError where the plate cannot be struck."""
         place = np.array([contact.x, contact.y])
         check_place(mesh, held, place, self.element.patch_radius)
         return Touch(place, mirrors(mesh, held, place), self.wall(contact.face), contact.face)
 
     def wall(self, face: str) -> Section:
-        """The wall with the material that is struck on a face."""
+        """Return the wall with the material that is struck on a face."""
         return replace(self.section, struck=struck(self.section, self.material, face))
 
     def _assembled(self, mesh: PlateMesh, held: Mapping[Tag, Support], copies: int) -> tuple[Assembled, Matrices]:
-        """The plate on a mesh, and its matrices as often as it continues beyond its edges; kept where one mesh serves
-        all contacts."""
+        """Return the plate on a mesh, and its matrices as often as it continues beyond its edges; kept where one mesh
+        serves all contacts."""
         if copies in self._kept:
             return self._kept[copies]
         if self._kept:
@@ -376,7 +376,7 @@ class Plate:
         return entry
 
     def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
-        """How the plate was made and where it is struck, as plain data."""
+        """Return how the plate was made and where it is struck, as plain data."""
         edges = asdict(self.supports) if isinstance(self.supports, Supports) else {
             name: asdict(edge) if isinstance(edge, ElasticEdge) else edge for name, edge in self._edges.items()
         }  # fmt: skip
@@ -396,7 +396,7 @@ class Plate:
         return {**plain, **rest, **contacts_data(contacts)}
 
     def _rows(self) -> list[tuple[str, str]]:
-        """What the plate consists of, in words."""
+        """Return what the plate consists of, in words."""
         of = self.section.struck.name if self.material is None else self.material.name
         rows = [("size", self.shape.summary()), ("wall", f"{1e3 * self.thickness:.4g} mm of {of or 'a material'}")]
         rows.append(("supports", summary(self._edges) or "all edges free"))

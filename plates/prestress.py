@@ -63,12 +63,13 @@ class Prestress:
 
     @property
     def compresses(self) -> bool:
-        """Whether it compresses the plate in some direction."""
+        """True if it compresses the plate in some direction."""
         return bool(np.linalg.eigvalsh(self.forces)[0] < 0.0)
 
 
 def thermal_prestress(rise: float, expansion: float, thickness: float, material: Material) -> Prestress:
-    """The prestress of a plate that is held in its plane all around and becomes warmer than it was when it was fixed.
+    """Return the prestress of a plate that is held in its plane all around and becomes warmer than it was when it was
+    fixed.
 
     Parameters
     ----------

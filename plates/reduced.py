@@ -155,7 +155,8 @@ class ReducedPlate:
         object.__setattr__(self, "basis", basis)
 
     def _speeds(self) -> tuple[float, ...]:
-        """Of the waves for which the basis is, in units of those of the thickest plate, which is reduced."""
+        """Return the speeds of the waves for which the basis is, in units of those of the thickest plate, which is
+        reduced."""
         plate, thickness = self.plate, self.plate.thickness if self.thickness is None else self.thickness
         thin, thick = _range("thickness", thickness)
         positive("thickness", thin, "m")
@@ -168,16 +169,16 @@ class ReducedPlate:
         return (1.0,) if thin == thick else (1.0, self._speed(thin, None))
 
     def _speed(self, thickness: float, material: Material | None) -> float:
-        """Of the waves with another wall, in units of those that the basis was computed for."""
+        """Return the speed of the waves with another wall, in units of those that the basis was computed for."""
         section = self._reference.section
         return wave_speed(section, homogeneous_section(thickness, material or section.struck))
 
     def _count(self, low: float, high: float) -> int:
-        """How many positions lie two cells, or a little less, apart."""
+        """Return how many positions lie two cells, or a little less, apart."""
         return 1 if low == high else ceil((high - low) / (2.0 * self._reference.finest_cell)) + 1
 
     def _basis(self, speeds: tuple[float, ...], xs: Vector, ys: Vector) -> SharedBasis:
-        """The basis that starts from a grid of positions; a caution if it does not reach the tolerance."""
+        """Return the basis that starts from a grid of positions; a caution if it does not reach the tolerance."""
         contacts = [Contact(float(x), float(y), "front") for x, y in product(xs, ys)]
         mesh, assembled, matrices, _ = self._reference.meshed(contacts)
         object.__setattr__(self, "_read", assembled.contact)
@@ -196,11 +197,11 @@ class ReducedPlate:
         return basis
 
     def _vectors(self, xs: Vector, ys: Vector) -> Vector:
-        """Contact vectors of a grid of positions, n × positions."""
+        """Return the contact vectors of a grid of positions, n × positions."""
         return np.column_stack([self._vector(float(x), float(y)) for x, y in product(xs, ys)])
 
     def _vector(self, x: float, y: float) -> Vector:
-        """The contact vector of a position."""
+        """Return the contact vector of a position."""
         vector: Vector = self._read(Touch(np.array([x, y]), [], self._reference.section))
         return vector
 
@@ -212,7 +213,7 @@ class ReducedPlate:
         thickness: float | None = None,
         material: Material | None = None,
     ) -> Structure:
-        """The oscillators of the plate struck at (x, y), or at several points, as `reduce(plate.at(x, y))` returns.
+        """Return oscillators of the plate struck at (x, y), or at several points, as `reduce(plate.at(x, y))` returns.
 
         Parameters
         ----------
@@ -261,7 +262,7 @@ class ReducedPlate:
         return replace(structure, valid_until=self.until / faster, origin=origin)
 
     def _report(self, size: int, faster: float) -> dict[str, Any]:
-        """What results hold of the reduction, for waves that are faster than the basis is for."""
+        """Return what results hold of the reduction, for waves that are faster than the basis is for."""
         (pulse, error), *shorter = [(pulse / faster, error) for pulse, error in self.basis.errors]
         shared = {"x": self.x, "y": self.y, "thickness": self.thickness, "vectors": int(self.basis.square.size)}
         report = {"size": size, "tolerance": self.tolerance, "pulse": pulse, "error_estimate": error}
@@ -283,13 +284,13 @@ class ReducedPlate:
 
 
 def covers(allowed: Range, value: float) -> bool:
-    """Whether a range includes a number, m."""
+    """Return whether a range includes a number, m."""
     low, high = allowed if isinstance(allowed, tuple) else (allowed, allowed)
     return low <= value <= high
 
 
 def _range(name: str, values: Any) -> tuple[float, float]:
-    """The least and the greatest number, m, or a ValueError."""
+    """Return the least and the greatest number, m, or raise a ValueError."""
     ends = tuple(values) if several(values) else (values, values)
     if len(ends) != 2:
         raise ValueError(f"{name} = {short(values)}: must be one number, or the least and the greatest, m")
@@ -300,16 +301,15 @@ def _range(name: str, values: Any) -> tuple[float, float]:
 
 
 def _in_cells(grid: Vector) -> Vector:
-    """The nodes and the middles of the cells, two between neighbours of a grid: positions in between hardly add to the
-    static responses of these.
-    """
+    """Return the nodes and the middles of the cells, two between neighbours of a grid: positions in between hardly add
+    to the static responses of these."""
     if grid.size == 1:
         return grid
     return np.linspace(grid[0], grid[-1], PER_STEP * (grid.size - 1) + 1)
 
 
 def _between(grid: Vector, count: int) -> Vector:
-    """About `count` positions between those of a grid: 1/4 or 3/4 of the way from one to the next."""
+    """Return about `count` positions between those of a grid: 1/4 or 3/4 of the way from one to the next."""
     if grid.size == 1:
         return grid
     step = grid[1] - grid[0]

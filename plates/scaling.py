@@ -25,7 +25,7 @@ THICK = 0.1
 
 
 def scaled(structure: Structure, thickness: float | None = None, material: Material | None = None) -> Structure:
-    """The same Kirchhoff plate with another thickness or material, from a structure that is already reduced.
+    """Return the same Kirchhoff plate with another thickness or material, from a structure that is already reduced.
 
     The plate must be homogeneous and isotropic, without additions, springs at its edges or damping, and ν must stay.
     Then stiffness is proportional to E t³ and mass to ρ t. With r² = E t²/ρ of the new plate over that of the old one,
@@ -111,13 +111,13 @@ def factors(old: Section, thickness: Any, youngs_modulus: Any, density: Any) -> 
 
 
 def wave_speed(old: Section, new: Section) -> float:
-    """The ratio of all frequencies of a plate with the new wall to those with the old one."""
+    """Return the ratio of all frequencies of a plate with the new wall to those with the old one."""
     heavier, stiffer = factors(old, new.thickness, new.struck.youngs_modulus, new.struck.density)
     return float((stiffer / heavier) ** 0.5)
 
 
 def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
-    """The wall of a homogeneous Kirchhoff plate, or a ValueError that says why the plate does not scale."""
+    """Return wall of a homogeneous Kirchhoff plate, or raise a ValueError that says why the plate does not scale."""
     kind = str(origin.get("kind", "user's structure"))
     material = origin.get("material")
     names = {field.name for field in fields(Material)}
@@ -139,7 +139,7 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
 
 
 def _check_thickness(origin: Mapping[str, Any], thickness: float) -> None:
-    """A caution for a plate that has become thick; the sides of an outline are not in its data."""
+    """Warn of a plate that has become thick; the sides of an outline are not in its data."""
     sides = [origin[name] for name in ("length", "width") if name in origin]
     if sides and thickness > min(sides):
         raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {min(sides):.6g} m")
@@ -155,7 +155,7 @@ def _identity(mass: sparse.csr_array) -> bool:
 
 
 def _origin(origin: Mapping[str, Any], section: Section, faster: float) -> dict[str, Any]:
-    """How the new plate was made: as the old one, with times divided by `faster`."""
+    """Return how the new plate was made: as the old one, with times divided by `faster`."""
     changed = {
         **origin,
         "thickness": section.thickness,

@@ -130,7 +130,7 @@ def homogeneous_section(
 
 
 def stiffness_towards(section: Section, angle: Vector) -> Vector:
-    """Bending stiffness D(φ) that a flexural wave travelling at angles φ (rad, from x to y) meets, N m.
+    """Return the bending stiffness D(φ) that a flexural wave travelling at angles φ (rad, from x to y) meets, N m.
 
     D₁₁c⁴ + 2(D₁₂ + 2D₆₆)c²s² + D₂₂s⁴ + 4D₁₆c³s + 4D₂₆cs³: a wave along φ bends the plate by (c², s², 2cs).
     """
@@ -140,7 +140,7 @@ def stiffness_towards(section: Section, angle: Vector) -> Vector:
 
 
 def mirrors_itself(section: Section, angle: float) -> bool:
-    """Whether the wall is its own mirror image in a line at an angle from x, rad.
+    """Return whether the wall is its own mirror image in a line at an angle from x, rad.
 
     In axes along the line, bending does not twist the wall (D₁₆ = D₂₆ = 0) and the shear stiffness is diagonal.
     """
@@ -160,7 +160,7 @@ def all_around(section: Section) -> Vector:
 
 
 def point_rigidity(section: Section) -> float:
-    """D of the isotropic plate with the same impedance at a point, N m.
+    """Return D of the isotropic plate with the same impedance at a point, N m.
 
     An infinite plate answers a force e^{iωt} at a point with the velocity
     iω/4π² ∫∫ k dk dφ / (D(φ) k⁴ − ρtω²) = 1/(16π √(ρt)) ∫ D(φ)^(−½) dφ, so D is that of the mean of 1/√D(φ).
@@ -169,6 +169,6 @@ def point_rigidity(section: Section) -> float:
 
 
 def section_data(section: Section) -> dict[str, Any]:
-    """The section as plain data, for results."""
+    """Return the section as plain data, for results."""
     data = asdict(section)
     return data | {name: data[name].tolist() for name in ("bending", "shear")}

@@ -1,4 +1,4 @@
-"""How the edges of a plate are held."""
+"""Supports of the edges of a plate."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -81,7 +81,7 @@ def check_support(name: str, support: object) -> None:
 
 
 def summary(supports: Mapping[Any, Support]) -> str:
-    """The supports in a few words: "left clamped, right on springs"."""
+    """Return the supports in a few words: "left clamped, right on springs"."""
     texts = [
         f"{name} {'on springs' if isinstance(support, ElasticEdge) else support}" for name, support in supports.items()
     ]

@@ -90,12 +90,12 @@ class Line(NamedTuple):
     text: str
 
     def fail(self, what: str) -> ValueError:
-        """The error that names file and line."""
+        """Return the error that names file and line."""
         return ValueError(f"mesh = {self.file!r}, line {self.number}: {what}")
 
     @property
     def fields(self) -> list[str]:
-        """What commas separate; a comma at the end adds nothing."""
+        """The fields that commas separate; a comma at the end adds nothing."""
         fields = [part.strip() for part in self.text.split(",")]
         while fields and not fields[-1]:
             fields.pop()
@@ -107,7 +107,7 @@ class Line(NamedTuple):
         return (self.fields or [""])[0]
 
     def integer(self, text: str) -> int:
-        """A number of a node or an element."""
+        """Return a number of a node or an element."""
         try:
             number = int(text)
         except ValueError:
@@ -117,7 +117,7 @@ class Line(NamedTuple):
         return number
 
     def floats(self, texts: Iterable[str]) -> list[float]:
-        """Numbers, also with Fortran's exponent 1D-3; an empty field is zero."""
+        """Return the numbers, also with Fortran's exponent 1D-3; an empty field is zero."""
         numbers = []
         for text in texts:
             try:
@@ -139,7 +139,7 @@ class Card(NamedTuple):
     rows: list[Line]
 
     def required(self, option: str) -> str:
-        """The value of a parameter."""
+        """Return the value of a parameter."""
         if not self.options.get(option):
             raise self.head.fail(f"*{self.name} needs {option}=")
         return self.options[option]
@@ -157,7 +157,7 @@ class Members:
 
 @dataclass
 class Scope:
-    """What a part, an instance or the file itself defines. Names are in capitals, as their case does not count."""
+    """The definitions of a part, an instance or the file. Names are in capitals, as their case does not count."""
 
     name: str = ""
     nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
@@ -167,17 +167,17 @@ class Scope:
     surfaces: dict[str, tuple[str, list[Line]]] = field(default_factory=dict)
 
     def members(self, kind: str, name: str) -> Members:
-        """The set of that name, made where it does not exist."""
+        """Return the set of that name, made where it does not exist."""
         return self.sets[kind].setdefault(name.upper(), Members(name))
 
     def placed(self, name: str) -> "Scope":
-        """The same definitions under another name."""
+        """Return the same definitions under another name."""
         sets = {kind: dict(members) for kind, members in self.sets.items()}
         return Scope(name, dict(self.nodes), dict(self.elements), set(self.unread), sets, dict(self.surfaces))
 
 
 def read_abaqus(path: Path, name: str) -> Any:
-    """The meshio.Mesh of a file; name: as the user gave it.
+    """Return the meshio.Mesh of a file; name: as the user gave it.
 
     Sets of an instance are "instance.set", and "set" where no other set has that name; the cells of an instance have
     its name as well. Raises ValueError, with file and line, for what is not understood.
@@ -198,7 +198,8 @@ def _text(path: Path) -> str:
 
 
 def _lines(path: Path, name: str, folder: Path, files: list[Path]) -> Iterator[Line]:
-    """Lines without comments; a keyword that goes on is one line; the lines of an included file stand in its place."""
+    """Yield the lines without comments; a keyword that goes on is one line; the lines of an included file stand in its
+    place."""
     files.append(path.resolve())
     if len(files) > MOST_FILES:
         raise ValueError(f"mesh = {name!r}: includes more than {MOST_FILES} files, or itself")
@@ -235,7 +236,7 @@ def _lines(path: Path, name: str, folder: Path, files: list[Path]) -> Iterator[L
 
 
 def _keyword(line: Line) -> tuple[str, dict[str, str]]:
-    """The keyword in capitals with single blanks, and its parameters."""
+    """Return the keyword in capitals with single blanks, and its parameters."""
     first, *rest = line.text[1:].split(",")
     pairs = [option.partition("=") for option in rest if option.strip()]
     options = {" ".join(key.upper().split()): value.strip().strip('"') for key, _, value in pairs}
@@ -296,7 +297,7 @@ class _Reader:
             caution(f"mesh = {name!r}: {stated}: not read; the mesh alone is, and supports are arguments")
 
     def scopes(self, name: str) -> list[Scope]:
-        """The file's own definitions, and its instances."""
+        """Return the file's own definitions, and its instances."""
         placed = list(self.instances.values())
         if self.parts and not placed:
             if len(self.parts) > 1 or self.root.elements:
@@ -405,7 +406,7 @@ ACTIONS = {"PART", "END PART", "INSTANCE", "END INSTANCE", "SYSTEM", "NODE", "EL
 
 
 def _element_type(name: str) -> tuple[str, int]:
-    """meshio's name of the type and its number of nodes; an empty name for what is no cell of a mesh."""
+    """Return the meshio's name of the type and its number of nodes; an empty name for what is no cell of a mesh."""
     for pattern, kinds in ELEMENTS:
         match = pattern.fullmatch(name.upper())
         if match:
@@ -414,7 +415,7 @@ def _element_type(name: str) -> tuple[str, int]:
 
 
 def _elements(card: Card, count: int) -> Iterator[tuple[Line, list[int]]]:
-    """Number and nodes of each element, which may go on over several lines."""
+    """Yield the number and nodes of each element, which may go on over several lines."""
     first, numbers = card.head, list[int]()
     for line in card.rows:
         if not numbers:
@@ -430,7 +431,7 @@ def _elements(card: Card, count: int) -> Iterator[tuple[Line, list[int]]]:
 
 
 def _range(line: Line) -> range:
-    """First, last and step of GENERATE; the step is 1 where it is missing, and may be negative."""
+    """Return the first, last and step of GENERATE; the step is 1 where it is missing, and may be negative."""
     numbers = [line.integer(text) for text in line.fields]
     if not 2 <= len(numbers) <= 3:
         raise line.fail("GENERATE takes first, last and step")
@@ -441,7 +442,7 @@ def _range(line: Line) -> range:
 
 
 def _cartesian(card: Card, places: Vector) -> Vector:
-    """x, y, z of nodes in the system of *NODE: R rectangular, C (r, θ, z), S (r, θ, φ), angles in degrees."""
+    """Return x, y, z of nodes in the system of *NODE: R rectangular, C (r, θ, z), S (r, θ, φ), angles in degrees."""
     system = card.options.get("SYSTEM", "R").upper()
     if system == "R":
         return places
@@ -456,7 +457,7 @@ def _cartesian(card: Card, places: Vector) -> Vector:
 
 
 def _local_axes(card: Card) -> tuple[Vector, Vector]:
-    """Origin and axes of *SYSTEM: its origin, a point on its x axis, and a point of its plane of x and y."""
+    """Return the origin and axes of *SYSTEM: its origin, a point on its x axis, and a point of its plane of x and y."""
     numbers = [line.floats(line.fields) for line in card.rows]
     if len(numbers) > 2 or len(numbers[0]) not in (3, 6) or (len(numbers) > 1 and len(numbers[1]) != 3):
         raise card.head.fail("*SYSTEM takes the origin, a point on the x axis, and on a second line a third point")
@@ -477,7 +478,7 @@ def _local_axes(card: Card) -> tuple[Vector, Vector]:
 
 
 def _placed(places: Vector, rows: list[Line]) -> Vector:
-    """The nodes of an instance: moved by the first line, then turned about the axis of the second by degrees."""
+    """Return the nodes of an instance: moved by the first line, then turned about the axis of the second by degrees."""
     from scipy.spatial.transform import Rotation
 
     for i, line in enumerate(rows):
@@ -519,7 +520,7 @@ class _Flat:
                 block.append(tuple(nodes[node] for node in corners))
 
     def mesh(self, name: str) -> Any:
-        """The meshio.Mesh with the sets of all scopes."""
+        """Return the meshio.Mesh with the sets of all scopes."""
         import meshio  # type: ignore[import-untyped]
 
         places = [place for scope in self.scopes.values() for place in scope.nodes.values()]
@@ -549,7 +550,7 @@ class _Flat:
         return meshio.Mesh(np.array(places), blocks, point_sets=sets["NSET"], cell_sets=in_blocks)
 
     def _named(self, kind: str) -> dict[str, Any]:
-        """The sets by name; a name that several scopes use is that of none alone."""
+        """Return the sets by name; a name that several scopes use is that of none alone."""
         every = [(scope, key) for scope in self.scopes.values() for key in scope.sets[kind]]
         members_by_name = {}
         for scope, key in every:
@@ -561,7 +562,7 @@ class _Flat:
         return members_by_name
 
     def _resolved(self, scope: Scope, kind: str, key: str, above: tuple[tuple[str, str, str], ...]) -> Any:
-        """Indices of the nodes or elements of a set; a warning where some do not exist."""
+        """Return the indices of the nodes or elements of a set; a warning where some do not exist."""
         members, path = scope.sets[kind][key], (scope.name, kind, key)
         if path in self.done:
             return self.done[path]
@@ -594,7 +595,7 @@ class _Flat:
     def _other(
         self, line: Line, scope: Scope, instance: str, kind: str, name: str, above: tuple[tuple[str, str, str], ...]
     ) -> Any:
-        """What another set, or a node or element of an instance, adds to a set."""
+        """Return what another set, or a node or element of an instance, adds to a set."""
         if kind == "NSET" and name.startswith("ELSET "):
             elements = self._other(line, scope, instance, "ELSET", name.removeprefix("ELSET "), above)
             places = [self.kind_of[element] for element in elements]
@@ -622,7 +623,7 @@ class _Flat:
             )
 
     def _surfaces(self) -> dict[str, list[tuple[int, ...]]]:
-        """Corners of the facets of each surface; its name as that of a set."""
+        """Return the corners of the facets of each surface; its name as that of a set."""
         every = [(scope, key) for scope in self.scopes.values() for key in scope.surfaces]
         facets_by_name: dict[str, list[tuple[int, ...]]] = {}
         for scope, key in every:

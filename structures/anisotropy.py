@@ -18,7 +18,7 @@ VOIGT_INDEX = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
 
 def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_moduli: ArrayLike) -> Vector:
-    """Elastic constants C of an orthotropic solid.
+    """Return the elastic constants C of an orthotropic solid.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
 
 
 def indentation_modulus(stiffness: ArrayLike) -> float:
-    """Modulus of an anisotropic half-space in Hertz's law; for an isotropic one it is E/(1 − ν²).
+    """Return the modulus of an anisotropic half-space in Hertz's law; for an isotropic one it is E/(1 − ν²).
 
     A normal point force F moves the surface by h(θ) F/r along the normal, with h = (L⁻¹)₃₃/2π, where L is the
     Barnett-Lothe tensor for the line in the direction θ. The modulus is 1/π over the mean of h. It is exact for a
@@ -102,7 +102,8 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
 
 
 def _inverse_lothe(constants: Vector) -> Vector:
-    """(L⁻¹)₃₃, 1/Pa, for lines at equal angular distances in the surface; constants: C_ijkl, 3 × 3 × 3 × 3, Pa."""
+    """Return (L⁻¹)₃₃, 1/Pa, for lines at equal angular distances in the surface; constants: C_ijkl, 3 × 3 × 3 × 3,
+    Pa."""
     angles = (np.arange(INTEGRATION_DIRECTIONS) + 0.5) * pi / INTEGRATION_DIRECTIONS
     cosine, sine = np.cos(angles), np.sin(angles)
     across, down = (
@@ -121,7 +122,7 @@ def _inverse_lothe(constants: Vector) -> Vector:
 
 
 def _elastic_constants(stiffness: ArrayLike) -> Vector:
-    """C_ijkl from Voigt's 6 × 6, or a ValueError."""
+    """Return C_ijkl from Voigt's 6 × 6, or raise a ValueError."""
     matrix = _real("stiffness", stiffness, "6 × 6 finite numbers of Pa")
     if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
         raise ValueError(f"stiffness: has shape {matrix.shape}, must be 6 × 6 finite numbers of Pa")
@@ -133,7 +134,7 @@ def _elastic_constants(stiffness: ArrayLike) -> Vector:
 
 
 def _three(name: str, values: ArrayLike) -> Vector:
-    """Three finite numbers; they must be positive unless they are Poisson's ratios."""
+    """Return three finite numbers; they must be positive unless they are Poisson's ratios."""
     wanted = "finite" if name == "poisson_ratios" else "positive"
     numbers = _real(name, values, f"three {wanted} numbers")
     if numbers.shape != (3,) or not np.isfinite(numbers).all() or (wanted == "positive" and numbers.min() <= 0.0):
@@ -142,7 +143,7 @@ def _three(name: str, values: ArrayLike) -> Vector:
 
 
 def _real(name: str, values: ArrayLike, what: str) -> Vector:
-    """An array of real numbers, or a ValueError; text, booleans and complex numbers are refused."""
+    """Return an array of real numbers, or raise a ValueError; text, booleans and complex numbers are refused."""
     try:
         numbers = np.asarray(values)
         if numbers.dtype.kind not in "fiu":

@@ -105,7 +105,7 @@ class BodyMesh:
         self.facets = tagged_facets(read, self.mesh, number, FACET_CORNERS, tags)
 
     def materials(self, material: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
-        """The materials, and for each cell the index of its material."""
+        """Return the materials, and for each cell the index of its material."""
         count = self.mesh.nelements
         if isinstance(material, Material):
             return [material], np.zeros(count, dtype=np.int64)
@@ -125,7 +125,7 @@ class BodyMesh:
         return list(material.values()), owner
 
     def area(self, facets: Numbers) -> float:
-        """The area of facets, m²."""
+        """Return the area of facets, m²."""
         return float(FacetBasis(self.mesh, self.element(), facets=facets, intorder=self.order).dx.sum())
 
     def _check_curves(self) -> None:
@@ -150,24 +150,24 @@ class BodyMesh:
             suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < NEARLY_FOLDED * size]
 
     def _jacobians(self, steps: int, cells: Numbers) -> Vector:
-        """At points of a lattice in each cell."""
+        """Return the Jacobians at points of a lattice in each cell."""
         return np.asarray(self.mesh.mapping().detDF(_lattice(steps, self.mesh), cells))
 
 
 def _lattice(steps: int, mesh: Any) -> Vector:
-    """Local coordinates of points that divide the edges of a cell in equal steps, its corners included."""
+    """Return the local coordinates of points that divide the edges of a cell in equal steps, its corners included."""
     line = np.linspace(0.0, 1.0, steps + 1)
     points = np.array(np.meshgrid(line, line, line, indexing="ij")).reshape(3, -1)
     return points if mesh.t.shape[0] == 8 else points[:, points.sum(axis=0) <= 1.0 + 1e-9]
 
 
 def _corners(kind: str) -> int:
-    """The number of corners of a cell of a type."""
+    """Return the number of corners of a cell of a type."""
     return CELL_TYPES[kind][2] if kind in CELL_TYPES else SPLIT[kind]
 
 
 def _volumes(source: Any) -> tuple[list[int], list[Numbers], str]:
-    """The blocks of cells that fill the body, their cells, and the one type that they have or are split into."""
+    """Return the blocks of cells that fill the body, their cells, and the one type that they have or are split into."""
     blocks = [i for i, block in enumerate(source.cells) if block.type not in IGNORED_CELL_TYPES and len(block.data)]
     kinds = sorted({source.cells[i].type for i in blocks})
     if not kinds:
@@ -189,7 +189,7 @@ def _volumes(source: Any) -> tuple[list[int], list[Numbers], str]:
 
 
 def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numbers, Numbers]:
-    """The cells of all blocks, split where they have another type, and for each the cell that it is part of."""
+    """Return the cells of all blocks, split where they have another type, and for each the cell that it is part of."""
     if all(cells.shape[1] == listed[0].shape[1] for cells in listed) and (kind != "tetra" or listed[0].shape[1] == 4):
         cells = np.concatenate(listed)
         return cells, np.arange(len(cells))
@@ -235,12 +235,12 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
 
 
 def _volumes_of(edges: Vector) -> Vector:
-    """The volumes that three edges span, ... × 3 × 3, with their signs."""
+    """Return the volumes that three edges span, ... × 3 × 3, with their signs."""
     return np.asarray((np.cross(edges[..., 0, :], edges[..., 1, :]) * edges[..., 2, :]).sum(axis=-1))
 
 
 def _hexahedron_order(points: int) -> Numbers:
-    """scikit-fem's order of the points of a hexahedron, as indices into meshio's order."""
+    """Return the scikit-fem's order of the points of a hexahedron, as indices into meshio's order."""
     from skfem.io.meshio import INV_HEX_MAPPING
 
     return np.array(INV_HEX_MAPPING[:points])

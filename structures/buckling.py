@@ -37,7 +37,7 @@ def check_buckling(factor: float, what: str, refused: str) -> None:
 
 
 def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> float:
-    """The least positive factor λ at which K + λ G is singular, inf where there is none.
+    """Return the least positive factor λ at which K + λ G is singular, inf where there is none.
 
     stiffness: K without prestress, more: G, the stiffness of the prestress. ground: a frequency squared, 1/s², far
     below all others; ground · M makes K regular.
@@ -70,7 +70,8 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
 
 
 def _by_pivots(base: Any, opposite: Any) -> float:
-    """The least load λ at which base − λ · opposite is not positive definite, by halving: it is at all smaller ones."""
+    """Return the least load λ at which base − λ · opposite is not positive definite, by halving: it is at all smaller
+    ones."""
     if has_positive_pivots(base - MOST * opposite):
         return inf
     low, high = LEAST, MOST

@@ -45,7 +45,7 @@ def collected() -> Iterator[list[str]]:
 
 
 def _depth() -> int:
-    """The stack level, for warnings.warn in `caution`, of the innermost frame outside hertzlink."""
+    """Return the stack level, for warnings.warn in `caution`, of the innermost frame outside hertzlink."""
     frame, level = sys._getframe(2), 2
     while frame.f_code.co_filename.startswith((*OWN_CODE, DATACLASS_FILE)) and frame.f_back is not None:
         frame, level = frame.f_back, level + 1

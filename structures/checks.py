@@ -31,7 +31,7 @@ MOST = 2**53
 
 
 def _number(name: str, value: float, unit: str) -> float:
-    """`value` as a float; a ValueError if it is not a finite number. See NO_NUMBERS; nor are arrays numbers."""
+    """Return `value` as a float; a ValueError if it is not a finite number. See NO_NUMBERS; nor are arrays numbers."""
     try:
         number = math.nan if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) != 0 else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -42,7 +42,7 @@ def _number(name: str, value: float, unit: str) -> float:
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it is not a finite number, or larger than any quantity can be."""
+    """Return `value` as a float; a ValueError if it is not a finite number, or larger than any quantity can be."""
     number = _number(name, value, unit)
     if abs(number) > LARGEST:
         raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in size{_of(unit)}")
@@ -50,7 +50,7 @@ def finite(name: str, value: float, unit: str = "") -> float:
 
 
 def positive(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it is not positive and finite."""
+    """Return `value` as a float; raise a ValueError if it is not positive and finite."""
     number = finite(name, value, unit)
     if number <= 0.0:
         least = f", at least {SMALLEST:g}" if value > 0.0 else ""
@@ -59,7 +59,7 @@ def positive(name: str, value: float, unit: str = "") -> float:
 
 
 def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it lies outside the range that physics and floating point allow."""
+    """Return `value` as a float; a ValueError if it lies outside the range that physics and floating point allow."""
     number = _number(name, value, unit)
     if number <= 0.0:
         raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}")
@@ -69,7 +69,7 @@ def within(name: str, value: float, low: float, high: float, unit: str = "") -> 
 
 
 def not_negative(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it is negative or not finite."""
+    """Return `value` as a float; raise a ValueError if it is negative or not finite."""
     number = finite(name, value, unit)
     if number < 0.0:
         raise ValueError(f"{name} = {value!r}: must be zero or a positive number{_of(unit)}")
@@ -77,7 +77,7 @@ def not_negative(name: str, value: float, unit: str = "") -> float:
 
 
 def up_to(name: str, value: float, largest: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it is negative or exceeds the largest."""
+    """Return `value` as a float; raise a ValueError if it is negative or exceeds the largest."""
     number = not_negative(name, value, unit)
     if number > largest:
         raise ValueError(f"{name} = {value!r}: must be at most {largest:g}{' ' + unit if unit else ''}")
@@ -85,14 +85,14 @@ def up_to(name: str, value: float, largest: float, unit: str = "") -> float:
 
 
 def several(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether it is a sequence of any length, or an array that is no single number; text is none."""
+    """Return whether it is a sequence of any length, or an array that is no single number; text is none."""
     if isinstance(value, np.ndarray):
         return value.ndim > 0
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)
 
 
 def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
-    """`value` as a list of one or more objects of a kind, or a ValueError."""
+    """Return `value` as a list of one or more objects of a kind, or raise a ValueError."""
     many = isinstance(value, Iterable) and not isinstance(value, str | bytes) and getattr(value, "ndim", 1) > 0
     items = list(value) if many else []  # type: ignore[call-overload]
     if not items or not all(isinstance(item, kind) for item in items):
@@ -102,14 +102,14 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
 
 
 def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
-    """`value`; a ValueError if it is not of the kind."""
+    """Return `value`; raise a ValueError if it is not of the kind."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
     return value
 
 
 def function(name: str, value: Any, count: int, what: str) -> Any:
-    """`value`; a ValueError if it is no function of so many arguments. A class is none: its object is meant."""
+    """Return `value`; a ValueError if it is no function of so many arguments. A class is none: its object is meant."""
     if not callable(value) or isinstance(value, type):
         raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
     takes(f"{name} = {short(value)}", value, count, what)
@@ -117,12 +117,12 @@ def function(name: str, value: Any, count: int, what: str) -> Any:
 
 
 def _of_class(value: object) -> str:
-    """What to write where a class was given for an object of it."""
+    """Return what to write where a class was given for an object of it."""
     return f"; {value.__name__} is a class, so write {value.__name__}(...)" if isinstance(value, type) else ""
 
 
 def takes(name: str, function: Callable[..., object], count: int, what: str) -> None:
-    """A ValueError for a function that does not take this number of arguments."""
+    """Raise a ValueError for a function that does not take this number of arguments."""
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # of some functions that are written in C
@@ -136,7 +136,8 @@ def takes(name: str, function: Callable[..., object], count: int, what: str) -> 
 def has_members(
     name: str, value: object, attributes: Iterable[str], methods: Mapping[str, int], what: str, shown: str = ""
 ) -> None:
-    """A ValueError that names the members which a user's object lacks, and methods of another number of arguments."""
+    """Raise a ValueError that names the members which a user's object lacks, and methods of another number of
+    arguments."""
     shown, needed = shown or short(value), (*attributes, *methods)
     lacking = [attribute for attribute in needed if not hasattr(value, attribute)]
     if isinstance(value, type) or len(lacking) == len(needed):
@@ -151,13 +152,14 @@ def has_members(
 
 
 def count_of(number: int, word: str, many: str = "") -> str:
-    """A number and what it counts: "1 entry", "2 entries". many: the plural, where more than its ending differs."""
+    """Return a number and what it counts: "1 entry", "2 entries". many: the plural, where more than its ending
+    differs."""
     plural = many or (f"{word[:-1]}ies" if word.endswith("y") else f"{word}s")
     return f"{number} {word if number == 1 else plural}"
 
 
 def short(value: object) -> str:
-    """A value as a short text on one line; the value may be a whole chain."""
+    """Return a value as a short text on one line; the value may be a whole chain."""
     try:
         text = " ".join(repr(value).split())
     except ValueError:  # of an integer with thousands of digits
@@ -166,9 +168,8 @@ def short(value: object) -> str:
 
 
 def near(word: object, choices: Iterable[str]) -> list[str]:
-    """The choices that a wrong word may mean, whatever its case: the one most like it; or those that have it, or a word
-    like it, as one of their words: steel 316 and steel 440C for "steal".
-    """
+    """Return the choices that a wrong word may mean, whatever its case: the one most like it; or those that have it, or
+    a word like it, as one of their words: steel 316 and steel 440C for "steal"."""
     guess, lower = str(word).lower(), {choice.lower(): choice for choice in choices}
     if matches := [guess] if guess in lower else get_close_matches(guess, lower, 1, LIKENESS):
         return [lower[matches[0]]]
@@ -184,7 +185,7 @@ def did_you_mean(word: object, choices: Iterable[str], shown: Callable[[str], st
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
-    """`value`; otherwise a ValueError that lists the choices and the nearest ones."""
+    """Return `value`; otherwise a ValueError that lists the choices and the nearest ones."""
     if not isinstance(value, str) or value not in choices:
         hint = did_you_mean(value, choices)
         raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint and f' ({hint})'}")
@@ -192,7 +193,7 @@ def one_of(name: str, value: str, choices: Collection[str]) -> str:
 
 
 def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
-    """`value` as an int; a ValueError if it is not a whole number from `smallest` to `largest`."""
+    """Return `value` as an int; raise a ValueError if it is not a whole number from `smallest` to `largest`."""
     number = finite(name, value)
     if number != int(number) or number < smallest:
         raise ValueError(f"{name} = {value!r}: must be a whole number, {smallest} or more")
@@ -202,14 +203,14 @@ def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
 
 
 def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it is not a ratio of rebound speed to approach speed, in (0, 1]."""
+    """Return `value` as a float; a ValueError if it is not a ratio of rebound speed to approach speed, in (0, 1]."""
     if positive(name, value, unit) > 1.0:
         raise ValueError(f"{name} = {value!r}: must be at most 1; a structure at rest gives no energy")
     return float(value)
 
 
 def turn(name: str, angle: float) -> float:
-    """`angle` as a float; a ValueError if it exceeds one turn, because it is then probably in degrees."""
+    """Return `angle` as a float; raise a ValueError if it exceeds one turn, because it is then probably in degrees."""
     number = finite(name, angle, "rad")
     if abs(number) > 2.0 * math.pi:
         raise ValueError(f"{name} = {angle!r}: must lie between -2π and 2π, in rad; for 45° write math.radians(45)")
@@ -219,7 +220,7 @@ def turn(name: str, angle: float) -> float:
 def each(
     check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
 ) -> NDArray[np.float64]:
-    """`value` as an array; a ValueError if one of its numbers fails the check."""
+    """Return `value` as an array; raise a ValueError if one of its numbers fails the check."""
     try:
         array = np.asarray(value)
         if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):

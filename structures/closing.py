@@ -53,7 +53,7 @@ class ClosingState(NamedTuple):
 
 
 class _Ahead(NamedTuple):
-    """What follows from a state whatever the forces: the state at the window's end where none acts, the rate of each
+    """The forecast from a state whatever the forces: the state at the window's end where none acts, the rate of each
     gap there, and the gaps that may press, or None.
     """
 
@@ -147,7 +147,7 @@ class Closing:
         self._kept: tuple[ClosingState | None, dict[float, _Ahead]] = (None, {})
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickles and copies: without what the last state brings."""
+        """Leave out what the last state brings; for pickles and copies."""
         return {**vars(self), "_kept": (None, {})}
 
     @property
@@ -157,14 +157,14 @@ class Closing:
         return surfaces[0] if self._count == 1 else surfaces
 
     def describe(self) -> dict[str, Any]:
-        """How the structure was made, and its gaps, as plain data."""
+        """Return how the structure was made, and its gaps, as plain data."""
         return {**self.structure.origin, "opening": self.opening.tolist(), "preload": self.preload.tolist()}
 
     def __repr__(self) -> str:
         return f"Closing({self.structure!r}, opening={self.opening.tolist()}, preload={self.preload.tolist()})"
 
     def start(self) -> ClosingState:
-        """At rest in static equilibrium."""
+        """Return the state at rest in static equilibrium."""
         return ClosingState(self.moving.start(), self.preload.copy(), 0.0)
 
     def advance(self, state: ClosingState, force: Any, window: float) -> tuple[ClosingState, Any]:
@@ -201,7 +201,7 @@ class Closing:
         return after, float(places[0]) if self._count == 1 else places
 
     def _kept_ahead(self, state: ClosingState, window: float) -> _Ahead:
-        """The same as `_ahead`, kept for the last state: a co-simulation repeats a window with other forces."""
+        """Return `_ahead`, stored for the last state: a co-simulation repeats a window with other forces."""
         rates = self._kept
         if rates[0] is not state:
             rates = self._kept = (state, {})
@@ -212,7 +212,7 @@ class Closing:
         return rates[1][window]
 
     def _ahead(self, state: ClosingState, window: float) -> _Ahead:
-        """What follows from a state over a window (s)."""
+        """Return what follows from a state over a window (s)."""
         body = state.body
         free, rate = self.moving.free(body, window), self._read @ body.velocity
         middle = self.widths(state) + 0.5 * window * rate
@@ -220,7 +220,7 @@ class Closing:
         return _Ahead(free, self._read @ free.velocity, near if near.any() else None)
 
     def _stepped(self, state: ClosingState, ahead: _Ahead, forces: Vector, window: float) -> ClosingState:
-        """One step of the implicit midpoint rule, in which each gap is open or presses."""
+        """Return one step of the implicit midpoint rule, in which each gap is open or presses."""
         if ahead.near is None:
             end = self.moving.pushed(ahead.free, forces, window)
             lost = self.moving.dissipated(state.body, end, window)
@@ -240,7 +240,7 @@ class Closing:
         return ClosingState(end, pressed, state.lost + lost)
 
     def _switched(self, before: ClosingState, after: ClosingState) -> bool:
-        """Whether a gap closed on the way, or should have closed."""
+        """Return whether a gap closed on the way, or should have closed."""
         presses = after.pressed > 0.0
         if (presses & (before.pressed == 0.0)).any():
             return True
@@ -248,7 +248,7 @@ class Closing:
         return bool(overlaps.any() and (overlaps & (self._read @ after.body.velocity < 0.0)).any())
 
     def widths(self, state: ClosingState) -> Vector:
-        """The width of each gap, m. A gap that closed may overlap by 1/32 of a window's approach.
+        """Return the width of each gap, m. A gap that closed may overlap by 1/32 of a window's approach.
 
         Parameters
         ----------
@@ -264,7 +264,7 @@ class Closing:
         return widths
 
     def energy(self, state: ClosingState) -> float:
-        """Kinetic and elastic energy relative to static equilibrium, J, with the work against the preload.
+        """Return the kinetic and elastic energy relative to static equilibrium, J, with the work against the preload.
 
         Parameters
         ----------
@@ -280,7 +280,7 @@ class Closing:
         return kinetic + elastic
 
     def energies(self, state: ClosingState) -> tuple[float, float, float]:
-        """Kinetic and elastic energy, the latter with the work against the preload, and lost energy.
+        """Return the kinetic and elastic energy, the latter with the work against the preload, and lost energy.
 
         Parameters
         ----------
@@ -305,12 +305,12 @@ class Closing:
 
 
 def _midpoint(structure: Structure, window: float) -> Step:
-    """The implicit midpoint for all motions: ẇ at both ends of a window then gives its change of w exactly."""
+    """Return the implicit midpoint for all motions: ẇ at both ends of a window then gives its change of w exactly."""
     return Oscillators(structure, window, exact=False) if structure.is_modal else ImplicitMidpoint(structure, window)
 
 
 def _separating(compliance: Vector, rate: Vector) -> Vector:
-    """Λ ≥ 0 with rate + compliance Λ ≥ 0, and zero where Λ > 0.
+    """Return Λ ≥ 0 with rate + compliance Λ ≥ 0, and zero where Λ > 0.
 
     For one gap Λ is known. Of several, mostly those press that would close. Else nnls finds them.
 
@@ -340,7 +340,7 @@ def _separating(compliance: Vector, rate: Vector) -> Vector:
 
 
 def _each(name: str, values: Any, unit: str, largest: float) -> Vector:
-    """One number or more from 0 to the largest."""
+    """Return one number or more from 0 to the largest."""
     numbers = np.asarray(each(finite, name, values, unit))  # type: ignore[arg-type]
     if numbers.ndim != 1 or not numbers.size:
         raise ValueError(f"{name} = {short(values)}: must be a list with one number of {unit} for each gap")
@@ -350,7 +350,7 @@ def _each(name: str, values: Any, unit: str, largest: float) -> Vector:
 
 
 def check_gap(opening: float, preload: float) -> None:
-    """A ValueError where these are no width (m) and no force (N) of one gap."""
+    """Raise a ValueError where these are no width (m) and no force (N) of one gap."""
     _check("opening", opening, "m", LARGEST_OPENING)
     _check("preload", preload, "N", LARGEST_PRELOAD)
     if opening > 0.0 and preload > 0.0:

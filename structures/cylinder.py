@@ -129,7 +129,7 @@ class _Section:
     def held(
         self, base: str | Foundation, side: str, patch: float
     ) -> tuple[Matrix, Matrix, Matrix | None, Vector, Field]:
-        """M, K, C, b and the field of the degrees of freedom that base and axis leave free."""
+        """Return M, K, C, b and the field of the degrees of freedom that base and axis leave free."""
         owner = self._owner(self.mesh.p[1, self.mesh.t].mean(axis=0))
         mass, stiffness = body_matrices(self.basis, self.materials, owner)
         held = self.basis.get_dofs(self.axis).all(["u^1"])
@@ -149,7 +149,7 @@ class _Section:
         return mass[free][:, free], stiffness[free][:, free], damping, contact[free], field
 
     def _dashpots(self, facets: Numbers, rod_like: bool) -> Matrix:
-        """Damping of facets that absorb the waves of a rod, or those of a large body."""
+        """Return the damping of facets that absorb the waves of a rod, or those of a large body."""
         speed = attrgetter("bar_speed") if rod_like else pressure_speed
         return absorbing_faces(self._on(facets), self.materials, self._owner(self.middle[1, facets]), speed)
 
@@ -157,7 +157,7 @@ class _Section:
         return FacetBasis(self.mesh, self.element, facets=facets, intorder=INTEGRATION_ORDER)
 
     def _owner(self, depth: Vector) -> Numbers:
-        """The layer at each depth."""
+        """Return the layer at each depth."""
         return np.asarray(np.searchsorted(self.interfaces, depth))
 
 
@@ -170,7 +170,7 @@ def _stack(layers: object) -> list[Layer]:
 
 
 def _faces(layers: list[Layer]) -> Vector:
-    """Depths of the struck face, the interfaces and the base, m."""
+    """Return the depths of the struck face, the interfaces and the base, m."""
     return np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
 
 
@@ -190,7 +190,7 @@ def _patch_radius(radius: float | None, layers: list[Layer], frequency: float) -
 
 
 def _nodes_across(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
-    """Nodes in r, m: fine on the patch and finest at its edge, which is a node; fine at the rim."""
+    """Return the nodes in r, m: fine on the patch and finest at its edge, which is a node; fine at the rim."""
     coarsest, radius = min(shear_speed(layer.material) for layer in layers) / frequency / cells, layers[0].radius
 
     def size(r: Vector) -> Vector:
@@ -202,7 +202,7 @@ def _nodes_across(layers: list[Layer], patch: float, frequency: float, cells: in
 
 
 def _nodes_along(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
-    """Nodes in z, m: fine at the struck face, the interfaces and the base, which are nodes."""
+    """Return the nodes in z, m: fine at the struck face, the interfaces and the base, which are nodes."""
     faces, parts = _faces(layers), []
     for layer, (start, end) in zip(layers, pairwise(faces), strict=True):
         coarsest = shear_speed(layer.material) / frequency / cells

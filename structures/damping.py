@@ -31,7 +31,7 @@ such pivots are below 6e-9, and all others above 2e-4.
 
 
 class ModeLoss(NamedTuple):
-    """Of the modes of a bead, m numbers each.
+    """The loss of the modes of a bead, m numbers each.
 
     square: ω² of slow motions, 1/s². rate: c, 1/s. arm: g ω² of the arm, 1/s². relaxation: 1/τ, 1/s; zero without an
     arm.
@@ -57,19 +57,19 @@ class Viscous(ABC):
 
     @abstractmethod
     def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """What modes lose whose angular frequencies, rad/s, are these without a loss.
+        """Return what modes lose whose angular frequencies, rad/s, are these without a loss.
 
         Four arrays: ω² of slow motions (1/s²), the rate c (1/s), the arm g ω² (1/s²) and its 1/τ (1/s).
         """
 
     def of_structure(self, structure: Structure) -> Structure:
-        """The structure with this damping."""
+        """Return the structure with this damping."""
         raise ValueError(f"damping = {self!r}: acts inside beads only")
 
 
 @described
 class Modal(Viscous):
-    """The same damping ratio for all modes: each vibration loses the part 4πζ of its energy in a period.
+    """A damping ratio that all modes have: each vibration loses the part 4πζ of its energy in a period.
 
     A structure must consist of oscillators, as `reduce` returns; the damping is 2 ζ ω for each of them. A structural
     loss factor η is ζ = η/2: at its resonance each oscillator loses as much as with the complex stiffness K(1 + iη),
@@ -118,14 +118,14 @@ class Modal(Viscous):
             object.__setattr__(self, "ratio", tuple(ratios.tolist()))
 
     def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """c = 2 ζ ω."""
+        """Return c = 2 ζ ω."""
         if isinstance(self.ratio, Sequence) or self.ratio >= 1.0:
             raise ValueError(f"ratio = {self.ratio!r}: must be one number below 1 in beads; 1 is critical damping")
         none = np.zeros_like(frequencies)
         return ModeLoss(frequencies**2, 2.0 * self.ratio * frequencies, none, none)
 
     def of_structure(self, structure: Structure) -> Structure:
-        """2 ζ ω for each oscillator."""
+        """Return 2 ζ ω for each oscillator."""
         if not structure.is_modal:
             raise ValueError(
                 f"structure: its {structure.size} degrees of freedom are not modes (M = I; K, C diagonal); "
@@ -179,12 +179,12 @@ class Rayleigh(Viscous):
     stiffness_time: Time = 0.0
 
     def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """c = α + β ω²."""
+        """Return c = α + β ω²."""
         none = np.zeros_like(frequencies)
         return ModeLoss(frequencies**2, self.mass_rate + self.stiffness_time * frequencies**2, none, none)
 
     def of_structure(self, structure: Structure) -> Structure:
-        """α M + β K added to the damping matrix."""
+        """Return α M + β K added to the damping matrix."""
         alpha, beta = self.mass_rate, self.stiffness_time
         if beta > 0.0 and maxwell_arms(structure) is not None:
             raise ValueError(
@@ -243,7 +243,8 @@ class StandardLinearSolid(Viscous):
             raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")
 
     def loss_tangent(self, frequency: ArrayLike) -> Any:
-        """The loss tangent at frequencies in Hz: tan δ = g ωτ / (1 + (1 + g) ω²τ²), g the share of the relaxed modulus.
+        """Return the loss tangent at frequencies in Hz: tan δ = g ωτ / (1 + (1 + g) ω²τ²), g the share of the relaxed
+        modulus.
 
         Its maximum, g / 2√(1 + g), lies at ωτ = 1/√(1 + g).
         """
@@ -252,13 +253,13 @@ class StandardLinearSolid(Viscous):
         return share * phase / (1.0 + (1.0 + share) * phase**2)
 
     def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """An arm of g ω²."""
+        """Return an arm of g ω²."""
         arm = self.share * frequencies**2
         slow = frequencies**2 - (arm if self.modulus == "instantaneous" else 0.0)
         return ModeLoss(slow, np.zeros_like(arm), arm, np.full_like(arm, 1.0 / self.time))
 
     def of_structure(self, structure: Structure, part: Any = None) -> Structure:
-        """An arm in parallel to the stiffness, or to a part of it."""
+        """Return an arm in parallel to the stiffness, or to a part of it."""
         if structure.size == 0:
             return structure
         added = self.share * _part(structure, part)
@@ -277,7 +278,7 @@ class StandardLinearSolid(Viscous):
 
 
 def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structure:
-    """The structure with additional damping, which never supplies energy.
+    """Return the structure with additional damping, which never supplies energy.
 
     Parameters
     ----------
@@ -318,7 +319,7 @@ def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structur
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """The contribution of each layer of a cylinder, or of each material of a solid or a shell, to its stiffness.
+    """Return the contribution of each layer of a cylinder, or of each material of a solid or a shell, to its stiffness.
 
     Matrices of n × n, N/m, in the order of the layers or materials; their sum is K without elastic foundations,
     prestress and gas. A ValueError if the structure has no field, as a reduced one without keep_field=True.
@@ -330,7 +331,8 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
 
 
 def part_of_layer(structure: Structure, layer: int, name: str = "layer") -> sparse.csr_array:
-    """The stiffness of a layer of a rod or a cylinder, a material of a solid, or the wall of a spherical shell, N/m."""
+    """Return the stiffness of a layer of a rod or a cylinder, a material of a solid, or the wall of a spherical shell,
+    N/m."""
     parts = _parts(structure) if structure.field is None else stiffness_parts(structure)
     if not parts:
         raise ValueError(
@@ -343,7 +345,7 @@ def part_of_layer(structure: Structure, layer: int, name: str = "layer") -> spar
 
 
 def _parts(structure: Structure) -> list[sparse.csr_array]:
-    """The stiffnesses of the layers of a structure that is not reduced; none where they are not known."""
+    """Return the stiffnesses of the layers of a structure that is not reduced; none where they are not known."""
     origin = structure.origin
     if "reduction" in origin:
         return []
@@ -356,7 +358,7 @@ def _parts(structure: Structure) -> list[sparse.csr_array]:
 
 
 def _named(structure: Structure, part: Any) -> dict[str, Any]:
-    """How the note of an arm names a part: by its layer, where it is one."""
+    """Return how the note of an arm names a part: by its layer, where it is one."""
     for i, layer_part in enumerate(_parts(structure)):
         if sparse.issparse(part) and layer_part.shape == part.shape and abs(layer_part - part).max() == 0.0:
             return {"layer": i}
@@ -364,7 +366,8 @@ def _named(structure: Structure, part: Any) -> dict[str, Any]:
 
 
 def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffness: Any = None) -> Structure:
-    """The structure with one arm for each row of R (√J/m), their relaxation time (s), and K for arms that cannot relax.
+    """Return the structure with one arm for each row of R (√J/m), their relaxation time (s), and K for arms that cannot
+    relax.
 
     R may lack the columns of earlier arms. The default K + RᵀR keeps the structure's own K for slow loads.
     """
@@ -393,7 +396,7 @@ class MaxwellArms(NamedTuple):
 
 
 def maxwell_arms(structure: Structure) -> MaxwellArms | None:
-    """The Maxwell arms of a structure, or None where it has none."""
+    """Return the Maxwell arms of a structure, or None where it has none."""
     if structure.damping is None:
         return None
     massless, damped = (abs(matrix).sum(axis=0).ravel() for matrix in (structure.mass, structure.damping))
@@ -421,7 +424,7 @@ def _noted(structure: Structure, note: dict[str, Any]) -> dict[str, Any]:
 
 
 def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> sparse.csr_array:
-    """The part of the stiffness that an arm belongs to, in the size of the structure."""
+    """Return the part of the stiffness that an arm belongs to, in the size of the structure."""
     arms = maxwell_arms(structure)
     if part is None:
         if arms is not None:
@@ -443,7 +446,8 @@ def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> spar
 
 
 def _root(matrix: sparse.csr_array) -> sparse.csr_array:
-    """R with RᵀR = matrix and as many rows as its rank; a ValueError if the matrix is not positive semidefinite."""
+    """Return R with RᵀR = matrix and as many rows as its rank; raise a ValueError if the matrix is not positive
+    semidefinite."""
     used = np.flatnonzero(abs(matrix).sum(axis=0))
     if _is_diagonal(matrix) and (matrix.diagonal() >= 0.0).all():
         rows = np.arange(used.size)
@@ -458,7 +462,8 @@ def _root(matrix: sparse.csr_array) -> sparse.csr_array:
 
 
 def _factored(matrix: sparse.sparray) -> tuple[sparse.sparray, Vector]:
-    """L and the diagonal of D in matrix = L D Lᵀ, rows of L in the matrix's order; D in units of its own diagonal."""
+    """Return L and the diagonal of D in matrix = L D Lᵀ, rows of L in the matrix's order; D in units of its own
+    diagonal."""
     diagonal = matrix.diagonal()
     if not (diagonal > 0.0).all():
         raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")

@@ -31,7 +31,7 @@ class Parameter:
 
     @property
     def required(self) -> bool:
-        """Whether it has no default."""
+        """True if it has no default."""
         return self.default is inspect.Parameter.empty
 
     @cached_property
@@ -86,12 +86,12 @@ class Described:
 
     @cached_property
     def makes(self) -> Any:
-        """What it makes: the class itself, or what the function returns."""
+        """The class itself, or what the function returns."""
         return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
 
     @cached_property
     def _looks(self) -> list[tuple[str, Parameter, Any, float, float]]:
-        """Of each parameter its default, and the ends between which its numbers need no further look."""
+        """Name, default and ends of each parameter: between these its numbers need no further look."""
         ends = {
             name: parameter.quantity.usual if parameter.quantity else (inf, -inf)
             for name, parameter in self.parameters.items()
@@ -99,7 +99,7 @@ class Described:
         return [(name, parameter, parameter.default, *ends[name]) for name, parameter in self.parameters.items()]
 
     def checked(self, values: Mapping[str, Any], owner: str) -> dict[str, Any]:
-        """What checks change of the arguments: numbers become floats.
+        """Return what checks change of the arguments: numbers become floats.
 
         A ValueError names the first argument that is wrong; then warnings say what is odd.
         """
@@ -184,25 +184,25 @@ def checked_call(target: Thing) -> Thing:
 
 
 def description(thing: Any) -> Described | None:
-    """What is known of a class or a function; None where it is not described."""
+    """Return what is known of a class or a function; None where it is not described."""
     entry = vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
     return entry if isinstance(entry, Described) else None
 
 
 def registered() -> tuple[Described, ...]:
-    """All that is described."""
+    """Return all that is described."""
     return tuple(_ALL.values())
 
 
 def of_family(base: type) -> Iterator[Described]:
-    """What makes an object of a class."""
+    """Yield what makes an object of a class."""
     for entry in registered():
         if inspect.isclass(entry.makes) and base in entry.makes.__mro__ and not inspect.isabstract(entry.makes):
             yield entry
 
 
 def as_argument(value: Any) -> Any:
-    """An argument as plain data."""
+    """Return an argument as plain data."""
     if is_dataclass(value) and not isinstance(value, type):
         return asdict(value)
     return [as_argument(member) for member in value] if isinstance(value, list | tuple) else value
@@ -251,7 +251,7 @@ def _function(target: Any) -> Any:
 
 
 def _same(value: Any, default: Any) -> bool:
-    """Whether a value is the default: the same object, or an equal float; all NaN are equal."""
+    """Return whether a value is the default: the same object, or an equal float; all NaN are equal."""
     floats = isinstance(value, float) and isinstance(default, float)
     return value is default or (floats and (value == default or (value != value and default != default)))
 
@@ -286,7 +286,7 @@ def _hints(target: Any) -> dict[str, Any]:
 
 
 def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """The type of an annotation, without None, and what is noted on it."""
+    """Return the type of an annotation, without None, and what is noted on it."""
     if get_origin(hint) is Annotated:
         inner, *notes = get_args(hint)
         kind, more = noted(inner)
@@ -298,7 +298,7 @@ def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def without_notes(hint: Any) -> Any:
-    """An annotation as a reader wants it: float, not Annotated[float, ...]."""
+    """Return an annotation as a reader wants it: float, not Annotated[float, ...]."""
     if get_origin(hint) is Annotated:
         return without_notes(get_args(hint)[0])
     if get_origin(hint) in (Union, UnionType):

@@ -44,7 +44,7 @@ VTK_STRESS_INDEX = {(0, 0): 0, (1, 1): 1, (2, 2): 2, (0, 1): 3, (1, 2): 4, (0, 2
 def elastic_field(
     mesh: Any, element: type, order: int, kept: NDArray[Any], materials: Sequence[Material], owner: Whole
 ) -> Field:
-    """The field of a body of quadratic elements.
+    """Return the field of a body of quadratic elements.
 
     mesh: scikit-fem's; a plane mesh is the half-plane (r, z) of a body of revolution, z into the body. element: of one
     component of the displacement. order: of the integration of its stiffness. kept: the degrees of freedom that the
@@ -84,7 +84,7 @@ class ElasticSampler:
         self._prepare(mesh, element, linear, number)
 
     def _prepare(self, mesh: Any, element: type, linear: type, number: Whole) -> None:
-        """Gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes."""
+        """Compute gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes."""
         scalar = Basis(mesh, element(), intorder=GAUSS_ORDER)
         cells, gauss = scalar.dx.shape
         functions = [function[0] for function in scalar.basis]
@@ -109,23 +109,22 @@ class ElasticSampler:
         return self._grid
 
     def displacement(self, u: Numbers) -> Numbers:
-        """Displacement at the nodes, p × 3, m."""
+        """Return the displacement at the nodes, p × 3, m."""
         return self._in_space(self._full(u)[self.point_dofs])
 
     def stress(self, u: Numbers) -> Numbers:
-        """Stress at the nodes, p × 6, Pa."""
+        """Return the stress at the nodes, p × 6, Pa."""
         return np.asarray(self.mean @ self.gauss_stress(u).reshape(-1, 6))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """The contribution of each material to the stiffness, n × n each, where n is the number of kept degrees of
-        freedom.
-        """
+        """Return the contribution of each material to the stiffness, n × n each, where n is the number of kept degrees
+        of freedom."""
         basis = Basis(self.mesh, ElementVector(self.element()), intorder=self.integration_order)
         parts = part_stiffnesses(basis, self.materials, self.owner)
         return [part[self.kept][:, self.kept] for part in parts]
 
     def gauss_stress(self, u: Numbers) -> Numbers:
-        """Stress at the Gauss points, cells × Gauss points × 6, Pa."""
+        """Return the stress at the Gauss points, cells × Gauss points × 6, Pa."""
         inside = self._full(u)[self.dofs]
         strain = np.zeros((*self.slopes.shape[1:3], 3, 3))
         gradient = np.einsum("jcqs,csi->cqij", self.slopes, inside, optimize=True)
@@ -144,20 +143,20 @@ class ElasticSampler:
         return stress
 
     def _full(self, u: Numbers) -> Numbers:
-        """All degrees of freedom, with zeros for those that the supports hold."""
+        """Return all degrees of freedom, with zeros for those that the supports hold."""
         full = np.zeros(self.size)
         full[self.kept] = u
         return full
 
     def _in_space(self, vectors: Numbers) -> Numbers:
-        """Vectors of space from those of the mesh: (r, z) becomes (r, 0, −z)."""
+        """Return the vectors of space from those of the mesh: (r, z) becomes (r, 0, −z)."""
         if not self.revolution:
             return vectors
         return np.column_stack([vectors[:, 0], np.zeros(len(vectors)), -vectors[:, 1]])
 
 
 def _values(element: type, places: Numbers) -> Numbers:
-    """Shape functions of a linear element at places of the reference cell, shapes × places."""
+    """Return the shape functions of a linear element at places of the reference cell, shapes × places."""
     functions = element()
     return np.stack(
         [functions.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(functions.doflocs.shape[0])]
@@ -165,14 +164,14 @@ def _values(element: type, places: Numbers) -> Numbers:
 
 
 def _vtk_order(kind: str) -> Whole:
-    """VTK's order of a cell's nodes, as indices into scikit-fem's order; the two differ for hexahedra only."""
+    """Return VTK's order of a cell's nodes, as indices into scikit-fem's order; the two differ for hexahedra only."""
     from skfem.io.meshio import HEX_MAPPING
 
     return np.array(HEX_MAPPING) if kind == "hexahedron27" else np.arange({"quad9": 9, "tetra10": 10}[kind])
 
 
 def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:
-    """The cells, with those that are inside out turned round."""
+    """Return the cells, with those that are inside out turned round."""
     if kind not in MIRRORED_CELLS:
         return cells
     order, next_corners = MIRRORED_CELLS[kind]

@@ -53,28 +53,28 @@ class Foundation:
 
 
 def shear_modulus(material: Material) -> float:
-    """μ = E / 2(1 + ν), Pa."""
+    """Return μ = E / 2(1 + ν), Pa."""
     return material.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio))
 
 
 def first_lame_parameter(material: Material) -> float:
-    """λ = 2 μ ν / (1 − 2ν), Pa."""
+    """Return λ = 2 μ ν / (1 − 2ν), Pa."""
     return 2.0 * shear_modulus(material) * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio)
 
 
 def pressure_speed(material: Material) -> float:
-    """Speed c_p = √((λ + 2μ)/ρ) of pressure waves in a large body, m/s."""
+    """Return the speed c_p = √((λ + 2μ)/ρ) of pressure waves in a large body, m/s."""
     return sqrt((first_lame_parameter(material) + 2.0 * shear_modulus(material)) / material.density)
 
 
 def shear_speed(material: Material) -> float:
-    """Speed c_s = √(μ/ρ) of shear waves, m/s."""
+    """Return the speed c_s = √(μ/ρ) of shear waves, m/s."""
     return sqrt(shear_modulus(material) / material.density)
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Mean displacement, m/N, of a circle (radius in m) on a half-space under a uniform pressure with a resultant of 1
-    N.
+    """Return the mean displacement, m/N, of a circle (radius in m) on a half-space under a uniform pressure with a
+    resultant of 1 N.
 
     16 (1 − ν²)/(3 π² E a): the mean of Love's solution (Johnson, Contact Mechanics, section 3.4).
     """
@@ -82,7 +82,7 @@ def patch_compliance(material: Material, radius: float) -> float:
 
 
 def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Consistent mass and stiffness, n × n each; owner: for each cell, the index of its material.
+    """Return the consistent mass and stiffness, n × n each; owner: for each cell, the index of its material.
 
     A mesh in the plane is that of a body of revolution with the axis x₀ = 0.
     """
@@ -95,7 +95,7 @@ def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tu
 
 
 def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) -> list[sparse.csr_array]:
-    """The contribution of the cells of each material to the stiffness, n × n each; see `body_matrices`."""
+    """Return the contribution of the cells of each material to the stiffness, n × n each; see `body_matrices`."""
     cells = Cells(basis, ring=basis.mesh.dim() == 2)
     return [
         cells.stiffness(first_lame_parameter(material) * (owner == part), shear_modulus(material) * (owner == part))
@@ -104,7 +104,7 @@ def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) ->
 
 
 def plane_stiffness(basis: Any, lame: float, shear: float) -> sparse.csr_array:
-    """Stiffness, n × n, N/m, of a body 1 m thick that moves in its plane; both parameters in Pa."""
+    """Return the stiffness, n × n, N/m, of a body 1 m thick that moves in its plane; both parameters in Pa."""
     each = np.ones(basis.mesh.nelements)
     return Cells(basis, ring=False).stiffness(lame * each, shear * each)
 
@@ -130,12 +130,12 @@ class Cells:
             self.weight, self.hoops = 2.0 * pi * r * self.weight, self.values / r
 
     def mass(self, density: Vector) -> sparse.csr_array:
-        """n × n, kg; density: of each cell, kg/m³."""
+        """Return n × n, kg; density: of each cell, kg/m³."""
         overlaps = density[:, None, None] * self._integrals(self.values)
         return self._assembled(overlaps[:, :, None, :, None] * np.eye(self.dim)[:, None, :])
 
     def stiffness(self, lame: Vector, shear: Vector) -> sparse.csr_array:
-        """n × n, N/m: ∫ λ div u div v + 2μ ε(u) : ε(v); lame, shear: of each cell, Pa."""
+        """Return n × n, N/m: ∫ λ div u div v + 2μ ε(u) : ε(v); lame, shear: of each cell, Pa."""
         count = self.values.shape[1]
         shape = len(lame), count, self.dim, count, self.dim
         products = self._integrals(self.slopes).reshape(shape)
@@ -152,7 +152,8 @@ class Cells:
         return self._assembled(lame[each] * dilations + shear[each] * strains)
 
     def stress_stiffness(self, stress: Vector, hoop: Vector) -> sparse.csr_array:
-        """n × n, N/m: ∫ σ_ij u_k,i v_k,j, on rings with the hoop stress's part; σ_ij, σ_hoop: at all points, Pa."""
+        """Return n × n, N/m: ∫ σ_ij u_k,i v_k,j, on rings with the hoop stress's part; σ_ij, σ_hoop: at all points,
+        Pa."""
         cells, count, points = self.values.shape
         slopes = self.slopes.reshape(cells, count, self.dim, points)
         pulled = self.weight[:, :, None] * np.einsum("ijcq,caiq->cajq", stress, slopes)
@@ -163,12 +164,12 @@ class Cells:
         return self._assembled(blocks)
 
     def _integrals(self, functions: Vector) -> Vector:
-        """Of the products of all pairs, cells × functions × functions."""
+        """Return the integrals of the products of all pairs, cells × functions × functions."""
         integrals: Vector = (self.weight * functions) @ functions.transpose(0, 2, 1)
         return integrals
 
     def _assembled(self, blocks: Vector) -> sparse.csr_array:
-        """The sum of the cells' blocks, n × n."""
+        """Return the sum of the cells' blocks, n × n."""
         matrix = sum_of_cells(self.basis.element_dofs.T, blocks, self.basis.N)
         matrix.eliminate_zeros()
         return matrix
@@ -180,8 +181,8 @@ def absorbing_faces(
     owner: Owner,
     normal_speed: Callable[[Material], float] = pressure_speed,
 ) -> sparse.csr_array:
-    """Damping of Lysmer's dashpots, n × n: tractions of ρ c_p times the normal velocity and ρ c_s times the tangential
-    one.
+    """Return the damping of Lysmer's dashpots, n × n: tractions of ρ c_p times the normal velocity and ρ c_s times the
+    tangential one.
 
     faces: a facet basis; owner: for each facet, the index of the material behind it; normal_speed: replaces c_p. Waves
     at normal incidence leave without an echo, oblique waves with a small one (Lysmer and Kuhlemeyer, J. Eng. Mech. Div.
@@ -194,28 +195,26 @@ def absorbing_faces(
 
 
 def foundation_springs(faces: Any, foundation: Foundation) -> sparse.csr_array:
-    """Stiffness of an elastic foundation under the facets, n × n."""
+    """Return the stiffness of an elastic foundation under the facets, n × n."""
     return sparse.csr_array(_normal_product.assemble(faces, factor=foundation.stiffness * np.ones_like(faces.dx)))
 
 
 def patch_vector(faces: Any) -> Vector:
-    """n numbers that distribute a unit force uniformly over the facets, into the body, and read their mean
-    displacement.
-    """
+    """Return n numbers that distribute a unit force uniformly over the facets, into the body, and read their mean
+    displacement."""
     area = float((faces.dx * _circumference(faces.global_coordinates())).sum())
     return np.asarray(_inward.assemble(faces)) / area
 
 
 def _spread(basis: Any, owner: Owner, values: Sequence[float]) -> Vector:
-    """The value of the material of each cell or facet at all its integration points."""
+    """Return the value of the material of each cell or facet at all its integration points."""
     spread: Vector = np.asarray(values, dtype=float)[owner, None] * np.ones_like(basis.dx)
     return spread
 
 
 def _circumference(x: Any) -> Any:
-    """The factor from an integral over the mesh to one over the body: 2π r in the half-plane of a body of
-    revolution.
-    """
+    """Return the factor from an integral over the mesh to one over the body: 2π r in the half-plane of a body of
+    revolution."""
     return 2.0 * pi * x[0] if x.shape[0] == 2 else np.ones_like(x[0])
 
 

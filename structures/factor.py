@@ -21,7 +21,7 @@ AT_ONCE = 16
 
 
 def factorise(matrix: sparse.sparray) -> Solve:
-    """A function that solves matrix · x = y for a symmetric positive definite matrix; y: n numbers, or n × q.
+    """Return a function that solves matrix · x = y for a symmetric positive definite matrix; y: n numbers, or n × q.
 
     Rows and columns are first scaled by 1/√diagonal, because Hermite degrees of freedom have different units.
     """
@@ -42,7 +42,7 @@ def factorise(matrix: sparse.sparray) -> Solve:
 
 
 def compliance_at(stiffness: sparse.sparray, places: NDArray[np.int64]) -> Vector:
-    """Displacements at m places by unit forces there, m × m, for a symmetric positive definite stiffness."""
+    """Return the displacements at m places by unit forces there, m × m, for a symmetric positive definite stiffness."""
     solve, compliance = factorise(stiffness), np.empty((places.size, places.size))
     for first in range(0, places.size, AT_ONCE):
         columns = slice(first, first + AT_ONCE)
@@ -69,11 +69,11 @@ class Matrices:
         self._examined = self.mass.shape[0] <= SMALL_MATRIX
 
     def belong(self, mass: object, stiffness: object) -> bool:
-        """Whether these are the matrices themselves; equal copies do not count."""
+        """Return whether these are the matrices themselves; equal copies do not count."""
         return self.mass is mass and self.stiffness is stiffness
 
     def shifted_solve(self, shift: float) -> Solve:
-        """A solver of (K + shift² M) x = y, shift in 1/s."""
+        """Return a solver of (K + shift² M) x = y, shift in 1/s."""
         if shift not in self._solves:
             self._solves[shift] = factorise(self.stiffness + shift**2 * self.mass)
         return self._solves[shift]
@@ -92,12 +92,13 @@ class Matrices:
 
 
 def shifted_solve(structure: "Structure", shift: float) -> Solve:
-    """A solver of (K + shift² M) x = y, shift in 1/s. Structures that share their Matrices share the factorisation."""
+    """Return a solver of (K + shift² M) x = y, shift in 1/s. Structures that share their Matrices share the
+    factorisation."""
     return structure.matrices.shifted_solve(shift)
 
 
 def symmetric(name: str, value: Any) -> sparse.csr_array:
-    """The matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite."""
+    """Return matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite."""
     matrix = value
     if not isinstance(matrix, sparse.csr_array):
         matrix = matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix))
@@ -111,7 +112,7 @@ def symmetric(name: str, value: Any) -> sparse.csr_array:
 
 
 def numbers(name: str, values: object) -> Vector:
-    """An array of finite numbers, or a ValueError."""
+    """Return an array of finite numbers, or raise a ValueError."""
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):

@@ -39,15 +39,15 @@ class Sampler(Protocol):
         ...
 
     def displacement(self, u: Numbers) -> Numbers:
-        """Displacement, p × 3, m; u: the degrees of freedom of the body."""
+        """Return the displacement, p × 3, m; u: the degrees of freedom of the body."""
         ...
 
     def stress(self, u: Numbers) -> Numbers:
-        """Stress, p × 6, Pa: xx, yy, zz, xy, yz, xz."""
+        """Return the stress, p × 6, Pa: xx, yy, zz, xy, yz, xz."""
         ...
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """The contribution of each layer, or of each material, to the stiffness."""
+        """Return the contribution of each layer, or of each material, to the stiffness."""
         ...
 
 
@@ -75,11 +75,11 @@ class Field:
         return self._sampler.grid
 
     def displacement(self, u: Numbers) -> Numbers:
-        """Displacement of the points from static equilibrium, p × 3, m."""
+        """Return the displacement of the points from static equilibrium, p × 3, m."""
         return self._sampler.displacement(self._full(u))
 
     def stress(self, u: Numbers) -> Numbers:
-        """Stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
+        """Return the stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
 
         At each point it is the mean over the adjacent cells of one material. It is the elastic stress for the moduli
         with which the structure was made; the stress in dashpots and Maxwell arms is not included.
@@ -87,18 +87,17 @@ class Field:
         return self._sampler.stress(self._full(u))
 
     def von_mises(self, u: Numbers) -> Numbers:
-        """Von Mises equivalent of `stress`, p, Pa."""
+        """Return the von Mises equivalent of `stress`, p, Pa."""
         return von_mises(self.stress(u))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """The contribution of each layer, or of each material, to the stiffness, size × size, N/m; without elastic
-        supports.
-        """
+        """Return the contribution of each layer, or of each material, to the stiffness, size × size, N/m; without
+        elastic supports."""
         parts, basis = self._sampler.stiffness_parts(), self.basis
         return parts if basis is None else [sparse.csr_array(basis.T @ (part @ basis)) for part in parts]
 
     def in_basis(self, vectors: Numbers) -> "Field":
-        """The fields of a structure that is reduced to these vectors, size × number of vectors."""
+        """Return the fields of a structure that is reduced to these vectors, size × number of vectors."""
         if vectors.shape[0] != self.size:
             raise ValueError(f"vectors: have shape {vectors.shape}, must have {self.size} rows")
         return replace(self, basis=vectors if self.basis is None else self.basis @ vectors)
@@ -118,7 +117,7 @@ class Field:
 
 
 def von_mises(stress: Numbers) -> Numbers:
-    """√(3/2 s:s) of the deviator s of stresses … × 6 (xx, yy, zz, xy, yz, xz), in their unit."""
+    """Return √(3/2 s:s) of the deviator s of stresses … × 6 (xx, yy, zz, xy, yz, xz), in their unit."""
     normal, shear = stress[..., :3], stress[..., 3:]
     deviator = normal - normal.mean(axis=-1, keepdims=True)
     return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=-1) + 3.0 * (shear**2).sum(axis=-1)))

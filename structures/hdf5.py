@@ -43,7 +43,8 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
 
 
 def _members(h5py: Any, file: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """All groups and datasets with their paths, those behind soft links last: these may lead through any other link."""
+    """Yield all groups and datasets with their paths, those behind soft links last: these may lead through any other
+    link."""
     seen: set[Any] = set()
     groups, soft = [("", file)], []
     yield "/", file
@@ -83,7 +84,8 @@ def _fault_of_dataset(dataset: Any) -> str:
 
 
 def _claimed(h5py: Any, item: Any, size: int, left: float) -> float:
-    """Bytes that a dataset or a group takes in memory with its attributes. size: of the file; left: where it matters.
+    """Return the bytes that a dataset or a group takes in memory with its attributes. size: of the file; left: where it
+    matters.
 
     Entries of texts and ragged arrays may share their bytes in the file, and each gets a copy of them.
     """
@@ -107,7 +109,7 @@ def _claimed(h5py: Any, item: Any, size: int, left: float) -> float:
 
 
 def _bytes(value: Any) -> float:
-    """Bytes of a text, or of an array of texts, of ragged rows or of numbers."""
+    """Return the bytes of a text, or of an array of texts, of ragged rows or of numbers."""
     if isinstance(value, np.ndarray):
         return float(sum(map(_bytes, value.flat)) if value.dtype.hasobject else value.nbytes)
     return len(value) if isinstance(value, str | bytes) else 0

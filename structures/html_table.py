@@ -10,6 +10,6 @@ CAPTION = ' style="text-align: left; font-weight: bold; white-space: nowrap"'
 
 
 def html_table(title: str, rows: Sequence[tuple[str, str]]) -> str:
-    """A table of names and values under a title."""
+    """Return a table of names and values under a title."""
     cells = "".join(f"<tr><th{LEFT}>{escape(name)}</th><td{LEFT}>{escape(value)}</td></tr>" for name, value in rows)
     return f"<table><caption{CAPTION}>{escape(title)}</caption><tbody>{cells}</tbody></table>"

@@ -61,7 +61,8 @@ _private = list[str]()
 
 
 def private_folder(reason: str) -> str:
-    """A folder for kernels that lasts as long as this process, also for processes that it starts; says why, once.
+    """Return a folder for kernels that lasts as long as this process, also for processes that it starts; says why,
+    once.
 
     It must not be shared with other users: Numba runs what it finds there.
     """
@@ -88,7 +89,7 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
     """The files of one kernel, each with a checksum at its end: what is cut or changed counts as not there."""
 
     def load(self, key: Any) -> Any:
-        """What was kept under a key, or None. Two processes that begin at once may give two keys one name."""
+        """Return what was kept under a key, or None. Two processes that begin at once may give two keys one name."""
         if (types := key_of(key[0])) is None:
             return None
         key = types, *key[1:]
@@ -175,7 +176,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Numba's decorator, whose kernels are kept in files with a checksum."""
+    """Return Numba's decorator, whose kernels are kept in files with a checksum."""
 
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         raise ImportError("hertzlink's kernels must be compiled, and NUMBA_DISABLE_JIT forbids it: unset it")
@@ -203,7 +204,7 @@ class Inner(Kernel):
 
 
 def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Numba's decorator for a kernel that other kernels call; tests call it from Python, where it is slow.
+    """Return Numba's decorator for a kernel that other kernels call; tests call it from Python, where it is slow.
 
     It allocates no memory and counts no references, so that small functions cost nothing; and it is compiled without
     the code that takes arguments from Python, which for groups of arrays is longer than the kernel.
@@ -219,7 +220,8 @@ def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def entry(function: Callable[..., Any]) -> Any:
-    """Numba's decorator for a kernel that Python calls, around one that kernels call and that is compiled once."""
+    """Return Numba's decorator for a kernel that Python calls, around one that kernels call and that is compiled
+    once."""
     return njit(cache=True, _nrt=False, nogil=True, no_cfunc_wrapper=True)(function)
 
 

@@ -46,7 +46,7 @@ def pieces_in(kind: Any) -> Iterator[Any]:
 
 
 def _is_importable(piece: Any) -> bool:
-    """Whether another process finds the class by its name."""
+    """Return whether another process finds the class by its name."""
     module = sys.modules.get(piece.__module__)
     if piece.__module__ == "__main__" or not getattr(module, "__file__", None):
         return False
@@ -57,7 +57,7 @@ def _is_importable(piece: Any) -> bool:
 
 
 def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
-    """All that compiled code takes from a class, a function, code or a constant, as text; nothing twice."""
+    """Yield all that compiled code takes from a class, a function, code or a constant, as text; nothing twice."""
     thing = getattr(thing, "py_func", thing)
     if isinstance(thing, np.ndarray):
         yield f"{thing.dtype}{thing.shape}{thing.tobytes().hex()}"
@@ -78,7 +78,7 @@ def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
 
 
 def _is_known(thing: Any) -> bool:
-    """Whether the checksum of our sources, or the version of a library, stands for it."""
+    """Return whether the checksum of our sources, or the version of a library, stands for it."""
     name = thing.__name__ if isinstance(thing, ModuleType) else str(getattr(thing, "__module__", ""))
     return name.partition(".")[0] in (*OURS, *LIBRARIES)
 
@@ -106,7 +106,7 @@ def _of_function(function: FunctionType, seen: set[int]) -> Iterator[str]:
 
 
 def _names(code: CodeType) -> set[str]:
-    """All names of a code and of what is defined in it."""
+    """Return all names of a code and of what is defined in it."""
     return set(code.co_names).union(
         *(_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
     )

@@ -36,7 +36,7 @@ The number follows from equations 6.12 and 6.16. The thesis prints 1.180 in 6.17
 
 
 def contact_time(mass: Number | float, stiffness: Number | float, speed: float) -> Number:
-    """Time in contact T of a mass that hits a Hertzian contact.
+    """Return the time in contact T of a mass that hits a Hertzian contact.
 
     T = 3.218 (m² / k² v)^{1/5}.
 
@@ -90,7 +90,7 @@ def time_of_flight(
     striker_speed: float,
     restitution: Number | float = 1.0,
 ) -> Number:
-    """Time of flight TOF of the primary wave from the sensor to a structure and back.
+    """Return the time of flight TOF of the primary wave from the sensor to a structure and back.
 
     TOF = [3.218 k_w^{−2/5} + 1.180 (1 + e^{−1/5}) N k_c^{−2/5}] (m²/v)^{1/5}.
 
@@ -152,7 +152,7 @@ def time_of_flight(
 
 
 def amplitude_ratio(restitution: Number) -> Number:
-    """Amplitude ratio AR = e^{6/5} of the primary wave, from the restitution e of the structure.
+    """Return the amplitude ratio AR = e^{6/5} of the primary wave, from the restitution e of the structure.
 
     AR = (V_ref/V_in)⁶ and V_ref/V_in = e^{1/5}, where V is a wave speed: one solitary wave arrives, and one leaves.
 
@@ -190,7 +190,7 @@ def amplitude_ratio(restitution: Number) -> Number:
 
 
 def critical_modulus(material: Material, wall_poisson_ratio: float | None = None) -> float:
-    """Young's modulus below which a half-space sends a secondary wave back into a chain of a material.
+    """Return Young's modulus below which a half-space sends a secondary wave back into a chain of a material.
 
     E/(2√2 − 1) (1 − ν_w²)/(1 − ν²): with this modulus the contact between bead and half-space is as stiff as the
     contact between two beads.
@@ -238,7 +238,7 @@ def critical_modulus(material: Material, wall_poisson_ratio: float | None = None
 
 
 def characteristic_length(bar_speed: Number | float, contact_time: Number | float) -> Number:
-    """Length of a rod whose far end sends its echo back just as the bead leaves: c T/2.
+    """Return the length of a rod whose far end sends its echo back just as the bead leaves: c T/2.
 
     A longer rod keeps the energy of the wave. A much shorter rod returns it to the bead.
 
@@ -289,7 +289,7 @@ def characteristic_length(bar_speed: Number | float, contact_time: Number | floa
 
 
 def restitution(mass: float, upper_mass: Number) -> Number:
-    """Coefficient of restitution e of a bead that hits a heavier free mass.
+    """Return the coefficient of restitution e of a bead that hits a heavier free mass.
 
     e = (M_u − m)/(M_u + m) is the magnitude of v_ref/v_in, the ratio of the bead speeds after and before the impact.
 
@@ -376,7 +376,7 @@ def upper_speed(mass: float, upper_mass: Number, incident_speed: float) -> Numbe
 
 
 def axial_stiffness(youngs_modulus: float, area: float, length: Number) -> Number:
-    """Axial stiffness k_d = E A/L of a layer.
+    """Return the axial stiffness k_d = E A/L of a layer.
 
     The stiffness is static, and the layer is free to widen. It holds for layers that are longer than wide.
 
@@ -414,7 +414,7 @@ def axial_stiffness(youngs_modulus: float, area: float, length: Number) -> Numbe
 
 
 def secondary_delay(upper_mass: Number | float, lower_mass: Number | float, lower_stiffness: Number | float) -> Number:
-    """Time T_l by which the secondary wave of two layers follows the primary wave: TOF_SSW = TOF_PSW + T_l.
+    """Return the time T_l by which the secondary wave of two layers follows the primary wave: TOF_SSW = TOF_PSW + T_l.
 
     T_l = π √((M_u + M_l/3)/k_d): half a period of the upper layer on the lower one.
 

@@ -86,7 +86,7 @@ class MaterialTable(Mapping[str, Material]):
         raise UnknownMaterial(f"material = {name!r}: unknown; the nearest names are {names}")
 
     def meant(self, name: str) -> list[Material]:
-        """The material of this name; without one, all whose names have this first word."""
+        """Return the material of this name; without one, all whose names have this first word."""
         key = name_key(name)
         if key in self._by_key:
             return [self._by_key[key]]
@@ -112,7 +112,7 @@ def check_stress(argument: str, stress: float, material: Material, means: str) -
 
 
 def name_key(name: str) -> str:
-    """What remains of a name where case, blanks and dashes do not matter, nor whose English it is."""
+    """Return what remains of a name where case, blanks and dashes do not matter, nor whose English it is."""
     return "".join(letter for letter in str(name).lower() if letter.isalnum()).replace("aluminum", "aluminium")
 
 

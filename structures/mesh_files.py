@@ -51,12 +51,12 @@ BULK_LINE = re.compile(rb"[ ]*(?:(GRID\*?)[ ,]|(GRDSET|INCLUDE))", re.IGNORECASE
 
 
 def source_of(mesh: Any) -> str:
-    """What a structure's origin says of its mesh: the file, wherever it is read again from, or "meshio.Mesh"."""
+    """Return what a structure's origin says of its mesh: the file, wherever it is read again from, or "meshio.Mesh"."""
     return str(Path(mesh).absolute()) if isinstance(mesh, str | Path) else "meshio.Mesh"
 
 
 def read_mesh(source: Any) -> Any:
-    """The meshio.Mesh of a file, or the one that is given. Raises ValueError for a file that cannot be read."""
+    """Return the meshio.Mesh of a file, or the one that is given. Raises ValueError for a file that cannot be read."""
     import meshio  # type: ignore[import-untyped]
 
     if isinstance(source, meshio.Mesh):
@@ -78,7 +78,7 @@ def read_mesh(source: Any) -> Any:
 
 
 def in_a_process(path: Path, name: str) -> dict[str, Any]:
-    """The parts of the mesh, read by a process that cannot take this one with it."""
+    """Return the parts of the mesh, read by a process that cannot take this one with it."""
     size = path.stat().st_size
     seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
     command = [sys.executable, "-P", str(PROCESS), str(path.resolve()), str(seconds), str(memory)]
@@ -93,7 +93,7 @@ def in_a_process(path: Path, name: str) -> dict[str, Any]:
 
 
 def answer_of(status: int, answer: bytes, said: bytes, path: Path, name: str) -> dict[str, Any]:
-    """The parts of the mesh from what the process left, or a ValueError."""
+    """Return the parts of the mesh from what the process left, or raise a ValueError."""
     suffix = path.suffix.lower()
     if status == NEEDS_GMSH:
         raise ValueError(f"mesh = {name!r}: a {suffix} file needs gmsh to be read: pip install hertzlink[mesh]")
@@ -113,14 +113,15 @@ def _hint(suffix: str) -> str:
 
 
 def _words(said: bytes) -> str:
-    """What gmsh or meshio said of the file, where it is a sentence for users and no internal error."""
+    """Return what gmsh or meshio said of the file, where it is a sentence for users and no internal error."""
     last = (said.decode("utf-8", errors="replace").strip().splitlines() or [""])[-1]
     match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", last)
     return f" ({match[1][:200]})" if match else ""
 
 
 def _check_start(path: Path, suffix: str, name: str) -> None:
-    """A ValueError for a file of another kind, for one that reads others, and for coordinates that would be misread."""
+    """Raise a ValueError for a file of another kind, for one that reads others, and for coordinates that would be
+    misread."""
     with path.open("rb") as file:
         start = file.read(64)
     if start.startswith(HDF5) or suffix == ".med":
@@ -137,7 +138,7 @@ def _check_start(path: Path, suffix: str, name: str) -> None:
 
 
 def _check_beside(path: Path, other: str, name: str) -> None:
-    """A ValueError for a file outside the mesh's folder, and for an HDF5 file that leads there."""
+    """Raise a ValueError for a file outside the mesh's folder, and for an HDF5 file that leads there."""
     folder = path.resolve().parent
     place = (folder / other).resolve()
     if not place.is_relative_to(folder):
@@ -150,7 +151,8 @@ def _check_beside(path: Path, other: str, name: str) -> None:
 
 
 def _check_bulk(path: Path, name: str) -> None:
-    """A ValueError for Nastran's nodes in coordinate systems of their own, and for included files: none is read."""
+    """Raise a ValueError for Nastran's nodes in coordinate systems of their own, and for included files: none is
+    read."""
     for number, line in enumerate(path.read_bytes().splitlines(), 1):
         match = BULK_LINE.match(line)
         if match is None:
@@ -169,7 +171,7 @@ def _check_bulk(path: Path, name: str) -> None:
 
 
 def _check_systems(path: Path, name: str) -> None:
-    """A ValueError for a universal file whose nodes may lie in other coordinate systems than the global one.
+    """Raise a ValueError for a universal file whose nodes may lie in other coordinate systems than the global one.
 
     Dataset 2420: after two lines, for each system its number and type, its name, and its axes and origin on four lines.
     """

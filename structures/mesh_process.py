@@ -59,7 +59,7 @@ def main(path: str, seconds: str, memory: str) -> int:
 
 
 def limit(seconds: int, memory: int) -> None:
-    """Bounds the processor time, s, and the memory, B, of this process."""
+    """Bound the processor time, s, and the memory, B, of this process."""
     try:
         import resource
     except ImportError:  # Windows
@@ -80,7 +80,7 @@ def _gmsh_works() -> bool:
 
 
 def by_gmsh(path: str) -> dict[str, Any]:
-    """Points, cells and groups; where the file has no groups, the numbers of its bodies and faces."""
+    """Return the points, cells and groups; where the file has no groups, the numbers of its bodies and faces."""
     import gmsh
     import numpy as np
 
@@ -136,7 +136,7 @@ def by_gmsh(path: str) -> dict[str, Any]:
 
 
 def by_meshio(path: str, kind: str) -> dict[str, Any]:
-    """Points, cells, sets and fields of cells."""
+    """Return the points, cells, sets and fields of cells."""
     import meshio  # type: ignore[import-untyped]
     import numpy as np
 
@@ -170,7 +170,8 @@ def by_meshio(path: str, kind: str) -> dict[str, Any]:
 
 
 def _check_groups(data: bytes) -> None:
-    """A ValueError for a file of gmsh's version 4 with an entity of several groups: meshio takes the first of them.
+    """Raise a ValueError for a file of gmsh's version 4 with an entity of several groups: meshio takes the first of
+    them.
 
     $Entities counts points, curves, surfaces and volumes, and lists for each its number, its place or box, the number
     of its groups, and the groups.

@@ -37,7 +37,7 @@ class Tags(NamedTuple):
     left: Mapping[Tag, str] = MappingProxyType({})
 
     def of(self, name: str, tag: Tag) -> Numbers:
-        """The members of a tag; name: of the argument to which the tag was given."""
+        """Return the members of a tag; name: of the argument to which the tag was given."""
         members = self.groups[known(name, tag, self.groups, self.hint)]
         if not members.size:
             raise ValueError(f"{name} = {tag!r}: holds no whole facet of the boundary")
@@ -47,9 +47,8 @@ class Tags(NamedTuple):
 
 
 def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
-    """`tag`, or the only one that differs from it in case, which Abaqus and Windows do not tell apart; otherwise a
-    ValueError that lists the existing tags and the nearest one; name: of the argument.
-    """
+    """Return `tag`, or the only one that differs from it in case, which Abaqus and Windows do not tell apart; otherwise
+    a ValueError that lists the existing tags and the nearest one; name: of the argument."""
     if isinstance(tag, str | int) and tag in groups:
         return tag
     folded = [name for name in groups if isinstance(name, str) and name.casefold() == str(tag).casefold()]
@@ -62,7 +61,8 @@ def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
 
 
 def points_of(source: Any, flat: bool = False) -> Vector:
-    """Points, p × 3; a ValueError if they are not finite. Two coordinates suffice for a flat mesh, which has z = 0."""
+    """Return the points, p × 3; raise a ValueError if they are not finite. Two coordinates suffice for a flat mesh,
+    which has z = 0."""
     points = np.asarray(source.points, dtype=float)
     if flat and points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -75,7 +75,7 @@ def points_of(source: Any, flat: bool = False) -> Vector:
 
 
 def cells_of(source: Any, block: int) -> Numbers:
-    """The cells of a block, one row of points each; a ValueError where points do not exist."""
+    """Return the cells of a block, one row of points each; raise a ValueError where points do not exist."""
     cells = np.asarray(source.cells[block].data, dtype=np.int64)
     if cells.size and (cells.min() < 0 or cells.max() >= len(source.points)):
         raise ValueError(f"mesh: has a cell with point {cells.max()}, but only {len(source.points)} points")
@@ -83,7 +83,7 @@ def cells_of(source: Any, block: int) -> Numbers:
 
 
 def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[Vector, Numbers, Numbers]:
-    """Points and cells without unused points, corners first; and the new number of each point, or −1.
+    """Return the points and cells without unused points, corners first; and the new number of each point, or −1.
 
     alias: for each point the one that stands for it.
     """
@@ -98,7 +98,7 @@ def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[
 
 
 def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
-    """By name and by number: the members of the blocks, numbered consecutively through all blocks.
+    """Return the members of the blocks by name and by number; members are numbered through all blocks.
 
     field: the name of the data of cells that numbers them; None is the only such data of the file.
     """
@@ -128,7 +128,7 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
 
 
 def tag_fields(source: Any) -> list[str]:
-    """The names of the data that may number cells: one whole number for each. Integers come before other numbers."""
+    """Return names of the data that may number cells: one whole number for each. Integers come before other numbers."""
     kinds: dict[str, list[str]] = {"iu": [], "f": []}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]
@@ -145,7 +145,7 @@ def _are_whole(array: Any) -> bool:
 
 
 def hint_of(source: Any, field: str | None) -> str:
-    """What an error adds where several data number the cells, and none of them was chosen."""
+    """Return what an error adds where several data number the cells, and none of them was chosen."""
     fields = tag_fields(source)
     if field is not None or len(fields) < 2 or "gmsh:physical" in fields:
         return ""
@@ -153,7 +153,8 @@ def hint_of(source: Any, field: str | None) -> str:
 
 
 def _numbers(source: Any, blocks: list[int], field: str | None) -> Numbers:
-    """The number of each cell of the blocks in the field; in gmsh's physical groups, or in the only field there is."""
+    """Return the number of each cell of the blocks in the field; in gmsh's physical groups, or in the only field there
+    is."""
     fields = tag_fields(source)
     if field is not None and field not in fields:
         if fields:
@@ -176,7 +177,8 @@ def names(items: Collection[Tag]) -> str:
 
 
 def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, int], field: str | None) -> Tags:
-    """By tag: boundary facets that the file lists as cells, and those whose corners all belong to a set of points.
+    """Return by tag the boundary facets that the file lists as cells, and those whose corners all belong to a set of
+    points.
 
     mesh: scikit-fem's. number: the mesh's number of each of the file's points, or −1. kinds: meshio's types of facets,
     and their numbers of corners. field: as in `tagged`.
@@ -216,7 +218,7 @@ def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, i
 
 
 def _members(name: Tag, members: Any, count: int) -> Numbers:
-    """The members of a set, each less than the count; a ValueError for others."""
+    """Return the members of a set, each less than the count; raise a ValueError for others."""
     numbers = np.asarray(members)
     if numbers.size and (numbers.dtype.kind not in "iu" or numbers.min() < 0 or numbers.max() >= count):
         raise ValueError(f"mesh: the set {name!r} has a member that is none of {count} cells or points")

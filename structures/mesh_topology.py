@@ -23,7 +23,7 @@ MOST_PAIRS = 20
 
 
 def merged(points: Vector, used: Numbers, shortest: float, distance: float | None) -> Numbers:
-    """For each point the one that stands for it, after those used by cells were joined within a distance, m.
+    """Return for each point the point that stands for it, after those of cells were joined within a distance, m.
 
     shortest: the shortest edge, m.
     """
@@ -51,7 +51,7 @@ def merged(points: Vector, used: Numbers, shortest: float, distance: float | Non
 
 
 def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
-    """The cells without those that are listed again, and the new number of each cell."""
+    """Return the cells without those that are listed again, and the new number of each cell."""
     _, first, number = _equal(np.sort(cells[:, :corners], axis=1))
     counted = np.sort(first)
     if counted.size < len(cells):
@@ -91,7 +91,8 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
 
 
 def _equal(rows: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Rows in an order in which equal ones follow each other; the first of each kind; and the kind of each row."""
+    """Return the rows in an order in which equal ones follow each other; the first of each kind; and the kind of each
+    row."""
     order = np.lexsort(rows.T[::-1])
     new = np.concatenate([[True], (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
     kind = np.empty(len(rows), dtype=np.int64)
@@ -100,7 +101,7 @@ def _equal(rows: Numbers) -> tuple[Numbers, Numbers, Numbers]:
 
 
 def _sense(facets: Numbers) -> Numbers:
-    """Whether the corners of a facet, begun at the least one, go on to the larger of its neighbours."""
+    """Return whether the corners of a facet, begun at the least one, go on to the larger of its neighbours."""
     at = facets.argmin(axis=1)
     rows, width = np.arange(len(facets)), facets.shape[1]
     return np.asarray(facets[rows, (at + 1) % width] > facets[rows, at - 1] if width > 2 else at == 0)
@@ -115,7 +116,7 @@ def _pieces(size: int, left: Numbers, right: Numbers) -> tuple[int, Numbers]:
 def _check_parts(
     points: Vector, corners: Numbers, left: Numbers, right: Numbers, boundary: Numbers, shortest: float
 ) -> None:
-    """Whether all cells are joined by whole sides, and whether points of the boundary coincide."""
+    """Check that all cells are joined by whole sides, and that no points of the boundary coincide."""
     parts, part = _pieces(len(corners), left, right)
     distance = COINCIDENT * shortest
     close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < distance

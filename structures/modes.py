@@ -22,7 +22,7 @@ PROPORTIONAL = 1e-12
 
 
 def modes_of(structure: Structure) -> Structure | None:
-    """The structure in the coordinates of its modes: M = I, K = diag(ω²), C = diag(α + β ω²).
+    """Return the structure in the coordinates of its modes: M = I, K = diag(ω²), C = diag(α + β ω²).
 
     None where damping is not α M + β K, where a motion has no mass, or where there are too many degrees of freedom.
     """
@@ -53,7 +53,7 @@ def modes_of(structure: Structure) -> Structure | None:
 
 
 def _rates(structure: Structure) -> Vector | None:
-    """α (1/s) and β (s) of C = α M + β K; None where C is no such sum."""
+    """Return α (1/s) and β (s) of C = α M + β K; None where C is no such sum."""
     if structure.damping is None:
         return np.zeros(2)
     # Rows and columns are scaled, because rotations and displacements have different units.

@@ -43,7 +43,8 @@ STEPPERS: dict[str, Stepper] = {
 
 
 def _described(stepper: str | Stepper) -> Any:
-    """A stepper as plain data: a partial of one of STEPPERS with its constants, a function of the user's as it is."""
+    """Return a stepper as plain data: a partial of one of STEPPERS with its constants, a function of the user's as it
+    is."""
     names = {stepper: name for name, stepper in STEPPERS.items()}
     if isinstance(stepper, partial) and stepper.func in names and not stepper.args:
         return {"name": names[stepper.func], **stepper.keywords}
@@ -117,22 +118,22 @@ class MovingStructure:
 
     @property
     def conservative(self) -> bool:
-        """Whether the structure is undamped, so that it loses energy only through its stepper."""
+        """True if the structure is undamped, so that it loses energy only through its stepper."""
         return self.structure.damping is None
 
     @cached_property
     def modal(self) -> bool:
-        """Whether it moves as Oscillators do."""
+        """True if it moves as Oscillators do."""
         return self.stepper == "midpoint" and self.structure.is_modal
 
     @property
     def compact(self) -> bool:
-        """Whether the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
+        """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
         return self.stepper == "midpoint" and self.small
 
     @property
     def small(self) -> bool:
-        """The same by any stepper that is the implicit midpoint for all but slow oscillators."""
+        """The structure with a stepper that is the implicit midpoint for all but slow oscillators."""
         return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
     @cached_property
@@ -142,7 +143,7 @@ class MovingStructure:
         return modes_of(self.structure)
 
     def window(self, length: float) -> linear.Oscillators | linear.Coupled:
-        """A window of this length, s, as a piece of the compiled loop."""
+        """Return a window of this length, s, as a piece of the compiled loop."""
         step, structure, size = self.step(length), self.structure, self.structure.size
         if isinstance(step, Oscillators):
             return _of_oscillators(step, structure)
@@ -180,16 +181,16 @@ class MovingStructure:
         return f"MovingStructure({self.structure!r}, stepper={stepper!r})"
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickles and copies: without factorisations, which the next window makes anew, with the same bits."""
+        """Leave out factorisations, which the next window computes anew, with the same bits; for pickles and copies."""
         return {**vars(self), "_steps": {}, "_responses": {}}
 
     def describe(self) -> dict[str, Any]:
-        """How the structure was made, and the stepper if it is not the midpoint, as plain data."""
+        """Return how the structure was made, and the stepper if it is not the midpoint, as plain data."""
         chosen = {} if self.stepper == "midpoint" else {"stepper": _described(self.stepper)}
         return {**self.structure.origin, **chosen}
 
     def start(self) -> StructureState:
-        """At rest in static equilibrium."""
+        """Return the state at rest in static equilibrium."""
         return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
 
     def advance(self, state: StructureState, force: Any, window: float) -> tuple[StructureState, Any]:
@@ -221,7 +222,7 @@ class MovingStructure:
         return self.step(window).free(state) if self.structure.size else state
 
     def read(self, state: StructureState) -> Vector:
-        """Displacements bᵀu of the K contact points, m."""
+        """Return the displacements bᵀu of the K contact points, m."""
         places: Vector = self._vectors.T @ state.displacement
         return places
 
@@ -245,12 +246,12 @@ class MovingStructure:
         return self._responses[window]
 
     def energy(self, state: StructureState) -> float:
-        """Kinetic plus elastic energy relative to static equilibrium, J."""
+        """Return the kinetic plus elastic energy relative to static equilibrium, J."""
         return sum(energies(self.structure, state))
 
     def energies(self, state: StructureState, window: float, force: Any = 0.0) -> tuple[float, float]:
-        """Kinetic and elastic energy relative to static equilibrium, J, in the form that the stepper conserves for this
-        window.
+        """Return the kinetic and elastic energy relative to static equilibrium, J, in the form that the stepper
+        conserves for this window.
 
         Without damping the work of a constant `force` (N; p of them for p contacts) goes into their sum, if the stepper
         conserves energy at all. For central differences and Newmark's method with γ = ½ the sum differs from `energy`
@@ -267,8 +268,8 @@ class MovingStructure:
         return result
 
     def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
-        """Energy, J, that damping dissipated between two states a window apart: H v̄ᵀC v̄, v̄ the mean of the two
-        velocities.
+        """Return the energy, J, that damping dissipated between two states a window apart: H v̄ᵀC v̄, v̄ the mean of
+        the two velocities.
 
         Exact for the midpoint and for oscillators (see Oscillators.dissipated); second order in the window for other
         steppers.
@@ -290,7 +291,7 @@ class MovingStructure:
             check_definite("damping", structure.damping)
 
     def step(self, window: float) -> Step:
-        """The Step for this window; made once."""
+        """Return the Step for this window; made once."""
         if not isinstance(window, float) or window not in self._steps:
             window = within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
         if window not in self._steps:

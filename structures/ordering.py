@@ -28,7 +28,8 @@ SURFACE = 5.0
 
 
 def decomposition(matrix: sparse.sparray) -> tuple[SuperLU, Indices | None]:
-    """L U of a symmetric matrix, n × n, without pivoting; and the order of its rows and columns, None for their own.
+    """Return L U of a symmetric matrix, n × n, without pivoting; and the order of its rows and columns, None for their
+    own.
 
     Raises RuntimeError if a pivot is zero.
     """
@@ -40,7 +41,7 @@ def decomposition(matrix: sparse.sparray) -> tuple[SuperLU, Indices | None]:
 
 
 def elimination_order(matrix: sparse.sparray) -> Indices | None:
-    """The order that leaves few entries in the factors of a symmetric matrix, n places; None: minimum degree does.
+    """Return order that leaves few entries in the factors of a symmetric matrix, n places; None: minimum degree does.
 
     Nested dissection: a cut through the graph of the matrix is eliminated last, after the two sides that it separates;
     each side is ordered alike. Minimum degree, SuperLU's own, is as good in a plane mesh. By it solids of 25 000 to
@@ -62,7 +63,7 @@ def elimination_order(matrix: sparse.sparray) -> Indices | None:
 
 
 def _dissection(graph: sparse.csr_array, unknowns: Indices) -> Indices:
-    """The order of the unknowns, n places; unknowns: the node of each in the graph."""
+    """Return the order of the unknowns, n places; unknowns: the node of each in the graph."""
     sizes = np.bincount(unknowns)
     ordered = np.concatenate(_dissected(graph, sizes, np.arange(sizes.size)))
     place = np.empty_like(ordered)
@@ -71,7 +72,7 @@ def _dissection(graph: sparse.csr_array, unknowns: Indices) -> Indices:
 
 
 def _nodes(matrix: sparse.sparray) -> tuple[sparse.csr_array, Indices]:
-    """The graph of the nodes, whose unknowns have the same neighbours; and the node of each unknown, n numbers."""
+    """Return graph of the nodes, whose unknowns have the same neighbours; and the node of each unknown, n numbers."""
     rows = sparse.csr_array(matrix)
     pattern = sparse.csr_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
     # Two rows with the same places have the same sum of numbers drawn for these places; whole numbers, so it is exact.
@@ -84,7 +85,7 @@ def _nodes(matrix: sparse.sparray) -> tuple[sparse.csr_array, Indices]:
 
 
 def _dissected(graph: sparse.csr_array, sizes: Indices, nodes: Indices) -> list[Indices]:
-    """The nodes of a part of the graph in groups, in the order of their elimination."""
+    """Return the nodes of a part of the graph in groups, in the order of their elimination."""
     if sizes[nodes].sum() <= PART:
         return [nodes[_minimum_degree(_among(graph, nodes))]]
     here = _among(graph, nodes)
@@ -100,18 +101,18 @@ def _dissected(graph: sparse.csr_array, sizes: Indices, nodes: Indices) -> list[
 
 
 def _among(graph: sparse.csr_array, nodes: Indices) -> sparse.csr_array:
-    """The edges between some of the nodes."""
+    """Return the edges between some of the nodes."""
     return _with_short_indices(graph[nodes][:, nodes])
 
 
 def _with_short_indices(matrix: Any) -> sparse.csr_array:
-    """csgraph of scipy 1.12 takes no others."""
+    """Return the matrix with 32-bit indices: csgraph of scipy 1.12 takes no others."""
     short = (matrix.data, matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32))
     return sparse.csr_array(short, matrix.shape)
 
 
 def _cut(graph: sparse.csr_array, sizes: Indices) -> Indices | None:
-    """The side of each node of a connected graph, −1 or 1, and 0 on the cut between them; None where there is none.
+    """Return side of each node of a connected graph, −1 or 1, and 0 on the cut between them; None where there is none.
 
     Nodes are sorted by their distance from a rim, or by how much nearer they are to it than to the other rim, and
     divided at several places. The division that the fewest unknowns cover is the cut.
@@ -133,7 +134,7 @@ def _cut(graph: sparse.csr_array, sizes: Indices) -> Indices | None:
 
 
 def _from_rim(graph: sparse.csr_array) -> NDArray[np.float64]:
-    """The distance of each node of a connected graph from one at its rim, in edges."""
+    """Return the distance of each node of a connected graph from one at its rim, in edges."""
     rim = 0
     for _ in range(2):
         rim = int(breadth_first_order(graph, rim, directed=False, return_predecessors=False)[-1])
@@ -146,7 +147,7 @@ def _distances(graph: sparse.csr_array, node: int) -> NDArray[np.float64]:
 
 
 def _cover(graph: sparse.csr_array, before: NDArray[np.bool_]) -> Indices:
-    """The fewest nodes that touch every edge from a node `before` to one that is not (König's theorem)."""
+    """Return the fewest nodes that touch every edge from a node `before` to one that is not (König's theorem)."""
     left, right = np.flatnonzero(before), np.flatnonzero(~before)
     edges = _with_short_indices(graph[left][:, right])
     partner = maximum_bipartite_matching(edges, perm_type="column")
@@ -166,6 +167,6 @@ def _cover(graph: sparse.csr_array, before: NDArray[np.bool_]) -> Indices:
 
 
 def _minimum_degree(graph: sparse.csr_array) -> Indices:
-    """The nodes in SuperLU's order by minimum degree; it gives it with factors only, here those of a Laplacian."""
+    """Return nodes in SuperLU's order by minimum degree; it gives it with factors only, here those of a Laplacian."""
     laplacian = sparse.diags_array(1.0 + graph.sum(axis=1)) - graph
     return np.argsort(splu(sparse.csc_array(laplacian), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True}).perm_c)

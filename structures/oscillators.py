@@ -39,13 +39,13 @@ class Oscillators:
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
 
     def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Kinetic and elastic energy, J."""
+        """Return the kinetic and elastic energy, J."""
         u, v, _ = state
         return 0.5 * float(v @ v), 0.5 * float(u @ (self.square * u))
 
     def dissipated(self, before: StructureState, after: StructureState) -> float:
-        """Energy, J, that damping dissipated between two states a window apart, under forces that were constant in the
-        window.
+        """Return the energy, J, that damping dissipated between two states a window apart, under forces that were
+        constant in the window.
 
         For slow oscillators it is the work of their force minus their gain of energy, for fast ones H c v̄²; exact to
         the rounding of the energy.
@@ -91,7 +91,8 @@ def propagators(square: Vector, rate: Vector, window: float, exact: bool = True)
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
-    """Closed-form motion of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping rate.
+    """Return the closed-form motion of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping
+    rate.
 
     Returns the displacement after a constant unit force in units of H², its velocity in units of H, and the remaining
     fraction of an initial velocity. A matrix exponential of each oscillator is slower, and its threads block each

@@ -47,14 +47,14 @@ def check_size(cells: float) -> None:
 
 
 def about_patch(beyond: Vector, patch: float, cells: int) -> Vector:
-    """Size of cells, m, at a distance beyond the patch's edge (negative inside), m."""
+    """Return the size of cells, m, at a distance beyond the patch's edge (negative inside), m."""
     on_patch = patch / cells + CELL_GROWTH / cells * np.maximum(beyond, 0.0)
     at_edge = patch / cells / PATCH_EDGE_REFINEMENT + EDGE_GROWTH / cells * np.abs(beyond)
     return np.minimum(on_patch, at_edge)
 
 
 def about_corner(beyond: Vector, radius: float, cells: int) -> Vector:
-    """Size of cells, m, at a distance from the rim, an interface or the base, m."""
+    """Return the size of cells, m, at a distance from the rim, an interface or the base, m."""
     return radius / cells / CORNER_REFINEMENT + EDGE_GROWTH / cells * np.abs(beyond)
 
 

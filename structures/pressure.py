@@ -17,7 +17,7 @@ AIR = 1.4
 
 
 def stress_stiffness(basis: Any, radii: tuple[float, float], centre: float, pressure: float) -> sparse.csr_array:
-    """Stiffness of the stress in the wall of a pressurised sphere, n × n: ∫ σ_ij u_k,i v_k,j dV.
+    """Return the stiffness of the stress in the wall of a pressurised sphere, n × n: ∫ σ_ij u_k,i v_k,j dV.
 
     σ is Lamé's exact stress in a thick sphere (Timoshenko, Goodier, Theory of Elasticity, 3rd ed., section 136).
 
@@ -37,7 +37,7 @@ def stress_stiffness(basis: Any, radii: tuple[float, float], centre: float, pres
 
 
 def following_stiffness(faces: Any, pressure: float) -> sparse.csr_array:
-    """Stiffness of a constant pressure that stays normal to the surface it acts on, n × n.
+    """Return the stiffness of a constant pressure that stays normal to the surface it acts on, n × n.
 
     The pressure does the work p V on the volume V inside. With the meridian's arc length s, V = π ∫ r² z′ ds, so that
     the terms of second order in the displacement u are π ∫ (u_r² z′ + 2 r u_r u_z′) ds. The stiffness is −p times their
@@ -49,7 +49,7 @@ def following_stiffness(faces: Any, pressure: float) -> sparse.csr_array:
 
 
 def with_gas(stiffness: Any, opening: Any, modulus: float, volume: float) -> sparse.csr_array:
-    """The stiffness of a body that is filled with a gas of one pressure: n + m degrees of freedom, n of the body's.
+    """Return stiffness of a body that is filled with a gas of one pressure: n + m degrees of freedom, n of the body's.
 
     The gas adds ½ (modulus/volume) (Σ opening u)² to the energy, a matrix that is full on the inner surface. The m
     massless degrees of freedom are the volumes that the first 1, 2, … m rings open. m equal springs tie each to the
@@ -69,7 +69,8 @@ def with_gas(stiffness: Any, opening: Any, modulus: float, volume: float) -> spa
 
 
 def ring_openings(faces: Any, rings: Any, order: Any) -> sparse.csr_array:
-    """Derivatives of the volume inside with respect to the displacements, m²: a row for each ring of the surface.
+    """Return the derivatives of the volume inside with respect to the displacements, m²: a row for each ring of the
+    surface.
 
     faces: a facet basis of the displacement on the inner surface. rings: one of a constant in each cell. order: the
     numbers of the cells, along the meridian.

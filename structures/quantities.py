@@ -29,7 +29,7 @@ PLAIN = str.maketrans({"²": "^2", "³": "^3"})
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a number is. Use it in an annotation: `Annotated[float, Quantity("N/m", "a stiffness", "200 N/m")]`.
+    """The meaning of a number. Use it in an annotation: `Annotated[float, Quantity("N/m", "a stiffness", "200 N/m")]`.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class Quantity:
         return max(self.low, self.likely[0], SMALLEST), min(self.high, self.likely[1], LARGEST)
 
     def check(self, name: str, value: float) -> float:
-        """`value` as a float; a ValueError that names the argument where it is not valid."""
+        """Return `value` as a float; raise a ValueError that names the argument where it is not valid."""
         if self.unit == "rad" and isfinite(self.low):
             return turn(name, value)
         if self.low == -inf:
@@ -142,7 +142,7 @@ class OneOf:
         object.__setattr__(self, "others", others)
 
     def check(self, name: str, value: str) -> str:
-        """`value`; a ValueError that lists the words where it is none of them."""
+        """Return `value`; raise a ValueError that lists the words where it is none of them."""
         if self.others and not isinstance(value, str):
             words = ", ".join(map(repr, self.words))
             raise ValueError(f"{name} = {value!r}: must be one of {words}{self.others}")
@@ -177,20 +177,20 @@ class Count:
 
 @dataclass(frozen=True)
 class InFile:
-    """What stands in a file, whose name a case gives."""
+    """An argument that stands in a file, whose name a case gives."""
 
     what: str
     example: str
 
     @property
     def text(self) -> str:
-        """What a message about a missing entry asks for."""
+        """The words with which a message asks for a missing entry."""
         return f'the file of {self.what}, such as "{self.example}"'
 
 
 @dataclass(frozen=True)
 class Asks:
-    """What a message about a missing entry of a case asks for."""
+    """The words with which a message asks for a missing entry of a case."""
 
     text: str
 

@@ -172,7 +172,7 @@ def reduce(
 
 
 def expansion_point(pulse: float) -> float:
-    """The expansion point for a pulse of this length, 1/s."""
+    """Return the expansion point for a pulse of this length, 1/s."""
     return EXPANSION_POINT * (DEFAULT_PULSE / min(pulse, LONGEST_PULSE))
 
 
@@ -189,7 +189,7 @@ class Modes(NamedTuple):
 
 
 def _made_of(modes: Modes, full: Structure, report: dict[str, Any], until: float, field: Field | None) -> Structure:
-    """The reduced structure: oscillators, followed by their Maxwell arms."""
+    """Return the reduced structure: oscillators, followed by their Maxwell arms."""
     roots = [_root(stretch) for _, stretch in modes.arms]
     size = modes.square.size + sum(root.shape[0] for root in roots)
     reduced = Structure(
@@ -240,14 +240,13 @@ class _Body:
         self.damping = None if damping is None else self._part(lambda x: damping @ x)
 
     def elastic(self, x: Vector) -> Vector:
-        """K x."""
+        """Return K x."""
         force: Vector = self.stiffness @ x - self.coupling.T @ (self.coupling @ x)
         return force
 
     def _part(self, apply: Apply) -> _Part:
-        """The matrix, compared with M and K by their products with random vectors, in units that suit Hermite
-        elements.
-        """
+        """Return the matrix, compared with M and K by their products with random vectors, in units that suit Hermite
+        elements."""
         scale = 1.0 / np.sqrt(self.stiffness.diagonal() + self.point**2 * self.mass.diagonal())[:, None]
         probe = scale * np.random.default_rng(0).normal(size=(scale.size, RANDOM_PROBES))
         units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
@@ -263,7 +262,7 @@ def _stretching(root: sparse.csr_array) -> Apply:
 
 
 def _without_arms(solve: Solve, body: NDArray[np.intp], size: int) -> Solve:
-    """A solver for the degrees of freedom with mass, with no force on the arms."""
+    """Return a solver for the degrees of freedom with mass, with no force on the arms."""
 
     def solve_body(right: Vector) -> Vector:
         padded = np.zeros(size)
@@ -292,7 +291,7 @@ class _Krylov:
 
     @property
     def exhausted(self) -> bool:
-        """Whether the basis contains every motion that the contacts can excite."""
+        """True if the basis contains every motion that the contacts can excite."""
         return not (self.pending or self.postponed) or self.size == self.body.contact.shape[0]
 
     def grow(self, count: int) -> bool:
@@ -330,7 +329,7 @@ class _Krylov:
         self.postponed += [arm.apply(self.basis[k]) for _, arm in self.body.arms if arm.rates is None]
 
     def oscillators(self) -> Modes:
-        """ω², b, C and the arms in the eigenvectors of K within the basis."""
+        """Return ω², b, C and the arms in the eigenvectors of K within the basis."""
         basis = self.basis[: self.size]
         square, vectors = eigh(self.stiffness[: self.size, : self.size])
         contact = vectors.T @ (basis @ self.body.contact)
@@ -351,7 +350,7 @@ class _Krylov:
         return Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)
 
     def shapes(self, modes: Modes) -> Vector:
-        """The motion of the body in each oscillator, degrees of freedom × oscillators."""
+        """Return the motion of the body in each oscillator, degrees of freedom × oscillators."""
         return np.asarray(self.basis[: self.size].T @ modes.vectors)
 
 
@@ -360,23 +359,22 @@ def _matrix(values: Vector) -> sparse.csr_array:
 
 
 def _root(stretch: Vector) -> sparse.csr_array:
-    """R with RᵀR = stretch, one row for each direction with stiffness."""
+    """Return R with RᵀR = stretch, one row for each direction with stiffness."""
     values, vectors = (stretch, np.eye(stretch.size)) if stretch.ndim == 1 else eigh(stretch)
     positive = values > LEAST_ARM_STIFFNESS * values.max()
     return sparse.csr_array(np.sqrt(values[positive])[:, None] * vectors[:, positive].T)
 
 
 def change(previous: Vector, answer: Vector) -> float:
-    """The largest change of the responses, p × p × frequencies, each in units of the direct responses of its two
-    contacts.
-    """
+    """Return the largest change of the responses, p × p × frequencies, each in units of the direct responses of its two
+    contacts."""
     sizes = [np.linalg.norm(answer[i, i]) for i in range(len(answer))]
     pairs = [(i, j) for i in range(len(answer)) for j in range(i + 1)]
     return max(float(np.linalg.norm(answer[i, j] - previous[i, j]) / np.sqrt(sizes[i] * sizes[j])) for i, j in pairs)
 
 
 def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
-    """The estimated error for a force pulse of a length, s, from `origin["reduction"]` of a reduced structure.
+    """Return the estimated error for a force pulse of a length, s, from `origin["reduction"]` of a reduced structure.
 
     Between the pulses of the estimates the error is interpolated as a power of the length; beyond them the nearest
     counts.
@@ -392,13 +390,13 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
 
 
 def _estimate(before: Modes, modes: Modes, until: float, length: float) -> float:
-    """The change of the displacement after a pulse of a length, s, from a smaller to a larger number of vectors."""
+    """Return change of the displacement after a pulse of a length, s, from a smaller to a larger number of vectors."""
     return change(*(pulse_answer(basis, until, length) for basis in (before, modes)))
 
 
 def pulse_answer(modes: Modes, until: float, length: float) -> Vector:
-    """Laplace transform, at σ + iω, of the displacements of the contacts after a raised-cosine pulse of a length, s, on
-    each.
+    """Return the laplace transform, at σ + iω, of the displacements of the contacts after a raised-cosine pulse of a
+    length, s, on each.
 
     By Parseval's theorem its norm is that of e^(−σt) w(t) over time.
     """
@@ -410,7 +408,7 @@ def pulse_answer(modes: Modes, until: float, length: float) -> Vector:
 
 
 def _receptance(modes: Modes, s: Any) -> Any:
-    """Displacement of each contact for a unit force on each, p × p × the complex frequencies s, m/N."""
+    """Return the displacement of each contact for a unit force on each, p × p × the complex frequencies s, m/N."""
     terms = [] if modes.damping is None else [(s, modes.damping)]
     terms += [(s * time / (1.0 + s * time), stretch) for time, stretch in modes.arms]
     columns = modes.contact.T

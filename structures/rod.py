@@ -200,7 +200,7 @@ def rod_parts(
 
 
 def _cut(cracks: Sequence[int], layers: int) -> list[int]:
-    """The layers that are not bonded to the next one, in order."""
+    """Return the layers that are not bonded to the next one, in order."""
     if not isinstance(cracks, Sequence) or isinstance(cracks, str):
         raise ValueError(f"cracks = {cracks!r}: must be a list of layers, such as [0] for one behind the first layer")
     cut = sorted(whole(f"cracks[{i}]", crack, 0) for i, crack in enumerate(cracks))
@@ -212,7 +212,8 @@ def _cut(cracks: Sequence[int], layers: int) -> list[int]:
 
 
 def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any) -> sparse.csr_array:
-    """The matrix of a rod that is cut at nodes: the part behind each has a node of its own there, after all others."""
+    """Return the matrix of a rod that is cut at nodes: the part behind each has a node of its own there, after all
+    others."""
     whole_matrix = sparse.csr_array(form.assemble(basis, coefficient=coefficient * (part == 0)[:, None]))
     if not len(faces):
         return whole_matrix
@@ -228,7 +229,7 @@ def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any)
 
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:
-    """The number of elements in each layer, their basis, and the index of the layer of each element."""
+    """Return the number of elements in each layer, their basis, and the index of the layer of each element."""
     counts = [_count(layer) if elements is None else elements for layer in layers]
     if sum(counts) > MOST_ELEMENTS:
         raise ValueError(

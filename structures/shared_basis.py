@@ -47,7 +47,7 @@ class SharedBasis(NamedTuple):
     point: float
 
     def contact(self, vectors: Vector) -> Vector:
-        """The contact vectors of the oscillators, m × p, from those of the body, n × p."""
+        """Return the contact vectors of the oscillators, m × p, from those of the body, n × p."""
         return np.asarray(self.shapes.T @ vectors[self.rows])
 
 
@@ -63,8 +63,8 @@ def shared_basis(
     largest: int,
     speeds: tuple[float, ...] = (1.0,),
 ) -> SharedBasis:
-    """A basis for forces on the loads (n × q) and all between them: block Lanczos, with the directions dropped that
-    hardly differ.
+    """Return a basis for forces on the loads (n × q) and all between them: block Lanczos, with the directions dropped
+    that hardly differ.
 
     checks: n × p, vectors at whose direct responses and responses to each other the error is estimated, by its change
     over the last ten blocks or more, until it is below the tolerance for the first of the pulses, s. speeds: the
@@ -91,7 +91,8 @@ def shared_basis(
 
 @one_thread
 def compressed(basis: SharedBasis, contact: Vector, size: int) -> Modes:
-    """At most `size` oscillators with the response of a basis (contact vectors m × p): block Lanczos in its space.
+    """Return at most `size` oscillators with the response of a basis (contact vectors m × p), by block Lanczos in its
+    space.
 
     The number of vectors, not a tolerance, ends it, so the result is a smooth function of the contact vectors.
     """
@@ -100,9 +101,8 @@ def compressed(basis: SharedBasis, contact: Vector, size: int) -> Modes:
 
 @one_thread
 def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: float) -> tuple[int, SharedBasis]:
-    """How many oscillators each of the places (contact vectors m × p) needs, so that its direct response differs by
-    less than the tolerance from that of the whole basis; and the basis with the error that they add.
-    """
+    """Return how many oscillators each of the places (contact vectors m × p) needs, so that its direct response differs
+    by less than the tolerance from that of the whole basis; and the basis with the error that they add."""
     most, size, pulse = basis.square.size, COMPRESSION_STEP, basis.errors[0][0]
     for contact in contacts.T[:, :, None]:
         vectors = _vectors(basis, contact, most)
@@ -122,7 +122,7 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
 
 
 def _vectors(shared: SharedBasis, contact: Vector, size: int) -> Vector:
-    """Orthonormal Krylov vectors of oscillators, started at the contacts, in rows."""
+    """Return the orthonormal Krylov vectors of oscillators, started at the contacts, in rows."""
     square = shared.square
     count, weight = min(size, square.size), 1.0 / (square + shared.point**2)
     basis, pending, done = np.empty((count, square.size)), list(contact.T), 0
@@ -146,7 +146,7 @@ def _projected(basis: Vector, square: Vector, contact: Vector) -> Modes:
 
 
 def _answers(modes: Modes, until: float, pulse: float, speeds: tuple[float, ...]) -> list[Vector]:
-    """The responses for each speed of waves."""
+    """Return the responses for each speed of waves."""
     return [pulse_answer(modes, speed * until, speed * pulse) for speed in speeds]
 
 
@@ -172,7 +172,7 @@ class _Block:
         self.block = np.empty((0, n))
 
     def start(self, loads: Vector) -> None:
-        """The first block, from the loads; the response of each counts equally."""
+        """Begin with the first block, from the loads; the response of each counts equally."""
         vectors = self.solve(loads).T
         vectors /= np.sqrt(np.einsum("ij,ij->i", vectors, (self.mass @ vectors.T).T))[:, None]
         self._take(vectors, FIRST_SHARE)
@@ -206,7 +206,7 @@ class _Block:
         self.local, self.size, self.block = new.start - len(self.block), new.stop, self.weighted[new]
 
     def modes(self, checks: Vector) -> Modes:
-        """The oscillators, and the vectors of the checks in them."""
+        """Return the oscillators, and the vectors of the checks in them."""
         done, new = slice(0, self.size), slice(self.projected, self.size)
         block = self.basis[done] @ (self.elastic @ self.basis[new].T)
         self.stiffness[done, new], self.stiffness[new, done] = block, block.T

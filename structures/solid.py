@@ -171,7 +171,7 @@ def solid(
 
 
 def _kept(basis: Any, fixed: Tag | None, facets: Numbers | None, patch: "_Patch") -> Numbers:
-    """The degrees of freedom that move."""
+    """Return the degrees of freedom that move."""
     if facets is None:
         return np.arange(basis.N)
     held = basis.get_dofs(facets).all()
@@ -181,8 +181,8 @@ def _kept(basis: Any, fixed: Tag | None, facets: Numbers | None, patch: "_Patch"
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Weighted mean displacement, m/N, of a half-space under the pressure 2 (1 − r²/a²)/π a² (a = radius, m), with the
-    same weights.
+    """Return the weighted mean displacement, m/N, of a half-space under the pressure 2 (1 − r²/a²)/π a² (a = radius,
+    m), with the same weights.
 
     2048 (1 − ν²)/(315 π² E a): the integral ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the Hankel transform of the
     pressure p̂ = 8 J₂(ka)/(ka)² (Johnson, Contact Mechanics, section 3.7, for the method).
@@ -252,13 +252,13 @@ class _Patch:
 
 
 def _curved(curvature: float) -> str:
-    """A curvature with its radius."""
+    """Return a curvature with its radius."""
     radius = f"radius {readable(1.0 / curvature, 'm')}" if curvature else "flat"
     return f"{curvature:.3g} 1/m ({radius})"
 
 
 def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
-    """The nearest point of each facet, f × 3, and its distance, m; corners f × 3 × 3 or f × 4 × 3, in any order."""
+    """Return nearest point of each facet, f × 3, and its distance, m; corners f × 3 × 3 or f × 4 × 3, in any order."""
     nearest, distance = corners[:, 0].copy(), np.full(len(corners), np.inf)
 
     def offer(places: Vector, allowed: Any) -> None:
@@ -279,7 +279,7 @@ def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
 
 
 def _normals(body: BodyMesh, facets: Numbers) -> Vector:
-    """Outward unit normals, f × 3."""
+    """Return the outward unit normals, f × 3."""
     normals = np.asarray(FacetBasis(body.mesh, body.element(), facets=facets, intorder=2).normals).mean(axis=2).T
     return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 

@@ -207,7 +207,7 @@ class _Wall:
         return patch
 
     def _longest_cell(self) -> float:
-        """Length, m, of a cell of which `cells` lie in the shortest wave: shear, flexural, or the wall's own."""
+        """Return length, m, of a cell of which `cells` lie in the shortest wave: shear, flexural, or the wall's own."""
         m = self.material
         flexural = 2.0 * pi * _plate_speed(m, self.thickness) / sqrt(2.0 * pi * self.frequency)
         decay_length = 2.0 * pi * sqrt(self.radius * self.thickness) / (12.0 * (1.0 - m.poisson_ratio**2)) ** 0.25
@@ -215,7 +215,7 @@ class _Wall:
         return float(min(waves, WIDEST_CELL * self.radius))
 
     def _nodes_along(self) -> Vector:
-        """Nodes along the outer meridian from the struck pole, m, finest at the edges of patches."""
+        """Return the nodes along the outer meridian from the struck pole, m, finest at the edges of patches."""
         longest, end = self._longest_cell(), pi * self.radius
 
         def size(s: Vector) -> Vector:
@@ -237,7 +237,7 @@ class _Wall:
         return np.concatenate([*(part[:-1] for part in parts), [end]])
 
     def _nodes_deep(self) -> Vector:
-        """Nodes through the wall, m below the outer surface; at least two cells."""
+        """Return the nodes through the wall, m below the outer surface; at least two cells."""
         longest = min(shear_speed(self.material) / self.frequency / self.cells, 0.5 * self.thickness)
 
         def size(depth: Vector) -> Vector:
@@ -246,20 +246,20 @@ class _Wall:
         return graded(0.0, self.thickness, size)
 
     def matrices(self) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Mass and stiffness without stress, n × n."""
+        """Return the mass and stiffness without stress, n × n."""
         return body_matrices(self.basis, [self.material], self.owner)
 
     def _on(self, facets: Any) -> Any:
         return FacetBasis(self.mesh, self.element, self.mapping, facets=facets, intorder=INTEGRATION_ORDER)
 
     def contact(self) -> Vector:
-        """The contact vectors, n × 1 or n × 2."""
+        """Return the contact vectors, n × 1 or n × 2."""
         patches = [self.struck, self.far] if self.base == "contact" else [self.struck]
         columns: Vector = np.column_stack([self._pole(facets) for facets in patches])
         return columns
 
     def _pole(self, facets: Any) -> Vector:
-        """A unit force along the axis, into the ball, spread over the facets of a patch."""
+        """Return a unit force along the axis, into the ball, spread over the facets of a patch."""
         vector = patch_vector(self._on(facets))
         # Pressure on a patch that is not flat: what it carries along the axis is a little less than one.
         along = np.zeros(self.basis.N)
@@ -267,18 +267,18 @@ class _Wall:
         return np.asarray(vector / abs(vector @ along))
 
     def stress(self, pressure: float) -> sparse.csr_array:
-        """Stiffness of the stress that the pressure causes, and of the pressure, which follows the wall."""
+        """Return the stiffness of the stress that the pressure causes, and of the pressure, which follows the wall."""
         radii = (self.radius - self.thickness, self.radius)
         inside = stress_stiffness(self.basis, radii, self.radius, pressure)
         return sparse.csr_array(inside + following_stiffness(self._on(self.inner), pressure))
 
     @property
     def volume(self) -> float:
-        """Of the gas, m³."""
+        """The volume of the gas, m³."""
         return float(4.0 / 3.0 * pi * (self.radius - self.thickness) ** 3)
 
     def openings(self) -> sparse.csr_array:
-        """The volume that each ring of the inner surface opens, m², rings × n."""
+        """Return the volume that each ring of the inner surface opens, m², rings × n."""
         faces = self._on(self.inner)
         rings = FacetBasis(self.mesh, ElementQuad0(), self.mapping, facets=self.inner, intorder=INTEGRATION_ORDER)
         return ring_openings(faces, rings, self.mesh.f2t[0, self.inner])
@@ -317,6 +317,6 @@ class _Wall:
 
 
 def _plate_speed(material: Material, thickness: float) -> float:
-    """(D/m)^¼, m/√s: flexural waves of a flat wall have the wavelength 2π (D/m)^¼/√ω."""
+    """Return (D/m)^¼, m/√s: flexural waves of a flat wall have the wavelength 2π (D/m)^¼/√ω."""
     bending = material.youngs_modulus * thickness**2 / (12.0 * (1.0 - material.poisson_ratio**2))
     return float((bending / material.density) ** 0.25)

@@ -28,14 +28,14 @@ BY_CORNERS = {4: TETRAHEDRON, 5: PYRAMID, 6: WEDGE, 8: HEXAHEDRON}
 
 
 def triangles(quadrilaterals: Numbers) -> tuple[Numbers, Numbers]:
-    """The two triangles of each quadrilateral."""
+    """Return the two triangles of each quadrilateral."""
     even = (quadrilaterals.argmin(axis=1) % 2 == 0)[:, None]
     first = np.where(even, quadrilaterals[:, [0, 1, 2]], quadrilaterals[:, [0, 1, 3]])
     return first, np.where(even, quadrilaterals[:, [0, 2, 3]], quadrilaterals[:, [1, 2, 3]])
 
 
 def tetrahedra(cells: Numbers) -> tuple[Numbers, Numbers]:
-    """The tetrahedra of cells with 4, 5, 6 or 8 corners, and the cell of each."""
+    """Return the tetrahedra of cells with 4, 5, 6 or 8 corners, and the cell of each."""
     least, parts, owner = cells.argmin(axis=1), [], []
     for corner in range(cells.shape[1]):
         rows = np.flatnonzero(least == corner)
@@ -50,7 +50,7 @@ def tetrahedra(cells: Numbers) -> tuple[Numbers, Numbers]:
 
 
 def edge_lengths(points: Vector, corners: Numbers) -> Vector:
-    """Lengths of the edges of cells with 4, 5, 6 or 8 corners, m."""
+    """Return the lengths of the edges of cells with 4, 5, 6 or 8 corners, m."""
     pairs = {tuple(sorted((side[i - 1], side[i]))) for side in BY_CORNERS[corners.shape[1]] for i in range(len(side))}
     first_ends, last_ends = np.array(sorted(pairs)).T
     return np.asarray(np.linalg.norm(points[corners[:, first_ends]] - points[corners[:, last_ends]], axis=2))

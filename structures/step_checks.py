@@ -10,7 +10,7 @@ from structures.structure import Structure
 
 
 def check_step(step: Any, structure: Structure, made_by: Any) -> Step:
-    """`step`, or a ValueError where it lacks a member, or where one of them returns what it must not."""
+    """Return `step`, or raise a ValueError where it lacks a member, or where one of them returns what it must not."""
     missing = [name for name in ("free", "response") if not hasattr(step, name)]
     if missing:
         lacks = f", which has no {' and no '.join(missing)}" if len(missing) == 1 else ""
@@ -36,7 +36,7 @@ def check_step(step: Any, structure: Structure, made_by: Any) -> Step:
 
 
 def _pushed(name: str, response: Any, structure: Structure) -> StructureState:
-    """The state after 1 N on the first contact; a ValueError where the response is not n × K numbers twice."""
+    """Return state after 1 N on the first contact; raise a ValueError where the response is not n × K numbers twice."""
     if not isinstance(response, tuple) or len(response) not in (2, 3):
         raise ValueError(f"{name} {_in_words(response)}: must be a StructureState(displacement, velocity)")
     shapes = [(structure.size, structure.contacts)] + [(structure.size,)] * (structure.contacts == 1)
@@ -58,7 +58,7 @@ def _answer(name: str, method: Any, *arguments: Any) -> Any:
 
 
 def _check_numbers(name: str, values: Any, *shapes: tuple[int, ...]) -> None:
-    """A ValueError unless the values are finite real numbers in an array of one of the shapes."""
+    """Raise a ValueError unless the values are finite real numbers in an array of one of the shapes."""
     try:
         array = np.asarray(values)
     except ValueError:  # lists of different lengths
@@ -70,7 +70,7 @@ def _check_numbers(name: str, values: Any, *shapes: tuple[int, ...]) -> None:
 
 
 def _in_words(value: Any) -> str:
-    """The value; of an array its shape and type."""
+    """Return the value; of an array its shape and type."""
     if isinstance(value, np.ndarray) and value.ndim:
         return f"holds {' × '.join(map(str, value.shape))} numbers ({value.dtype})"
     return f"= {short(value)}"

@@ -106,7 +106,7 @@ class Step(Protocol):
 
 
 def energies(structure: Structure, state: StructureState) -> tuple[float, float]:
-    """Kinetic and elastic energy ½ vᵀM v and ½ uᵀK u above static equilibrium, J."""
+    """Return the kinetic and elastic energy ½ vᵀM v and ½ uᵀK u above static equilibrium, J."""
     u, v, _ = state
     return 0.5 * float(v @ (structure.mass @ v)), 0.5 * float(u @ (structure.stiffness @ u))
 
@@ -203,7 +203,7 @@ class Newmark:
         return self._end(state, np.zeros(self.structure.size))
 
     def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Kinetic and elastic energy, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² rᵀM⁻¹r, r = load − K u.
+        """Return kinetic and elastic energy, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² rᵀM⁻¹r, r = load − K u.
 
         (Krenk, Comput. Methods Appl. Mech. Eng. 195 (2006) 6110.)
         """
@@ -352,9 +352,8 @@ class CentralDifference:
         return self._end(state, np.zeros(self.structure.size))
 
     def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Kinetic and elastic energy, J, the latter ½ uᵀK u − h²/8 rᵀM⁻¹r, r = load − K u: their sum plus the work is
-        conserved without damping.
-        """
+        """Return the kinetic and elastic energy, J, the latter ½ uᵀK u − h²/8 rᵀM⁻¹r, r = load − K u: their sum plus
+        the work is conserved without damping."""
         u, v, _ = state
         pull = self.structure.stiffness @ u
         lacking = self.step**2 / 8.0 * float((load - pull) @ ((load - pull) / self.mass))
@@ -373,7 +372,8 @@ class CentralDifference:
 
 
 def lumped(structure: Structure) -> Structure:
-    """The structure with a diagonal mass: the diagonal of the consistent mass, scaled so that the mass is kept (HRZ).
+    """Return the structure with a diagonal mass: the diagonal of the consistent mass, scaled so that the mass is kept
+    (HRZ).
 
     One factor serves the whole mesh. It keeps the kinetic energy of the slowest motion; in a free body this is the
     rigid motion, which contains the whole mass. In a mesh of equal elements the method is that of Hinton, Rock and
@@ -396,36 +396,36 @@ def lumped(structure: Structure) -> Structure:
 
 
 def stable_step(structure: Structure) -> float:
-    """The longest stable step, s, of central differences with a lumped mass: 2/ω for the highest frequency ω."""
+    """Return the longest stable step, s, of central differences with a lumped mass: 2/ω for the highest frequency ω."""
     return 2.0 / max(_highest_frequency(lumped(structure)), 1e-300)
 
 
 def equal(first: sparse.sparray, second: sparse.sparray) -> bool:
-    """Whether two matrices hold the same numbers."""
+    """Return whether two matrices hold the same numbers."""
     difference = abs(first - second)
     return bool(difference.nnz == 0 or difference.max() == 0.0)
 
 
 def _of_each(solve: Solve, vectors: Vector) -> Vector:
-    """The solutions for a unit force at each contact, one column for each."""
+    """Return the solutions for a unit force at each contact, one column for each."""
     return np.column_stack([solve(column) for column in np.ascontiguousarray(vectors.T)])
 
 
 def _from_rest(end: Callable[[StructureState, Vector], StructureState], vectors: Vector) -> StructureState:
-    """The states that a unit force at each contact causes from rest, one column for each."""
+    """Return the states that a unit force at each contact causes from rest, one column for each."""
     rest = np.zeros(vectors.shape[0])
     each = [end(StructureState(rest, rest), column) for column in np.ascontiguousarray(vectors.T)]
     return StructureState(*(np.column_stack(parts) for parts in zip(*each, strict=True)))
 
 
 def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:
-    """K u + C v."""
+    """Return K u + C v."""
     force: Vector = structure.stiffness @ u
     return force if structure.damping is None else force + structure.damping @ v
 
 
 def _check_given(structure: Structure, window: float) -> float:
-    """The window as a float."""
+    """Return the window as a float."""
     instance("structure", structure, Structure, "a Structure")
     return within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
 
@@ -436,7 +436,7 @@ def _check_masses(structure: Structure, what: str) -> None:
 
 
 def _highest_frequency(structure: Structure) -> float:
-    """The largest ω of K u = ω² M u, rad/s, to 1e-6."""
+    """Return the largest ω of K u = ω² M u, rad/s, to 1e-6."""
     if structure.size <= FULL_SPECTRUM_SIZE:
         square = eigh(structure.stiffness.toarray(), structure.mass.toarray(), eigvals_only=True)[-1]
     else:

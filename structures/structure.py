@@ -117,7 +117,7 @@ class Structure:
 
     @cached_property
     def is_modal(self) -> bool:
-        """Whether the degrees of freedom are modes: M = I, K and C diagonal."""
+        """True if the degrees of freedom are modes: M = I, K and C diagonal."""
         matrices = [self.mass, self.stiffness] + ([] if self.damping is None else [self.damping])
         return all(map(_is_diagonal, matrices)) and bool((self.mass.diagonal() == 1.0).all())
 
@@ -155,13 +155,13 @@ class Structure:
 
 
 def _is_diagonal(matrix: sparse.csr_array) -> bool:
-    """Without sums of sparse matrices, which take longer than a short run."""
+    """Return whether a matrix is diagonal, without sums of sparse matrices, which take longer than a short run."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     return bool(((matrix.indices == rows) | (matrix.data == 0.0)).all())
 
 
 def _facts(structure: Structure) -> list[tuple[str, str]]:
-    """What a line or a short table shows of a structure."""
+    """Return what a line or a short table shows of a structure."""
     facts = [
         ("kind", str(structure.origin.get("kind", "user's structure"))),
         ("unknowns", f"{structure.size}"),
@@ -177,7 +177,7 @@ def _facts(structure: Structure) -> list[tuple[str, str]]:
 
 
 def known_field(structure: Structure) -> Field:
-    """The field of a structure, or a ValueError that says which structures have one."""
+    """Return the field of a structure, or raise a ValueError that says which structures have one."""
     instance("structure", structure, Structure, "a Structure")
     if structure.field is not None:
         return structure.field
@@ -188,20 +188,20 @@ def known_field(structure: Structure) -> Field:
 
 
 def _columns(contact: Vector) -> Vector:
-    """The contact vector of one contact point, n numbers, or of several, n × p."""
+    """Return the contact vector of one contact point, n numbers, or of several, n × p."""
     if contact.ndim > 2 or contact.shape[1:] == (0,):
         raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
     return contact if contact.shape[1:] > (1,) else contact.ravel()
 
 
 def surfaces_of(structure: Any) -> tuple[Surface, ...]:
-    """The surfaces of all contacts of a structure or a participant, whose `surface` is one or a tuple of them."""
+    """Return surfaces of all contacts of a structure or a participant, whose `surface` is one or a tuple of them."""
     surface = structure.surface
     return surface if isinstance(surface, tuple) else (surface,)
 
 
 def _flexibilities(values: object, count: int) -> Vector:
-    """One number for each contact, from one for all or from as many."""
+    """Return one number for each contact, from one for all or from as many."""
     numbers = each(finite, "flexibility", values, "m/N")  # type: ignore[arg-type]
     if numbers.shape not in ((), (count,)):
         raise ValueError(f"flexibility = {values!r}: must be one number of m/N, or {count}, as there are contacts")
@@ -209,7 +209,7 @@ def _flexibilities(values: object, count: int) -> Vector:
 
 
 def _surfaces(values: Any, count: int) -> tuple[Surface, ...]:
-    """One Surface for each contact, from one for all or from as many."""
+    """Return one Surface for each contact, from one for all or from as many."""
     surfaces = (
         [values] * count if isinstance(values, Surface) else listed("surface", values, Surface, "Surfaces, or one")
     )

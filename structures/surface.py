@@ -59,7 +59,7 @@ class Surface:
 
 
 def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
-    """The principal relative curvatures 1/R′ ≤ 1/R″ of two surfaces that touch, 1/m (thesis, equations 5.3, 5.4).
+    """Return principal relative curvatures 1/R′ ≤ 1/R″ of two surfaces that touch, 1/m (thesis, equations 5.3, 5.4).
 
     Raises ValueError where they would touch along more than a point or a line.
     """
@@ -80,7 +80,7 @@ def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
 
 
 def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") -> float:
-    """Stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
+    """Return the stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
 
     Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹, where 1/R is the sum of the curvatures. Elliptic
     contacts: equations 5.1 to 5.6 of the thesis, whose complete elliptic integrals K and E take the modulus e.
@@ -130,7 +130,7 @@ def round_stiffness(curvature: Any, compliance: Any) -> Any:
 
 
 def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
-    """Peak pressure p₀ at the centre of a Hertz contact between two surfaces.
+    """Return the peak pressure p₀ at the centre of a Hertz contact between two surfaces.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
 
 
 def yield_pressure(material: Material) -> float:
-    """Peak pressure of a round contact at which a material starts to yield below the surface (von Mises).
+    """Return the peak pressure of a round contact at which a material starts to yield below the surface (von Mises).
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def yield_pressure(material: Material) -> float:
 
 @lru_cache(maxsize=256)
 def _yield_pressure(material: Material) -> float:
-    """The chain's warning asks for each contact of a run."""
+    """Return the chain's warning asks for each contact of a run."""
     if material.yield_strength is None:
         return inf
     depth = np.linspace(0.01, 2.0, 400)
@@ -213,7 +213,7 @@ def _yield_pressure(material: Material) -> float:
 
 
 def _elliptic_factor(curvature_ratio: float, axis_ratio: str) -> float:
-    """F₂ of equation 5.6; curvature_ratio = R′/R″ ≥ 1."""
+    """Return F₂ of equation 5.6; curvature_ratio = R′/R″ ≥ 1."""
     if curvature_ratio - 1.0 < NEARLY_ROUND:
         return 1.0
     square = _axis_square(curvature_ratio, axis_ratio)
@@ -221,13 +221,13 @@ def _elliptic_factor(curvature_ratio: float, axis_ratio: str) -> float:
 
 
 def _root(square: float) -> float:
-    """√[((a/b)² E − K)(K − E)] of equations 4.26 to 4.28; square = (b/a)²."""
+    """Return √[((a/b)² E − K)(K − E)] of equations 4.26 to 4.28; square = (b/a)²."""
     first, second = ellipkm1(square), ellipe(1.0 - square)
     return sqrt((second / square - first) * (first - second))
 
 
 def _axis_square(curvature_ratio: float, axis_ratio: str) -> float:
-    """(b/a)² of an elliptic contact; curvature_ratio = R′/R″ > 1."""
+    """Return (b/a)² of an elliptic contact; curvature_ratio = R′/R″ > 1."""
 
     def excess(log_square: float) -> float:
         square = exp(log_square)

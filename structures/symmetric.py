@@ -93,7 +93,8 @@ def check_definite(name: str, matrix: sparse.csr_array) -> None:
 
 
 def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
-    """Whether scale · matrix · scale, with its diagonal raised, is positive definite; by Cholesky's factorisation."""
+    """Return whether scale · matrix · scale, with its diagonal raised, is positive definite; by Cholesky's
+    factorisation."""
     scaled = scale[:, None] * matrix.toarray() * scale
     scaled.flat[:: scale.size + 1] += raised
     try:
@@ -104,13 +105,13 @@ def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
 
 
 def _sparse(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
-    """The same by A = L D Lᵀ, whose pivots have the signs of the eigenvalues (Sylvester)."""
+    """Return the same by A = L D Lᵀ, whose pivots have the signs of the eigenvalues (Sylvester)."""
     spread = sparse.diags_array(scale)
     return has_positive_pivots(spread @ matrix @ spread + sparse.diags_array(raised))
 
 
 def has_positive_pivots(matrix: sparse.sparray) -> bool:
-    """Whether a symmetric matrix is positive definite; see `_sparse`."""
+    """Return whether a symmetric matrix is positive definite; see `_sparse`."""
     try:
         factor, _ = decomposition(matrix)
     except RuntimeError:  # a pivot is zero
@@ -119,7 +120,7 @@ def has_positive_pivots(matrix: sparse.sparray) -> bool:
 
 
 def _lowest(matrix: sparse.csr_array) -> float:
-    """The lowest eigenvalue."""
+    """Return the lowest eigenvalue."""
     if matrix.shape[0] <= SMALL_MATRIX:
         return float(np.linalg.eigvalsh(matrix.toarray())[0])
     return float(eigsh(matrix, k=1, which="SA", return_eigenvectors=False, tol=1e-2)[0])

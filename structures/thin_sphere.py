@@ -16,7 +16,7 @@ LARGEST_RADIUS = 5.0
 
 
 def point_stiffness(radius: float, thickness: float, material: Material, pressure: float = 0.0) -> float:
-    """Stiffness of a thin spherical shell under a force at one point, in the theory of shallow shells.
+    """Return the stiffness of a thin spherical shell under a force at one point, in the theory of shallow shells.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def point_stiffness(radius: float, thickness: float, material: Material, pressur
 
 
 def buckling_pressure(radius: float, thickness: float, material: Material) -> float:
-    """The pressure difference, outside minus inside, at which a perfect thin spherical shell buckles.
+    """Return the pressure difference, outside minus inside, at which a perfect thin spherical shell buckles.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def buckling_pressure(radius: float, thickness: float, material: Material) -> fl
 
 
 def sizes(radius: float, thickness: float) -> tuple[float, float]:
-    """Outer radius and thickness, m, in their ranges."""
+    """Return the outer radius and thickness, m, in their ranges."""
     radius, thickness = positive("radius", radius, "m"), positive("thickness", thickness, "m")
     if radius > LARGEST_RADIUS:
         raise ValueError(f"radius = {radius!r}: must be at most {LARGEST_RADIUS:g} m; is it in millimetres?")
@@ -121,7 +121,7 @@ def sizes(radius: float, thickness: float) -> tuple[float, float]:
 
 
 def _thin(radius: float, thickness: float, material: Material) -> tuple[float, float, float]:
-    """Radius of the middle surface, m, bending stiffness D, N m, and E t, N/m."""
+    """Return the radius of the middle surface, m, bending stiffness D, N m, and E t, N/m."""
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     radius, thickness = sizes(radius, thickness)
     bending = material.youngs_modulus * thickness**3 / (12.0 * (1.0 - material.poisson_ratio**2))

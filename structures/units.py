@@ -40,7 +40,7 @@ def _registry() -> "pint.UnitRegistry[Any]":
 
 @cache
 def factor(text: str, unit: str) -> Decimal:
-    """How many of `unit` a unit given as text is; a ValueError that says why it is none."""
+    """Return how many of `unit` a unit given as text is; raise a ValueError that says why it is none."""
     import pint
 
     registry = _registry()
@@ -58,7 +58,7 @@ def factor(text: str, unit: str) -> Decimal:
 
 @cache
 def is_unit(text: str) -> str:
-    """The full name of a unit, such as "microsecond" of "us", or "" for text that is no unit."""
+    """Return the full name of a unit, such as "microsecond" of "us", or "" for text that is no unit."""
     import pint
 
     if not UNIT_TEXT.fullmatch(text) or LARGEST_POWER.search(text):
@@ -70,7 +70,7 @@ def is_unit(text: str) -> str:
 
 
 def in_si(text: str) -> float:
-    """The number in SI units that a text such as "2.29 mm" means; NaN for a text that means none."""
+    """Return the number in SI units that a text such as "2.29 mm" means; NaN for a text that means none."""
     import pint
 
     match = NUMBER.fullmatch(text)
@@ -85,7 +85,7 @@ def in_si(text: str) -> float:
 
 
 def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[float, str]:
-    """The factor and the unit with a prefix in which the greatest of the values is a handy number, from 1 on."""
+    """Return the factor and the unit with a prefix in which the greatest of the values is a handy number, from 1 on."""
     sizes = np.abs(np.asarray(values, dtype=float))
     sizes = sizes[np.isfinite(sizes)]
     top = float(sizes.max(initial=0.0))
@@ -97,7 +97,8 @@ def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[flo
 
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
-    """A quantity in a message, with the prefix in which its number is handy: "2.29 mm"; the value is in SI units."""
+    """Return a quantity in a message, with the prefix in which its number is handy: "2.29 mm"; the value is in SI
+    units."""
     # Rounded first: 999.9 µs is 1 ms, and two digits of 120 µs are no power of ten.
     rounded = float(f"{value:.{digits}g}")
     factor, unit = handy([rounded], unit)

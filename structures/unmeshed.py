@@ -30,7 +30,7 @@ def unmeshed() -> Iterator[None]:
 
 
 def is_unmeshed() -> bool:
-    """Whether meshes are left out."""
+    """Return whether meshes are left out."""
     return _LEFT_OUT.get()
 
 
@@ -59,7 +59,7 @@ class Unmeshed(Structure):
 
     @property
     def rigid(self) -> Structure:
-        """What chains face while the mesh is left out: a body that never moves."""
+        """The body that chains face while the mesh is left out: it never moves."""
         none, count = sparse.csr_array((0, 0)), len(self.place)
         rigid = [0.0] * count if count > 1 else 0.0
         return Structure(none, none, None, np.zeros((0, count)), rigid, self.surface, self.origin)
@@ -75,7 +75,7 @@ for _field in fields(Structure):
 
 
 def is_left_out(structure: Structure) -> bool:
-    """Whether a structure has no mesh yet, while meshes are left out."""
+    """Return whether a structure has no mesh yet, while meshes are left out."""
     return isinstance(structure, Unmeshed) and is_unmeshed()
 
 

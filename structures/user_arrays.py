@@ -9,7 +9,7 @@ from structures.units import factor
 
 
 def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """`values` as an array of floats in an SI unit, or a ValueError.
+    """Return `values` as an array of floats in an SI unit, or raise a ValueError.
 
     The units of a DataArray and of a pint quantity are converted; moments of datetime64 count from the first one.
     Masked and complex numbers, and text, are refused.
@@ -41,7 +41,7 @@ def in_si_units(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
 
 
 def _parts(values: Any) -> tuple[Any, str]:
-    """The bare array, and the unit that it states, or ""."""
+    """Return the bare array, and the unit that it states, or ""."""
     attributes = getattr(values, "attrs", {})
     labelled = hasattr(values, "attrs") and hasattr(values, "values")  # a DataArray, or a Series of pandas
     inner: Any = getattr(values, "data", None) if labelled else values
@@ -51,7 +51,7 @@ def _parts(values: Any) -> tuple[Any, str]:
 
 
 def _seconds(name: str, array: NDArray[Any], unit: str) -> NDArray[np.float64]:
-    """Moments and durations of numpy in seconds."""
+    """Return the moments and durations of numpy in seconds."""
     if unit != "s":
         raise ValueError(f"{name}: holds {array.dtype}, must be numbers, in {unit}")
     if np.isnat(array).any():

@@ -83,7 +83,7 @@ class Lock:
                     os.close(handle)
 
     def owner(self) -> str:
-        """Who holds the lock, in words."""
+        """Return who holds the lock, in words."""
         text = ""
         with suppress(OSError), os.fdopen(os.open(self.path, os.O_RDONLY | NO_LINK), "rb") as file:
             text = file.read(LONGEST_OWNER).decode("utf-8", "replace")
@@ -109,7 +109,7 @@ class Lock:
 
 
 def _opened(path: Path) -> int:
-    """The lock file, made where there is none, for all who may write into its folder. Raises OSError."""
+    """Return the lock file, made where there is none, for all who may write into its folder. Raises OSError."""
     while True:
         try:
             return os.open(path, os.O_RDWR | NO_LINK)
@@ -126,7 +126,7 @@ def _opened(path: Path) -> int:
 
 
 def _names(path: Path, handle: int) -> bool:
-    """Whether the path still names the open file: who held it before may have deleted it."""
+    """Return whether the path still names the open file: who held it before may have deleted it."""
     with suppress(OSError):
         return os.path.samestat(path.lstat(), os.fstat(handle))
     return False

@@ -83,14 +83,14 @@ def read(file: BinaryIO, size: int, types: Types, trust: bool = False, checked: 
 
 
 def to_bytes(tree: Any, types: Types, trust: bool = False) -> bytes:
-    """A tree as bytes; see `write`."""
+    """Return a tree as bytes; see `write`."""
     file = BytesIO()
     write(file, tree, types, trust)
     return file.getvalue()
 
 
 def from_bytes(data: bytes, types: Types, trust: bool = False, checked: bool = False) -> Any:
-    """The tree in bytes; see `read`."""
+    """Return the tree in bytes; see `read`."""
     return read(BytesIO(data), len(data), types, trust, checked)
 
 
@@ -103,17 +103,18 @@ def check(tree: Any, types: Types) -> None:
 
 
 def own_types(*types: type) -> dict[str, type]:
-    """Types of hertzlink under the names by which the bytes refer to them; these stay when modules move."""
+    """Return the types of hertzlink under the names by which the bytes refer to them; these stay when modules move."""
     return {kind.__name__: kind for kind in types}
 
 
 def types_of(*trees: Any) -> dict[str, type]:
-    """The named tuples and dataclasses in trees that a program made itself, under names with a dot."""
+    """Return the named tuples and dataclasses in trees that a program made itself, under names with a dot."""
     return {f"{kind.__module__}.{kind.__qualname__}": kind for tree in trees for kind in _types_in(tree)}
 
 
 def fits(value: Any, like: Any) -> bool:
-    """Whether numbers, arrays and tuples that were read have the form of others: compiled loops check no bounds."""
+    """Return whether numbers, arrays and tuples that were read have the form of others: compiled loops check no
+    bounds."""
     if isinstance(like, np.ndarray):
         same = isinstance(value, np.ndarray) and (value.dtype, value.shape) == (like.dtype, like.shape)
         return bool(same and value.flags.c_contiguous)
@@ -133,7 +134,7 @@ class _Writer:
         self.places: dict[int, int] = {}
 
     def node(self, value: Any, where: str) -> Any:
-        """The JSON of a value; `where` it stands in the tree, for messages."""
+        """Return the JSON of a value; `where` it stands in the tree, for messages."""
         kind = type(value)
         if value is None or kind is bool or kind is str:
             return value
@@ -169,7 +170,7 @@ class _Writer:
         return [self.node(item, f"{where}[{i}]") for i, item in enumerate(values)]
 
     def _array(self, array: NDArray[Any]) -> int:
-        """The number of an array, which is written once even if the tree holds it several times."""
+        """Return the number of an array, which is written once even if the tree holds it several times."""
         if id(array) not in self.places:
             self.places[id(array)] = len(self.arrays)
             self.arrays.append(array)
@@ -236,7 +237,7 @@ _MAKERS: dict[str, Any] = {
 
 
 def _header(header: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
-    """Type, shape and order of an array."""
+    """Return the type, shape and order of an array."""
     kind, shape, columns = header
     fields = [("", kind)] if isinstance(kind, str) else [(str(name), text) for name, text in kind]
     if not all(DTYPE.fullmatch(text) for _, text in fields) or any(type(size) is not int or size < 0 for size in shape):
@@ -245,7 +246,7 @@ def _header(header: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
 
 
 def _is_plain(dtype: np.dtype[Any]) -> bool:
-    """Whether an array holds numbers or text, or records of them."""
+    """Return whether an array holds numbers or text, or records of them."""
     if dtype.names is None:
         return bool(DTYPE.fullmatch(dtype.str))
     return all(len(field) == 2 and isinstance(field[1], str) and DTYPE.fullmatch(field[1]) for field in dtype.descr)
@@ -280,7 +281,7 @@ def _types_in(tree: Any) -> Iterator[type]:
 
 
 def _fields(kind: type) -> tuple[str, ...] | None:
-    """The fields of a named tuple or of a dataclass that is derived from nothing else; None for other types."""
+    """Return the fields of a named tuple or of a dataclass that is derived from nothing else; None for other types."""
     if issubclass(kind, tuple):
         return getattr(kind, "_fields", None)
     if not dataclasses.is_dataclass(kind) or issubclass(kind, BUILT_IN):
@@ -289,14 +290,14 @@ def _fields(kind: type) -> tuple[str, ...] | None:
 
 
 def _holds_only(value: Any, names: tuple[str, ...]) -> bool:
-    """Whether an object has all of its fields, and nothing else except what it computes from them."""
+    """Return whether an object has all of its fields, and nothing else except what it computes from them."""
     others = set(getattr(value, "__dict__", ())) - set(names)
     computed = all(isinstance(getattr(type(value), name, None), cached_property) for name in others)
     return computed and all(hasattr(value, name) for name in names)
 
 
 def _made(kind: type, values: list[Any], checked: bool) -> Any:
-    """An object with these fields; unless checked, without a call of its own code."""
+    """Return an object with these fields; unless checked, without a call of its own code."""
     names = _fields(kind) or ()
     if len(names) != len(values):
         raise Unreadable(f"holds a {kind.__qualname__} of {len(values)} fields instead of {len(names)}")

@@ -15,7 +15,7 @@ NOT_TO_READ = ArithmeticError, AttributeError, LookupError, MemoryError, OSError
 
 
 def read_netcdf(file: Path) -> xr.Dataset:
-    """The Dataset of a netCDF file, in memory; a ValueError that names the file for any other.
+    """Return the Dataset of a netCDF file, in memory; raise a ValueError that names the file for any other.
 
     What leads out of the file, or claims more than it can hold, is refused before it is read.
     """
@@ -34,7 +34,8 @@ def read_netcdf(file: Path) -> xr.Dataset:
 
 
 def read_text(path: str | Path, most: int) -> str | None:
-    """The text of a file, or of a pipe; None where it has more than `most` bytes. Raises OSError, UnicodeDecodeError.
+    """Return the text of a file, or of a pipe; None where it has more than `most` bytes. Raises OSError,
+    UnicodeDecodeError.
 
     A device that has nothing to give is not awaited.
     """

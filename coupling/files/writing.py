@@ -41,7 +41,7 @@ AT_FDCWD, RENAME_EXCHANGE = -100, 2
 
 @contextmanager
 def whole_file(target: Path) -> Iterator[BinaryIO]:
-    """A new file to write, which replaces the target at the end; after any error the target is as it was.
+    """Open a new file to write, which replaces the target at the end; after any error the target is as it was.
 
     It keeps the rights of the file that it replaces. Raises OSError that names the target and the cause.
     """
@@ -69,7 +69,7 @@ def write_whole(target: Path, content: bytes) -> None:
 
 @contextmanager
 def whole_file_by_name(target: Path) -> Iterator[Path]:
-    """A path for a library that writes by name; the file then replaces the target.
+    """Offer a path to a library that writes by name; the file then replaces the target.
 
     It lies in a folder that only this user can enter, so nobody can put a link in its place.
     """
@@ -89,7 +89,7 @@ def whole_file_by_name(target: Path) -> Iterator[Path]:
 
 @contextmanager
 def whole_folder(target: Path, is_ours: Callable[[Path], bool]) -> Iterator[Path]:
-    """A new folder to fill, which replaces the target at the end; after any error the target is as it was.
+    """Open a new folder to fill, which replaces the target at the end; after any error the target is as it was.
 
     is_ours: whether a path in the folder that is replaced may be deleted. If another is there at the end, or another
     target, the new folder gets another name. Raises OSError that names the target, the cause, and that name.
@@ -164,12 +164,12 @@ def remove_if_old(path: Path, age: float = LEFT_OVER_AGE) -> None:
 
 
 def companion(target: Path, ending: str) -> Path:
-    """The hidden file of a fixed name that belongs to a target."""
+    """Return the hidden file of a fixed name that belongs to a target."""
     return target.with_name(f".{_stem(target)}{ending}")
 
 
 def read_regular(path: Path) -> bytes:
-    """The content of a file that lies there itself: not behind a link, no device, no pipe. Raises OSError."""
+    """Return the content of a file that lies there itself: not behind a link, no device, no pipe. Raises OSError."""
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
     with os.fdopen(handle, "rb") as file:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -188,7 +188,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def exchange(first: Path, second: Path) -> None:
-    """Two folders change names: in one step on Linux. Elsewhere `second` has no name for a moment."""
+    """Exchange the names of two folders: in one step on Linux. Elsewhere `second` has no name for a moment."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (AttributeError, OSError, TypeError):
@@ -205,7 +205,7 @@ def exchange(first: Path, second: Path) -> None:
 
 
 def _stem(target: Path) -> str:
-    """What the temporary names of a target have in common."""
+    """Return what the temporary names of a target have in common."""
     name = os.fsencode(target.name)
     return target.name if len(name) <= LONGEST_NAME else sha256(name).hexdigest()[:32]
 
@@ -216,7 +216,7 @@ def _part(target: Path) -> Path:
 
 @contextmanager
 def _held(folder: Path) -> Iterator[None]:
-    """While it lasts, other processes see that the folder is being written."""
+    """Show other processes that the folder is being written."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY) if hasattr(os, "O_DIRECTORY") else None
     try:
         if handle is not None:
@@ -229,7 +229,7 @@ def _held(folder: Path) -> Iterator[None]:
 
 
 def _deserted(part: Path) -> bool | None:
-    """Whether the process that made an incomplete file or folder has ended; None where locks do not show it."""
+    """Return whether the process that made an incomplete file or folder has ended; None where locks do not show it."""
     try:
         handle = os.open(part, os.O_RDONLY | NO_LINK)
     except OSError:
@@ -254,7 +254,7 @@ def _put_aside(folder: Path, target: Path) -> Path | None:
 
 
 def _keep_rights(target: Path, handle: int) -> None:
-    """A file that replaces one that others cannot read must not become readable."""
+    """Keep a file unreadable to others that replaces one which they cannot read."""
     with suppress(FileNotFoundError, NotADirectoryError):
         if hasattr(os, "fchmod"):
             os.fchmod(handle, stat.S_IMODE(target.stat().st_mode))
@@ -276,7 +276,7 @@ def _remove(folder: Path, is_ours: Callable[[Path], bool]) -> None:
 
 @contextmanager
 def _naming(target: Path) -> Iterator[None]:
-    """An OSError on the way names the target, not the temporary file, and says that the target is unharmed."""
+    """Let an OSError name the target, not the temporary file, and say that the target is unharmed."""
     try:
         yield
     except OSError as error:

@@ -63,7 +63,7 @@ class Features(Misfit):
         self.spread = self._spread(scattered)
 
     def _scattered(self, time: Vector, forces: Vector, number: int, seen: bool = False) -> Vector:
-        """Waves of traces with the signal's noise, or with white noise as the reader sees it: draws × values."""
+        """Return waves of traces with the signal's noise, or with white noise as the reader sees it: draws × values."""
         random = np.random.default_rng(SEED)
         noise, memory = (self._seen, np.zeros(len(forces))) if seen else (self._noise, self._memory)
         size = (noise * np.nanmax(abs(forces), axis=-1))[:, None]
@@ -104,11 +104,11 @@ class Features(Misfit):
         """All of the signal counts."""
 
     def start(self, places: Vector, traces: Vector) -> tuple[Vector, float]:
-        """The places, and their misfit."""
+        """Return the places, and their misfit."""
         return np.array(places), self.of_traces(places, traces)
 
     def _sampled(self, traces: Vector) -> tuple[Vector, Vector]:
-        """A prediction at the sampling of the signal, so that peaks between samples are read in the same way."""
+        """Return a prediction at the sampling of the signal, so that peaks between samples are read in the same way."""
         moments = np.arange(0.0, self.prediction.time[-1], self.measured.step)
         return moments, Curves(traces, self.prediction.interval).at(moments)
 
@@ -117,7 +117,7 @@ class Features(Misfit):
         return features
 
     def _waves(self, traces: Vector) -> Vector:
-        """Of a prediction, as noise would bias them."""
+        """Return AR and TOF of a prediction, as noise would bias them."""
         return self._clean(traces) + self.bias
 
     def _residual(self, traces: Vector) -> Vector:
@@ -125,19 +125,19 @@ class Features(Misfit):
         return np.where(np.isfinite(features), (self.known - features) / self.spread, MISSING)
 
     def of_traces(self, p: Vector, traces: Vector) -> float:
-        """χ² of traces at p; infinite for a run that failed."""
+        """Return χ² of traces at p; infinite for a run that failed."""
         if not np.isfinite(traces).all():
             return np.inf
         residual = self._residual(traces)
         return float(residual @ residual)
 
     def residual(self, p: Vector) -> Vector:
-        """At p: one run."""
+        """Return the residual at p, from one run."""
         traces = self._traces(p)
         return self._residual(traces) if np.isfinite(traces).all() else np.full(self.samples, MISSING)
 
     def at(self, p: Vector, steps: Vector, rough: bool = False) -> Point:
-        """All of the misfit at p; features are not linear in the traces, so they are differenced themselves."""
+        """Return all of the misfit at p; features are not linear in the traces, so they are differenced themselves."""
         places = p[: self.size]
         below = np.clip(places - steps, 0.0, 1.0)
         above = np.clip(places + steps, 0.0, 1.0)
@@ -153,7 +153,7 @@ class Features(Misfit):
         return Point(p, self.residual(p), projected, -projected, none, none, [features])
 
     def data(self, point: Point) -> xr.Dataset:
-        """What was measured and what is fitted, over the features."""
+        """Return what was measured and what is fitted, over the features."""
         fitted = point.fitted[0]
         return xr.Dataset(
             {
@@ -167,7 +167,7 @@ class Features(Misfit):
 
 
 def _memory(seen: Vector) -> Vector:
-    """The correlation of the noise from sample to sample, of first order.
+    """Return the correlation of the noise from sample to sample, of first order.
 
     seen: of each sensor, the noise in third differences of the samples, as a part of that in the lead.
     """
@@ -178,7 +178,7 @@ def _memory(seen: Vector) -> Vector:
 
 
 def _correlated(white: Vector, memory: Vector) -> Vector:
-    """Noise of the same size with such a memory, sensors × samples."""
+    """Return the noise of the same size with such a memory, sensors × samples."""
     return np.stack([
         lfilter([1.0], [1.0, -coefficient], np.append(row[0], np.sqrt(1.0 - coefficient**2) * row[1:]))
         for row, coefficient in zip(white, memory, strict=True)

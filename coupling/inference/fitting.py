@@ -110,7 +110,7 @@ class DissipationFit:
         return html_table("DissipationFit", [("loss", repr(self.loss)), *self._rows()])
 
     def _rows(self) -> list[tuple[str, str]]:
-        """What a line or a short table shows, apart from the loss."""
+        """Return what a line or a short table shows, apart from the loss."""
         worst = max(self.waveform_difference.values(), default=0.0)
         return [
             *((f"{name} (95 %)", f"{low:.4g} to {high:.4g}") for name, (low, high) in self.intervals.items()),
@@ -238,7 +238,7 @@ def _measured(signals: xr.Dataset, sensor: int) -> _Pulse:
 
 
 def _record(signals: xr.Dataset, numbers: Sequence[int]) -> float:
-    """Time, s, that the wave needs from the striker past the last sensor, with a margin."""
+    """Return the time, s, that the wave needs from the striker past the last sensor, with a margin."""
     waves = [reflections(signals, n).incident for n in (numbers[0], numbers[-1])]
     passing = waves[1].arrival - waves[0].arrival if waves[0] and waves[1] else 0.0
     if passing <= 0.0:
@@ -247,7 +247,7 @@ def _record(signals: xr.Dataset, numbers: Sequence[int]) -> float:
 
 
 def _aligned(time: Vector, force: Vector, measured: _Pulse) -> _Pulse:
-    """The largest pulse of a simulated force at the moments of a measured one, shifted in time to match it best.
+    """Return the largest pulse of a simulated force at the moments of a measured one, shifted in time to match it best.
 
     Noise displaces the measured peak in time. If the peaks alone were aligned, this shift would look like a loss. The
     shift is found by the Gauss-Newton method.
@@ -297,14 +297,14 @@ class _Model:
         return MovingChain(chain, self.structure.surface if self.structure else None)
 
     def loss(self, p: Vector) -> Dissipation:
-        """The loss of these parameters."""
+        """Return the loss of these parameters."""
         if self.law is PowerDashpot:
             exponent = min(max(float(p[1]), 1.0), 5.0)
             return PowerDashpot(exp(p[0]) / self.speed**exponent, exponent, self.form)
         return self.law(exp(p[0]))  # type: ignore[call-arg]
 
     def pulses(self, parameters: Sequence[Vector]) -> list[list[_Pulse]]:
-        """The simulated pulses at the measured moments, for all parameters at once."""
+        """Return the simulated pulses at the measured moments, for all parameters at once."""
         chains = [replace(self.chain, dissipation=self.loss(p)) for p in parameters]
         moving = [self._moving(chain) for chain in chains]
         longest = min(chain.contact_time for chain in moving) / STEPS_PER_CONTACT
@@ -321,15 +321,14 @@ class _Model:
         ]
 
     def residuals(self, parameters: Sequence[Vector]) -> Vector:
-        """Differences of the forces over the mean measured peak, one row for each set of parameters."""
+        """Return the differences of the forces over the mean measured peak, one row for each set of parameters."""
         mean = np.mean([pulse.peak for pulse in self.measured.values()])
         rows: Vector = np.array([self._differences(pulses) for pulses in self.pulses(parameters)]) / mean
         return rows
 
     def _differences(self, pulses: Sequence[_Pulse]) -> Vector:
-        """Differences of all samples, or of each amplitude: the factor with which the simulated pulse matches the
-        measured one.
-        """
+        """Return the differences of all samples, or of each amplitude: the factor with which the simulated pulse
+        matches the measured one."""
         pairs = list(zip(pulses, self.measured.values(), strict=True))
         if self.compare == "pulses":
             return np.concatenate([pulse.force - measured.force for pulse, measured in pairs])
@@ -350,19 +349,19 @@ class _Model:
                 )
 
     def residual(self, p: Vector) -> Vector:
-        """For the optimiser."""
+        """Return the residual for the optimiser."""
         row: Vector = self.residuals([p])[0]
         return row
 
     def jacobian(self, p: Vector) -> Vector:
-        """By central differences, all in one batch."""
+        """Return the derivatives by central differences, all in one batch."""
         steps = 1e-3 * np.eye(p.size)
         rows = self.residuals([*(p + steps), *(p - steps)])
         slopes: Vector = (rows[: p.size] - rows[p.size :]).T / 2e-3
         return slopes
 
     def nearest_start(self) -> Vector:
-        """The best of a coarse grid."""
+        """Return the best of a coarse grid."""
         grid: list[Vector] = []
         for exponent in STARTING_EXPONENTS if self.law is PowerDashpot else (1.0,):
             unit = self._moving(replace(self.chain, dissipation=self.loss(np.array([0.0, exponent]))))
@@ -374,7 +373,7 @@ class _Model:
 
 
 def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> DissipationFit:
-    """The loss, its intervals, and what the signals determine."""
+    """Return the loss, its intervals, and what the signals determine."""
     pairs = list(zip(model.measured.items(), model.pulses([p])[0], strict=True))
     mean = np.mean([pulse.peak for (_, pulse), _ in pairs])
     amplitude = float(np.mean([abs(pulse.peak - simulated.peak) for (_, pulse), simulated in pairs]) / mean)

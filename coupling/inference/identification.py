@@ -1,4 +1,4 @@
-"""What identification returns: values with intervals and verdicts, and how well the model explains the signal."""
+"""Results of identification: values with intervals and verdicts, and how well the model explains the signal."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -68,7 +68,7 @@ class Unknown:
 
     @property
     def identifiable(self) -> bool:
-        """Whether the signal determines it, by a model that explains the signal."""
+        """True if the signal determines it, by a model that explains the signal."""
         return self.verdict not in (BLIND, NOT_TRUSTED)
 
     @property
@@ -154,7 +154,7 @@ class Identification:
 
     @property
     def identified(self) -> bool:
-        """Whether every unknown that is no nuisance is identified, by a model that explains the signal."""
+        """True if every unknown that is no nuisance is identified, by a model that explains the signal."""
         return self.explained and all(unknown.verdict in (IDENTIFIED, NUISANCE) for unknown in self.unknowns.values())
 
     def posterior(self, runs: int = 20_000, seed: int = 0) -> xr.Dataset:
@@ -226,7 +226,7 @@ class Identification:
         return f"Identification({'; '.join(texts)})"
 
     def _in_words(self, name: str, value: float) -> str:
-        """Another value of an unknown, in its unit."""
+        """Return another value of an unknown, in its unit."""
         unknown = self.unknowns[name]
         return f"{name} = {value / unknown.unit_size:.4g} {unknown.unit}".rstrip()
 
@@ -237,7 +237,7 @@ class Identification:
         return html_table("Identification", [*rows, ("residual over noise", f"{self.misfit:.3g}")])
 
     def to_dataset(self) -> xr.Dataset:
-        """Everything as a Dataset: values, intervals, correlation, traces and residual.
+        """Return the everything as a Dataset: values, intervals, correlation, traces and residual.
 
         Returns
         -------
@@ -273,7 +273,7 @@ class Identification:
 
 
 def unknowns_of(data: xr.Dataset) -> list[Unknown]:
-    """The unknowns in the Dataset of an identification."""
+    """Return the unknowns in the Dataset of an identification."""
     names = [str(name) for name in data.unknown.values]
     values, low, high, verdicts = (data[name].values.tolist() for name in ("value", "low", "high", "verdict"))
     units, sizes = data.unit.values.tolist(), data.unit_size.values.tolist()
@@ -286,30 +286,30 @@ def unknowns_of(data: xr.Dataset) -> list[Unknown]:
 
 
 def verdict_of(value: float, interval: tuple[float, float], ends: tuple[float, float]) -> str:
-    """The verdict where the model explains the signal."""
+    """Return the verdict where the model explains the signal."""
     if is_blind(value, interval, ends):
         return BLIND
     return AT_END if is_at_end(value, ends) else IDENTIFIED
 
 
 def is_blind(value: float, interval: tuple[float, float], ends: tuple[float, float]) -> bool:
-    """Whether half of an interval exceeds a part of the value, or the interval that part of the range."""
+    """Return whether half of an interval exceeds a part of the value, or the interval that part of the range."""
     half = 0.5 * (interval[1] - interval[0])
     return half > HALF * abs(value) or 2.0 * half > HALF * (ends[1] - ends[0])
 
 
 def is_at_end(value: float, ends: tuple[float, float]) -> bool:
-    """Whether a value is at an end of its range."""
+    """Return whether a value is at an end of its range."""
     return min(value - ends[0], ends[1] - value) < 1e-6 * (ends[1] - ends[0])
 
 
 def _digits(error: float) -> float:
-    """The place of the second digit of an error."""
+    """Return the place of the second digit of an error."""
     return 10.0 ** (np.floor(np.log10(error)) - 1.0) if error > 0.0 and np.isfinite(error) else 0.0
 
 
 def _rounded(value: float, digit: float) -> str:
-    """A value with as many digits as its error allows."""
+    """Return a value with as many digits as its error allows."""
     if digit == 0.0 or value == 0.0:
         return f"{value:.4g}"
     count = int(min(max(np.floor(np.log10(abs(value))) - np.log10(digit) + 1.0, 2.0), 8.0))

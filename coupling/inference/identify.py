@@ -205,7 +205,7 @@ def identify(
 
 
 def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
-    """The names of nuisances, or a ValueError."""
+    """Return the names of nuisances, or raise a ValueError."""
     if not isinstance(nuisances, str | list | tuple | set | frozenset | dict):
         raise ValueError(f"nuisances = {short(nuisances)}: must be a list of names, such as ['gain', 'time_zero']")
     names = [nuisances] if isinstance(nuisances, str) else list(nuisances)
@@ -239,7 +239,7 @@ def _warn_of_time(prediction: Prediction, runs: int) -> None:
 
 
 def seconds_of_run(prediction: Prediction, places: Sequence[float]) -> float:
-    """What building and running take at these places of all ranges, s."""
+    """Return what building and running take at these places of all ranges, s."""
     begin = perf_counter()
     prediction.traces([np.full(len(prediction.ranges), place) for place in places])
     return (perf_counter() - begin) / len(places)
@@ -277,7 +277,7 @@ def _check_record(prediction: Prediction, step: float, record: float) -> None:
 
 
 def _other_unit(step: float, record: float, contact: float, wave: float) -> str:
-    """The unit in which the times of a signal that is too coarse would suit the chain, as a question."""
+    """Return the unit in which the times of a signal that is too coarse would suit the chain, as a question."""
     for unit in ("ms", "us"):
         size = float(factor(unit, "s"))
         if size * step <= contact / COARSEST and size * record >= 0.5 * wave:

@@ -72,7 +72,7 @@ class Information:
         return {name: self.bounds[name] / abs(value) for name, value in self.values.items()}
 
     def verdict(self, name: str) -> str:
-        """ "identified", or "blind" if ± 1.96 bounds exceed half of the value."""
+        """Return "identified", or "blind" if ± 1.96 bounds exceed half of the value."""
         if name not in self.values:
             raise ValueError(f"name = {short(name)}: must be one of {', '.join(self.values)}")
         return BLIND if REACH * self.relative[name] > HALF else IDENTIFIED
@@ -108,7 +108,7 @@ def identifiability(
     compare: str = "waveform",
     **values: float,
 ) -> Information:
-    """The least errors with which a signal determines unknowns, without measuring it: the tool to design a test.
+    """Return the least errors with which a signal determines unknowns, without measuring it: the tool to design a test.
 
     Parameters
     ----------
@@ -314,7 +314,7 @@ class Design:
         return self.misfit.at(p, steps).columns
 
     def _sure(self, errors: Callable[[Vector], Vector]) -> tuple[Vector, list[str]]:
-        """Errors with steps that suit them, and a warning where half the steps change them."""
+        """Return the errors with steps that suit them, and a warning where half the steps change them."""
         first = errors(np.full(self.places.size, STEP))
         steps = np.clip(0.3 * first[: self.places.size], 1e-5, 2e-2)
         full, half = errors(steps), errors(0.5 * steps)
@@ -328,7 +328,7 @@ class Design:
         return full, notes
 
     def waveform(self) -> Information:
-        """From all samples."""
+        """Return the bounds from all samples."""
         covariances: list[Vector] = []
 
         def errors(steps: Vector) -> Vector:
@@ -340,7 +340,7 @@ class Design:
         return self._information(full_errors, covariances[1], self.misfit.names, notes)
 
     def features(self) -> Information:
-        """From AR and TOF alone."""
+        """Return the bounds from AR and TOF alone."""
         numbers = self.prediction.sensors
         moments = self.prediction.interval * np.arange(self.here.shape[-1])
         draws = np.random.default_rng(SEED)
@@ -391,14 +391,14 @@ class Design:
         return Information(self.values, bounds, correlation, [*self.prediction.warnings, *notes])
 
     def of_sets(self, unknown: str, count: int) -> dict[tuple[int, ...], float]:
-        """The bound of one unknown for each set of sensors."""
+        """Return the bound of one unknown for each set of sensors."""
         sensitivities, size = Sensitivities(self), abs(self.values[unknown])
         chosen = combinations(self.prediction.sensors, count)
         return {sensors: size * sensitivities.waveform(sensors)[unknown] for sensors in chosen}
 
 
 class Sensitivities:
-    """How the signals of a design change with the unknowns, from one batch of runs, of which any part can be taken.
+    """The change of the signals of a design with the unknowns, from one batch of runs, of which any part can be taken.
 
     Bounds that it gives are parts of the values. step: half the distance of runs for a derivative, as such a part.
     """
@@ -414,7 +414,7 @@ class Sensitivities:
         self.columns = point.columns.reshape(len(design.prediction.sensors), -1, len(names))
 
     def part(self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None) -> Vector:
-        """Columns of the unknowns that are not known otherwise, and of the nuisances of these sensors."""
+        """Return the columns of the unknowns that are not known otherwise, and of the nuisances of these sensors."""
         names, numbers = self.design.misfit.names, {str(n) for n in sensors}
         free = self._free(unknowns)
         used = [
@@ -428,13 +428,13 @@ class Sensitivities:
     def waveform(
         self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None
     ) -> dict[str, float]:
-        """Bounds from all samples up to a time, s; `unknowns`: the others are known."""
+        """Return the bounds from all samples up to a time, s; `unknowns`: the others are known."""
         return self._bounds(self.part(sensors, until, unknowns), self._free(unknowns))
 
     def features(
         self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS
     ) -> Callable[[Iterable[str] | None], dict[str, float]]:
-        """A function of the unknowns that gives bounds from AR and TOF, whose errors come from noisy draws."""
+        """Return a function of the unknowns that gives bounds from AR and TOF, whose errors come from noisy draws."""
         design = self.design
         rows = [design.prediction.sensors.index(n) for n in sensors]
         moments = design.prediction.interval * np.arange(design.here.shape[-1])
@@ -466,7 +466,7 @@ class Sensitivities:
 
     @staticmethod
     def _bounds(columns: Vector, free: Sequence[str]) -> dict[str, float]:
-        """Infinite where there is less to compare than to find, or where a wave is missing."""
+        """Return the infinite where there is less to compare than to find, or where a wave is missing."""
         if columns.shape[0] < columns.shape[1]:
             return dict.fromkeys(free, inf)
         covariance = inverse(columns)
@@ -477,7 +477,8 @@ class Sensitivities:
 def spread_of_features(
     prediction: Prediction, time: Vector, clean: Vector, sensors: Sequence[int], noise: Vector, draws: int
 ) -> Vector:
-    """Standard deviations of AR and TOF at each sensor; NaN where no wave, or not in every draw one, is found."""
+    """Return the standard deviations of AR and TOF at each sensor; NaN where no wave, or not in every draw one, is
+    found."""
     random = np.random.default_rng(SEED)
     sized = clean.shape
     noisy = [

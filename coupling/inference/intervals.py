@@ -75,7 +75,7 @@ UNITS = {TIME_ZERO: ("µs", 1e-6), TIME_CONSTANT: ("ms", 1e-3), OFFSET: ("N", 1.
 
 
 class Judgement:
-    """What follows from the minima that a search found.
+    """The conclusions from the minima that a search found.
 
     discrepancy: of the model, as a part of each peak; nuisances: names of what is of no interest.
     """
@@ -132,7 +132,7 @@ class Judgement:
         )  # fmt: skip
 
     def _other_units(self, point: Point) -> list[str]:
-        """Sensors whose force is about 10³, 10⁶, 10⁻³ … times what the model expects, as in another unit."""
+        """Return the sensors whose force is about 10³, 10⁶, 10⁻³ … times what the model expects, as in another unit."""
         if isinstance(self.misfit, Features):  # these do not depend on gains
             return []
         said = []
@@ -152,11 +152,12 @@ class Judgement:
         return said
 
     def _flatness(self, point: Point, covariance: Vector) -> float:
-        """By how much variances exceed those of white noise of the size that is known."""
+        """Return the factor by which variances exceed those of white noise of the size that is known."""
         return float((np.diag(covariance) / np.diag(inverse(point.columns)))[: len(self.ranges)].max())
 
     def _covariance(self, point: Point) -> tuple[Vector, float, bool, float]:
-        """Of all parameters; residual over noise; whether it is noise; and standard deviations of a 95 % interval."""
+        """Return the covariance of all parameters; residual over noise; whether it is noise; and standard deviations of
+        a 95 % interval."""
         white, degrees = inverse(point.columns), point.residual.size - point.columns.shape[1]
         if isinstance(self.misfit, Features):
             return self._of_features(self.misfit, white, point, degrees)
@@ -178,7 +179,7 @@ class Judgement:
         return scale[:, None] * white * scale, float(np.sqrt(ratio)), white_noise, float(t.ppf(0.975, left))
 
     def _correlated(self, point: Point, white: Vector) -> tuple[Vector, float]:
-        """Covariance of columnsᵀ · residual for noise correlated in time, and the number of independent samples.
+        """Return covariance of columnsᵀ · residual for noise correlated in time, and the number of independent samples.
 
         The correlation is that of the whole record: where the columns are large, the fit has suppressed it.
         """
@@ -200,7 +201,7 @@ class Judgement:
     def _of_features(
         self, misfit: Features, white: Vector, point: Point, degrees: int
     ) -> tuple[Vector, float, bool, float]:
-        """The same for AR and TOF, whose scatter is known. As many values as unknowns can always be explained."""
+        """Return these for AR and TOF, whose scatter is known. As many values as unknowns can always be explained."""
         ratio = point.misfit / degrees if degrees else 1.0
         explained = bool(point.misfit < chi2.ppf(EXPLAINED, degrees)) if degrees else True
         size = (self.discrepancy * point.fitted[0] / misfit.spread)[:, None]
@@ -208,7 +209,7 @@ class Judgement:
         return (1.0 if explained else ratio) * white + lacking, float(np.sqrt(ratio)), explained, 1.959964
 
     def _lacking(self, point: Point, discrepancy: float) -> Vector:
-        """Covariance of columnsᵀ · residual by what the model lacks, in parts of each peak, of unit noise."""
+        """Return covariance of columnsᵀ · residual by what the model lacks, in parts of each peak, of unit noise."""
         information = np.zeros((point.columns.shape[1],) * 2)
         if discrepancy == 0.0:
             return information
@@ -251,7 +252,7 @@ class Judgement:
     def _is_parabola(
         self, best: Solution, point: Point, k: int, covariance: Vector, reach: float, inflation: float
     ) -> bool:
-        """Whether χ² rises at both ends of an interval as its curvature predicts."""
+        """Return whether χ² rises at both ends of an interval as its curvature predicts."""
         # The others move along, as the correlations say.
         step = reach * covariance[: best.p.size, k] / np.sqrt(covariance[k, k])
         low, high = self.misfit.bounds()
@@ -263,7 +264,7 @@ class Judgement:
         return True
 
     def _of_sensors(self, best: Solution, point: Point, errors: Vector) -> dict[str, Unknown]:
-        """The nuisances of the sensors."""
+        """Return the nuisances of the sensors."""
         names, values = self.misfit.names[len(self.ranges) :], list[float]()
         for name in names:
             kind, _, sensor = name.partition(" ")
@@ -286,7 +287,8 @@ class Judgement:
         return unknowns
 
     def _profile(self, best: Solution, k: int, half: float, inflation: float, ridge: Vector) -> tuple[float, float]:
-        """Where χ², with all others fitted anew, has risen by that of 95 %; the ends of the range where it has not.
+        """Return where χ², with all others fitted anew, has risen by that of 95 %; the ends of the range where it has
+        not.
 
         ridge: by how much the others change with this unknown, at the best fit.
         """
@@ -294,7 +296,7 @@ class Judgement:
         return low, high
 
     def _risen(self, best: Solution, k: int, half: float, inflation: float, limit: float, ridge: Vector) -> float:
-        """The place between the best one and a limit."""
+        """Return the place between the best one and a limit."""
         bounds = self.misfit.bounds()
         inner, rise, p, side = float(best.p[k]), 0.0, best.p, 1.0 if limit > best.p[k] else -1.0
         step, outer, wanted = min(max(0.5 * half, SHORT), LONG), limit, np.sqrt(REACH)
@@ -317,7 +319,7 @@ class Judgement:
         return outer if outer == limit else 0.5 * (inner + outer)
 
     def _modes(self, best: Solution, solutions: Sequence[Solution], covariance: Vector, scale: float) -> list[Vector]:
-        """Places of the solutions that the noise does not exclude, the best first."""
+        """Return the places of the solutions that the noise does not exclude, the best first."""
         count = len(self.ranges)
         modes = [best.p[:count]]
         near = np.maximum(3.0 * np.sqrt(np.diag(covariance))[:count], SAME)
@@ -336,7 +338,7 @@ class Judgement:
 
 
 def correlation_of(residual: Vector) -> tuple[Vector, int]:
-    """The mean product of samples by the steps between them, and the number of samples; NaN is left out."""
+    """Return the mean product of samples by the steps between them, and the number of samples; NaN is left out."""
     there = np.isfinite(residual)
     values = np.where(there, residual, 0.0)
     size = 2 * residual.size
@@ -345,7 +347,7 @@ def correlation_of(residual: Vector) -> tuple[Vector, int]:
 
 
 def independent_samples(covariance: Vector, count: int) -> float:
-    """How many independent samples scatter as much in their mean as `count` with this autocovariance."""
+    """Return how many independent samples scatter as much in their mean as `count` with this autocovariance."""
     along = covariance / covariance[0]
     below = np.flatnonzero(along < INDEPENDENT)
     width = int(below[0]) if below.size else along.size

@@ -30,7 +30,7 @@ COLOURED = 3.0
 def measured_signal(
     signal: xr.Dataset, sensors: Iterable[int] | None, noise: float | Mapping[int, float] | None
 ) -> Measured:
-    """The signal, or a ValueError that says what is wrong with it."""
+    """Return the signal, or raise a ValueError that says what is wrong with it."""
     data = instance("signal", signal, xr.Dataset, "a signal of read_signal or as_signal, or a run")
     kind = kind_of(data)
     if kind not in ("signal", "run"):
@@ -55,7 +55,7 @@ def measured_signal(
 
 
 def _noises(data: xr.Dataset, sensors: list[int], force: Vector, noise: float | Mapping[int, float] | None) -> Vector:
-    """Of each sensor, N, and never below what runs are exact to."""
+    """Return the noise of each sensor, N, never below what runs are exact to."""
     noises = []
     for number, row in zip(sensors, force, strict=True):
         peak = float(np.nanmax(abs(row)))
@@ -74,7 +74,7 @@ def _noises(data: xr.Dataset, sensors: list[int], force: Vector, noise: float | 
 
 
 def estimated(force: Vector) -> float:
-    """The standard deviation of a sample, N: from third differences, or of the quiet lead where that is larger.
+    """Return the standard deviation of a sample, N: from third differences, or of the quiet lead where that is larger.
 
     Differences leave white noise and remove what is smooth; the median of their sizes leaves out the waves. Noise of
     low frequency shows in the lead alone.
@@ -93,7 +93,7 @@ def estimated(force: Vector) -> float:
 
 
 def _rough(force: Vector) -> float:
-    """From third differences, whose variance is 20 times that of the noise; waves are the few large ones."""
+    """Return the noise by third differences, whose variance is 20 times its own; waves are the few large ones."""
     rough = np.diff(force, 3) / np.sqrt(20.0)
     size = float(np.median(abs(rough))) / 0.6744898
     usual = rough[abs(rough) <= CLIPPED * size]

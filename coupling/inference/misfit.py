@@ -1,4 +1,4 @@
-"""How far predicted traces are from measured ones, for any gain, offset, time zero and time constant of the sensors.
+"""The misfit of predicted and measured traces, for any gain, offset, time zero and time constant of the sensors.
 
 Gains and offsets enter linearly, so the best ones follow from the others, and are projected out of the residual
 (variable projection, in Kaufman's approximation of the derivative).
@@ -42,7 +42,7 @@ class Measured(NamedTuple):
 
     @property
     def step(self) -> float:
-        """Between samples, s."""
+        """The time between samples, s."""
         return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
 
 
@@ -83,7 +83,7 @@ class Misfit:
 
     @property
     def names(self) -> list[str]:
-        """Of the parameters in the order of `Point.columns`."""
+        """The names of the parameters in the order of `Point.columns`."""
         shared = [name for name in (TIME_ZERO, TIME_CONSTANT) if name in self.free]
         of_sensors = [f"{name} {n}" for n in self.measured.sensors for name in (GAIN, OFFSET) if name in self.free]
         return [*(unknown.name for unknown in self.prediction.ranges), *shared, *of_sensors]
@@ -94,7 +94,7 @@ class Misfit:
         return int(sum(used.sum() for used in self.used))
 
     def explains(self, misfit: float, p: Vector) -> bool:
-        """Whether the residual at p, of this χ², is that of noise, so that a search may end.
+        """Return whether the residual at p, of this χ², is that of noise, so that a search may end.
 
         The size of noise that was estimated is not known well enough for χ² alone to say no.
         """
@@ -105,7 +105,7 @@ class Misfit:
         return unknown and self.is_white(self.residual(p))
 
     def is_numerical(self, residual: Vector) -> bool:
-        """Whether it is within what runs are exact to, at each sensor, as where a run is taken for a signal."""
+        """Return whether it is within what runs are exact to, at each sensor, as where a run is taken for a signal."""
         begin = 0
         for used, force, noise in zip(self.used, self.measured.force, self.measured.noise, strict=True):
             part = residual[begin : begin + int(used.sum())] * noise
@@ -115,14 +115,14 @@ class Misfit:
         return True
 
     def is_white(self, residual: Vector) -> bool:
-        """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
+        """Return whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
         correlations = self._correlations(residual)
         count = float(sum(along.size for _, along in correlations))
         total = float(sum(size * (along**2).sum() for size, along in correlations))
         return total < count + 4.0 * float(np.sqrt(2.0 * count))
 
     def drifts(self, residual: Vector) -> bool:
-        """Whether its correlations over a contact time are positive together, by four standard deviations.
+        """Return whether its correlations over a contact time are positive together, by four standard deviations.
 
         So are those of an offset, hum or drift of a sixth of the noise, which the sum of squares does not see.
         """
@@ -131,7 +131,7 @@ class Misfit:
         return float(sum(np.sqrt(size) * along.sum() for size, along in correlations)) > 4.0 * float(np.sqrt(count))
 
     def _correlations(self, residual: Vector) -> list[tuple[int, Vector]]:
-        """The samples of each sensor, and their correlations over the steps of a contact time."""
+        """Return the samples of each sensor, and their correlations over the steps of a contact time."""
         correlations, begin = list[tuple[int, Vector]](), 0
         lags = max(2, int(self.unit / self.measured.step))
         for used in self.used:
@@ -154,7 +154,7 @@ class Misfit:
         return np.array(low), np.array(high)
 
     def keep_window(self, time_zero: float) -> None:
-        """Only samples up to `until` after the impact count; those before it show nothing but the offset."""
+        """Count only samples up to `until` after the impact; those before it show nothing but the offset."""
         moments = self.measured.time - time_zero
         inside = (moments <= self.until) & (moments >= -self.unit)
         self.used = [np.isfinite(force) & inside for force in self.measured.force]
@@ -165,7 +165,7 @@ class Misfit:
         """Adapt to noise near p; noise does not bias a waveform."""
 
     def start(self, places: Vector, traces: Vector) -> tuple[Vector, float]:
-        """p with the time zero that suits these traces best, and its misfit."""
+        """Return p with the time zero that suits these traces best, and its misfit."""
         p = list(places)
         if TIME_CONSTANT in self.free:
             traces = high_passed(traces, self.prediction.interval, USUAL_TIME_CONSTANT)
@@ -178,12 +178,12 @@ class Misfit:
         return np.array(p), float(residual @ residual)
 
     def start_at(self, places: Vector) -> Vector:
-        """p for a signal whose time zero is the impact."""
+        """Return p for a signal whose time zero is the impact."""
         others = {TIME_ZERO: 0.0, TIME_CONSTANT: float(np.log(USUAL_TIME_CONSTANT))}
         return np.array([*places, *(others[name] for name in others if name in self.free)])
 
     def _time_zero(self, curves: Curves) -> float:
-        """By cross-correlation, to a sample, then to a part of it by a parabola."""
+        """Return time zero by cross-correlation, to a sample, then to a part of it by a parabola."""
         step, total = self.measured.step, np.zeros(1)
         grid = np.arange(0.0, self.until, step)
         for force, noise, shape in zip(self.measured.force, self.measured.noise, curves.at(grid), strict=True):
@@ -201,7 +201,7 @@ class Misfit:
         return float(self.measured.time[0] + step * (best - (grid.size - 1) + shift))
 
     def _compared(self, p: Vector, curves: Curves) -> list[Vector]:
-        """Residuals of each sensor at p. curves: behind the high-pass."""
+        """Return the residuals of each sensor at p. curves: behind the high-pass."""
         shapes = curves.at(self.measured.time - self.time_zero(p))
         residuals = []
         for row, shape in enumerate(shapes):
@@ -214,7 +214,7 @@ class Misfit:
         return self.measured.time[used], self.measured.force[row][used], float(self.measured.noise[row])
 
     def _fitted(self, force: Vector, shape: Vector, noise: float) -> tuple[Vector, float, float, Vector]:
-        """Residual over noise, gain, offset, and an orthonormal basis of what they can change."""
+        """Return the residual over noise, gain, offset, and an orthonormal basis of what they can change."""
         columns = []
         if GAIN in self.free:
             columns.append(shape)
@@ -230,11 +230,11 @@ class Misfit:
         return (force - gain * shape - offset) / noise, gain, offset, basis
 
     def time_zero(self, p: Vector) -> float:
-        """s, in the signal's own time."""
+        """Return s, in the signal's own time."""
         return float(p[self.size]) * self.unit if TIME_ZERO in self.free else 0.0
 
     def time_constant(self, p: Vector) -> float | None:
-        """s."""
+        """Return s."""
         return float(np.exp(p[-1])) if TIME_CONSTANT in self.free else None
 
     def _passed(self, traces: Vector, p: Vector, factor: float = 1.0) -> Vector:
@@ -242,14 +242,15 @@ class Misfit:
         return traces if constant is None else high_passed(traces, self.prediction.interval, factor * constant)
 
     def _traces(self, p: Vector) -> Vector:
-        """Of the last p that was asked for, from one run."""
+        """Return the traces of the last p that was asked for, from one run."""
         places = p[: self.size]
         if self._last is None or not np.array_equal(self._last[0], places):
             self._last = places.copy(), self.prediction.traces([places])[0]
         return self._last[1]
 
     def _slopes(self, p: Vector, traces: Vector, steps: Vector, rough: bool) -> Vector:
-        """Of the traces with the places; where a search ends, what follows it asks for those that it had last."""
+        """Return the derivatives of the traces by the places; where a search ends, what follows it asks for those that
+        it had last."""
         places = p[: self.size]
         asked = np.concatenate([places, steps, [rough]])
         if self._last_slopes is None or not np.array_equal(self._last_slopes[0], asked):
@@ -257,21 +258,21 @@ class Misfit:
         return self._last_slopes[1]
 
     def of_traces(self, p: Vector, traces: Vector) -> float:
-        """χ² of traces at p; infinite for a run that failed."""
+        """Return χ² of traces at p; infinite for a run that failed."""
         if not np.isfinite(traces).all():
             return np.inf
         residual = np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
         return float(residual @ residual)
 
     def residual(self, p: Vector) -> Vector:
-        """At p: one run."""
+        """Return the residual at p, from one run."""
         traces = self._traces(p)
         if not np.isfinite(traces).all():
             return np.full(self.samples, FAILED)
         return np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
 
     def at(self, p: Vector, steps: Vector, rough: bool = False) -> Point:
-        """All of the misfit at p; steps: of the places, for the derivatives; rough: these to first order."""
+        """Return all of the misfit at p; steps: of the places, for the derivatives; rough: these to first order."""
         traces = self._traces(p)
         slopes = self._slopes(p, traces, steps, rough)
         if not (np.isfinite(traces).all() and np.isfinite(slopes).all()):
@@ -279,7 +280,7 @@ class Misfit:
         return self.point(p, traces, slopes)
 
     def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
-        """All of it from runs that are known. slopes: of the traces with the places."""
+        """Return all of it from runs that are known. slopes: of the traces with the places."""
         interval, sensors = self.prediction.interval, len(self.measured.sensors)
         residuals, projected, full, gains, offsets, fitted = [], [], [], [], [], []
         moments = self.measured.time - self.time_zero(p)
@@ -315,9 +316,8 @@ class Misfit:
         )  # fmt: skip
 
     def of_record(self, point: Point, row: int) -> Vector:
-        """What the fit leaves of a sensor's record over noise, up to the last sample that counts: also of what comes
-        before the impact; NaN elsewhere.
-        """
+        """Return what the fit leaves of a sensor's record over noise, up to the last sample that counts: also of what
+        comes before the impact; NaN elsewhere."""
         used, force = self.used[row], self.measured.force[row]
         left: Vector = (force - float(point.offsets[row])) / float(self.measured.noise[row])
         left[used] = (force[used] - point.fitted[row]) / float(self.measured.noise[row])
@@ -325,7 +325,7 @@ class Misfit:
         return left
 
     def data(self, point: Point) -> xr.Dataset:
-        """What was measured and what is fitted, over sensor and time."""
+        """Return what was measured and what is fitted, over sensor and time."""
         measured = self.measured
         fitted = np.full(measured.force.shape, np.nan)
         for row, (used, values) in enumerate(zip(self.used, point.fitted, strict=True)):

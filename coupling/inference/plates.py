@@ -93,12 +93,13 @@ class Struck(NamedTuple):
     face: str
 
     def on(self, structure: Structure) -> CoSimulation:
-        """The co-simulation on a structure in the plate's place."""
+        """Return the co-simulation on a structure in the plate's place."""
         return self.simulation.replace(structure=structure)
 
     @property
     def nearest_edge(self) -> tuple[str, float] | None:
-        """How the nearest edge is held, and its distance, m; None where no plate with one edge stands for this one."""
+        """The support of the nearest edge, and its distance, m; None where no plate with one edge stands for this
+        one."""
         plate, (x, y) = self.plate, self.place
         if not isinstance(plate.shape, Rectangle) or plate.additions or not isinstance(plate.material, Material):
             return None
@@ -110,7 +111,7 @@ class Struck(NamedTuple):
         return EDGES[held], distances[nearest]
 
     def with_one_edge(self, until: float) -> CoSimulation:
-        """The co-simulation on a plate with the nearest edge alone."""
+        """Return the co-simulation on a plate with the nearest edge alone."""
         if self.nearest_edge is None:
             raise ValueError(f"build: the edge nearest to {self.place} is no straight edge of a half-plane")
         (kind, distance), plate = self.nearest_edge, self.plate
@@ -120,16 +121,16 @@ class Struck(NamedTuple):
         return self.on(half_plane(plate.thickness, plate.material, kind, away, until, FREQUENCY))
 
     def finer(self, frequency: float) -> "Struck":
-        """The plate with a mesh for another frequency, Hz."""
+        """Return the plate with a mesh for another frequency, Hz."""
         return self._replace(plate=replace(self.plate, highest_frequency=frequency))
 
     def meshed(self) -> Structure:
-        """The plate with its mesh."""
+        """Return the plate with its mesh."""
         return self.plate.at(*self.place, self.face)
 
 
 def struck_by(build: Build, **values: float) -> Struck | None:
-    """What a builder makes, without a mesh; None unless one chain strikes one plate at one place."""
+    """Return what a builder makes, without a mesh; None unless one chain strikes one plate at one place."""
     with unmeshed():
         simulation = build(**values)
     structure = simulation.faces if isinstance(simulation, CoSimulation) else None
@@ -140,7 +141,7 @@ def struck_by(build: Build, **values: float) -> Struck | None:
 
 
 def share_modes(plates: Sequence[Struck]) -> bool:
-    """Whether one basis serves these plates: for one, waves only scale and the contact moves."""
+    """Return whether one basis serves these plates: for one, waves only scale and the contact moves."""
     first = plates[0].plate
     if first.kind != "Kirchhoff plate" or first.additions or first.shape.fixed or plates[0].face != "front":
         return False
@@ -149,7 +150,7 @@ def share_modes(plates: Sequence[Struck]) -> bool:
 
 
 def _alike(first: Plate, second: Plate) -> bool:
-    """Whether two plates differ in thickness, Young's modulus and density alone."""
+    """Return whether two plates differ in thickness, Young's modulus and density alone."""
     materials = first.material, second.material
     if not all(isinstance(material, Material) for material in materials):
         return False
@@ -182,11 +183,11 @@ class PlateBasis:
         return float(self.reduced.basis.errors[0][1])
 
     def simulation(self, struck: Struck) -> CoSimulation:
-        """The co-simulation on the plate of the basis."""
+        """Return the co-simulation on the plate of the basis."""
         return struck.on(self.structure(struck))
 
     def structure(self, struck: Struck) -> Structure:
-        """The plate of the basis; with a mesh of its own where the basis does not serve it."""
+        """Return the plate of the basis; with a mesh of its own where the basis does not serve it."""
         plate, (x, y) = struck.plate, struck.place
         waves = wave_speed(self.slowest.section, plate.section)
         inside = covers(self.reduced.x, x) and covers(self.reduced.y, y)
@@ -202,7 +203,7 @@ class PlateBasis:
 def basis_between(
     first: Struck, ends: Sequence[Sequence[Struck]], until: float, tolerance: float
 ) -> PlateBasis:  # fmt: skip
-    """One basis for plates whose properties vary independently, each between two ends."""
+    """Return one basis for plates whose properties vary independently, each between two ends."""
     waves = [sorted(wave_speed(first.plate.section, struck.plate.section) for struck in both) for both in ends]
     slow, fast = (float(np.prod([speeds[end] for speeds in waves])) for end in (0, 1))
     # As a thinner plate, of the same material.
@@ -216,7 +217,7 @@ def basis_between(
 
 
 def thinner(plate: Plate, part: float) -> Plate:
-    """The plate with a part of its thickness."""
+    """Return the plate with a part of its thickness."""
     assert isinstance(plate.material, Material)
     return replace(plate, section=homogeneous_section(plate.thickness * part, plate.material))
 
@@ -234,7 +235,7 @@ class PlateSearch:
 
     @property
     def serves(self) -> bool:
-        """Whether a plate with one edge stands for what the builder makes, and an unknown changes it."""
+        """True if a plate with one edge stands for what the builder makes, and an unknown changes it."""
         try:
             with collected():  # the fits repeat what holds for their values
                 middle = struck_by(self.build, **self.middle)
@@ -248,14 +249,14 @@ class PlateSearch:
         return {name: 0.5 * (low + high) for name, (low, high) in self.ranges.items()}
 
     def struck(self, **values: float) -> Struck:
-        """The plate at some values, without a mesh."""
+        """Return the plate at some values, without a mesh."""
         struck = struck_by(self.build, **values)
         if struck is None:
             raise ValueError(f"build: makes no plate that one chain strikes at {values}, as it does at other values")
         return struck
 
     def with_one_edge(self, **values: float) -> CoSimulation:
-        """The builder's co-simulation on the plate with its nearest edge alone."""
+        """Return the builder's co-simulation on the plate with its nearest edge alone."""
         return self.struck(**values).with_one_edge(self.until)
 
     @cached_property
@@ -276,7 +277,7 @@ class PlateSearch:
 
     @cached_property
     def scaled(self) -> dict[str, bool]:
-        """Whether the modes stay, for each unknown that changes the plate itself."""
+        """True if the modes stay, for each unknown that changes the plate itself."""
         return {
             name: share_modes(both)
             for name, both in self._ends.items()
@@ -294,7 +295,7 @@ class PlateSearch:
         return best
 
     def fit(self, identification: Identification) -> "PlateFit":
-        """A fit of the builder itself."""
+        """Return a fit of the builder itself."""
         return PlateFit(self, identification, self.build, self.struck(**self.middle).plate.highest_frequency)
 
     def _searched(self) -> Identification:
@@ -347,7 +348,7 @@ class PlateSearch:
             )
 
     def _errors(self, identification: Identification) -> Vector:
-        """Half intervals of the coordinates, m."""
+        """Return half intervals of the coordinates, m."""
         return sum((abs(slope) * identification[name].error for name, slope in self.moved.items()), np.zeros(2))
 
     def _fit_on(
@@ -360,7 +361,7 @@ class PlateSearch:
         return PlateFit(self, identification, build, basis.slowest.highest_frequency, True, tuple(basis.warnings))
 
     def _nearby(self, guess: dict[str, float], frequency: float) -> "PlateFit":
-        """A search of all positions and thicknesses around a guess, on one basis."""
+        """Return a search of all positions and thicknesses around a guess, on one basis."""
         ranges = dict(self.ranges)
         for name in {**self.moved, **self.scaled}:
             part, (low, high) = WIDER if name in self.moved else BAND - 1.0, self.ranges[name]
@@ -371,7 +372,7 @@ class PlateSearch:
         self, guess: dict[str, float], errors: Vector, frequency: float, around: float = AROUND,
         tolerance: float = ROUGH,
     ) -> PlateBasis:  # fmt: skip
-        """One basis for the plates near a guess.
+        """Return one basis for the plates near a guess.
 
         errors: half intervals of the coordinates at the guess, m; frequency: Hz, that its mesh resolves; around: half
         of the range of positions, as a part of the distance from the nearest edge.
@@ -393,7 +394,7 @@ class PlateSearch:
 
 @dataclass(frozen=True)
 class Difference:
-    """What another mesh changes: the trace, root mean square, in parts of the noise; unknowns, in their deviations."""
+    """The change by another mesh: trace, root mean square, in parts of the noise; unknowns, in their deviations."""
 
     change: float
     shifts: dict[str, float]
@@ -434,12 +435,12 @@ class PlateFit:
         return self.search.struck(**self.values)
 
     def on_mesh(self, frequency: float) -> Structure | None:
-        """The plate on a mesh of its own for a frequency, Hz; None where that mesh is too large."""
+        """Return the plate on a mesh of its own for a frequency, Hz; None where that mesh is too large."""
         fine = self.struck.finer(frequency).meshed()
         return None if fine.size > MOST_UNKNOWNS else reduce(fine, self.search.until, TOLERANCE, MOST_VECTORS)
 
     def difference(self, structure: Structure) -> Difference:
-        """What this structure changes, to first order."""
+        """Return what this structure changes, to first order."""
         trace, noise, slope = self._linear
         other = (self._read(self.struck.on(structure)) - trace) / noise
         change = float(np.sqrt(np.mean(other**2, axis=1)).max())
@@ -468,13 +469,13 @@ class PlateFit:
         return trace, noise, slope / np.linalg.norm(slope, axis=0)
 
     def _trace(self, steps: dict[str, float]) -> Vector:
-        """The trace, with some values moved by so many STEP."""
+        """Return the trace, with some values moved by so many STEP."""
         values = {name: value * (1.0 + STEP * steps.get(name, 0.0)) for name, value in self.values.items()}
         with collected():
             return self._read(self.build(**values).reduced(self.search.until))
 
     def _read(self, simulation: CoSimulation) -> Vector:
-        """What the sensors read, sensors × times, N."""
+        """Return what the sensors read, sensors × times, N."""
         # The notes of a fit hold the warnings of its runs.
         with collected():
             run = simulation.run(self.search.until)
@@ -490,7 +491,7 @@ class PlateFit:
         return float(self.search.until / step)
 
     def _noise(self, trace: Vector) -> Vector:
-        """Noise over gain, N, of each sensor."""
+        """Return the noise over gain, N, of each sensor."""
         noise, sensors = PEAK_NOISE * np.abs(trace).max(axis=1), list(self.search.sensors)
         if "sensor" in self.found.data.noise.dims:
             gains = [self.found.unknowns.get(f"{GAIN} {sensor}") for sensor in sensors]
@@ -500,16 +501,16 @@ class PlateFit:
 
     @cached_property
     def _of_finer(self) -> Difference | None:
-        """What a mesh for twice the frequency changes; None where that mesh is too large."""
+        """The change by a mesh for twice the frequency; None where that mesh is too large."""
         fine = self.on_mesh(2.0 * self.frequency)
         return None if fine is None else self.difference(fine)
 
     def finer(self) -> bool:
-        """Whether a finer mesh is needed, and fits."""
+        """Return whether a finer mesh is needed, and fits."""
         return self._of_finer is not None and self._of_finer.worst > TOLERATED
 
     def remarks(self) -> list[str]:
-        """How the whole plate was modelled, and how accurate that is: a warning where it is not enough."""
+        """Return how the whole plate was modelled, and how accurate that is: a warning where it is not enough."""
         shape = self.struck.plate.shape
         if isinstance(shape, Rectangle) and shape.cells is not None:
             return [f"whole plate: a mesh of {shape.cells[0]} × {shape.cells[1]} cells, as given; not checked"]

@@ -1,4 +1,4 @@
-"""What a builder of co-simulations predicts for the sensors of a measured signal, at many values of the unknowns."""
+"""Predictions of a builder of co-simulations for the sensors of a measured signal, at many values of the unknowns."""
 
 from collections.abc import Callable, Sequence
 from math import inf, log
@@ -58,18 +58,18 @@ class Range(NamedTuple):
 
     @property
     def logarithmic(self) -> bool:
-        """Whether equal places are equal factors."""
+        """True if equal places are equal factors."""
         return self.low > 0.0 and self.high > WIDE * self.low
 
     def value(self, place: float) -> float:
-        """The value at a place."""
+        """Return the value at a place."""
         part = min(max(float(place), 0.0), 1.0)
         if self.logarithmic:
             return float(self.low * (self.high / self.low) ** part)
         return self.low + (self.high - self.low) * part
 
     def place(self, value: float) -> float:
-        """The place of a value."""
+        """Return the place of a value."""
         if self.logarithmic:
             return log(value / self.low) / log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
@@ -80,7 +80,7 @@ class Range(NamedTuple):
 
 
 def range_of(name: str, ends: Any) -> Range:
-    """A Range from (low, high), or a ValueError."""
+    """Return a Range from (low, high), or raise a ValueError."""
     what = "must be the lowest and the highest value, such as (1e-3, 6e-3)"
     if not isinstance(ends, tuple | list) or len(ends) != 2:
         raise ValueError(f"{name} = {short(ends)}: {what}")
@@ -99,9 +99,8 @@ def check_samples(name: str, value: float, samples: float) -> None:
 
 
 def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], record: float = inf) -> float:
-    """Of the prediction where the user gives none, s: four times what a wave takes through the chain, but not longer
-    than a record, s, or than the structure was reduced for.
-    """
+    """Return the length of the prediction where the user gives none, s: four times what a wave takes through the chain,
+    but not longer than a record, s, or than the structure was reduced for."""
     check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
     middle = {unknown.name: unknown.value(0.5) for unknown in ranges}
     simulation = instance("build(...)", build(**middle), CoSimulation, "a CoSimulation")
@@ -144,7 +143,8 @@ class Prediction:
         self._compiled = is_compiled(self.first.interface, self.first.scheme)
 
     def waves(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-        """AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is missing.
+        """Return AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is
+        missing.
 
         What comes before a wave can have run to the structure and back is the tail of the incident one.
         """
@@ -162,7 +162,7 @@ class Prediction:
         return np.array(features)
 
     def primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-        """The same of the primary waves alone."""
+        """Return the same of the primary waves alone."""
         primaries: Vector = self.waves(time, forces, sensors).reshape(-1, 2, 2)[:, 0].ravel()
         return primaries
 
@@ -172,11 +172,11 @@ class Prediction:
         return list(self._said.values())
 
     def values(self, places: Vector) -> dict[str, float]:
-        """The unknowns at places from 0 to 1."""
+        """Return the unknowns at places from 0 to 1."""
         return {unknown.name: unknown.value(place) for unknown, place in zip(self.ranges, places, strict=True)}
 
     def stage(self, name: str) -> None:
-        """What the next runs are for, where the user sees it."""
+        """Show the user what the next runs are for."""
         if self.progress is not None:
             self.progress.stage(name)
 
@@ -189,7 +189,7 @@ class Prediction:
         return simulation.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))
 
     def traces(self, places: Sequence[Vector]) -> Vector:
-        """The forces at the sensors, N; NaN for a run that fails."""
+        """Return the forces at the sensors, N; NaN for a run that fails."""
         rows = [self.values(place) for place in places]
         self.runs += len(rows)
         with collected() as messages:
@@ -201,14 +201,14 @@ class Prediction:
         return traces
 
     def _together(self, rows: list[dict[str, float]]) -> Vector:
-        """The traces of many runs in the compiled loop."""
+        """Return the traces of many runs in the compiled loop."""
         # A function without unknowns is of no use, so there is at least one.
         columns: dict[str, Any] = {unknown.name: [row[unknown.name] for row in rows] for unknown in self.ranges}
         runs = batch(self.made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
         return self._forces(runs)
 
     def _alone(self, row: dict[str, float]) -> Vector:
-        """The traces of a run that only its own scheme can do, such as one with a user's structure."""
+        """Return the traces of a run that only its own scheme can do, such as one with a user's structure."""
         try:
             return self._forces(self.made(**row).run(self.until, save_every=self.interval))
         except (ArithmeticError, RuntimeError, ValueError) as error:
@@ -216,7 +216,7 @@ class Prediction:
             return np.full((len(self.sensors), self.time.size), np.nan)
 
     def _forces(self, runs: xr.Dataset) -> Vector:
-        """The dynamic forces at the sensors, … × sensors × times, N."""
+        """Return the dynamic forces at the sensors, … × sensors × times, N."""
         # As plain arrays: a fit takes the forces of some runs hundreds of times, and labels take longer than a run.
         dynamic = runs.contact_force.transpose(..., "contact", "time").values - runs.static_force.values[..., None]
         places = {n: k for k, n in enumerate(runs.contact.values.tolist())}
@@ -274,7 +274,7 @@ class Curves:
         self._spline = CubicSpline(interval * np.arange(traces.shape[-1]), traces, axis=-1)
 
     def at(self, moments: Vector) -> Vector:
-        """Values at moments after the impact, s."""
+        """Return the values at moments after the impact, s."""
         values: Vector = self._spline(np.clip(moments, 0.0, self._end)) * (moments >= 0.0)
         return values
 

@@ -65,7 +65,7 @@ class GlobalSearch:
         self.steps = np.full(len(self.ranges), FIRST_STEP)
 
     def solutions(self) -> list[Solution]:
-        """The local minima from the best points of the scan, the least first; with a guess only the nearest."""
+        """Return the local minima from the best points of the scan, the least first; with a guess only the nearest."""
         if self.guess is not None:
             scanned = self._scanned(self.guess[None])
             self._prepare(scanned)
@@ -88,14 +88,14 @@ class GlobalSearch:
         return solutions
 
     def nearest(self, alone: bool) -> Solution:
-        """The minimum nearest to the guess; unless alone, a better one on the lines along the ranges through it."""
+        """Return minimum nearest to the guess; unless alone, a better one on the lines along the ranges through it."""
         solutions = self.solutions()
         if alone or self.misfit.explains(solutions[0].misfit, solutions[0].p):
             return solutions[0]
         return min([*solutions, *map(self.solved, self._along_lines(solutions))], key=lambda solution: solution.misfit)
 
     def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
-        """χ² and p at places that can be run, the best first."""
+        """Return χ² and p at places that can be run, the best first."""
         traces = self.misfit.prediction.traces(list(places))
         pairs = zip(places, traces, strict=True)
         scanned = [self.misfit.start(place, trace)[::-1] for place, trace in pairs if np.isfinite(trace).all()]
@@ -109,7 +109,7 @@ class GlobalSearch:
         self.misfit.refresh(scanned[0][1], final=False)
 
     def _apart(self, scanned: Sequence[tuple[float, Vector]], starts: Sequence[Vector], count: int) -> list[Vector]:
-        """The best points that are apart from each other and from `starts`."""
+        """Return the best points that are apart from each other and from `starts`."""
         size, near, chosen = len(self.ranges), list(starts), list[Vector]()
         for _, p in scanned:
             if len(chosen) < count and all(abs(p[:size] - other[:size]).max() > APART for other in near):
@@ -118,7 +118,7 @@ class GlobalSearch:
         return chosen
 
     def _solved_from(self, starts: Sequence[Vector]) -> list[Solution]:
-        """Least squares: rough ones from each start, full ones from the best of their results."""
+        """Return the least squares: rough ones from each start, full ones from the best of their results."""
         roughs = sorted(
             (self.solved(p, tries=ROUGH_TRIES, rough=True) for p in starts), key=lambda solution: solution.misfit
         )
@@ -129,7 +129,7 @@ class GlobalSearch:
         )
 
     def _along_lines(self, solutions: Sequence[Solution]) -> list[Vector]:
-        """The best minima on the lines along each range through the best solution, away from the solutions known."""
+        """Return best minima on the lines along each range through the best solution, away from the solutions known."""
         best, candidates = solutions[0].p, list[tuple[float, Vector]]()
         size = len(self.ranges)
         grid = (np.arange(ON_LINE) + 0.5) / ON_LINE
@@ -158,7 +158,7 @@ class GlobalSearch:
         return chosen[:FROM_LINES]
 
     def _on_line(self, best: Vector, k: int, places: Vector) -> Vector:
-        """χ² where one unknown has these places, and the others are the best ones."""
+        """Return χ² where one unknown has these places, and the others are the best ones."""
         line = np.tile(best, (places.size, 1))
         line[:, k] = places
         traces = self.misfit.prediction.traces(list(line[:, : len(self.ranges)]))
@@ -191,7 +191,7 @@ class GlobalSearch:
         return Solution(full(done.x), 2.0 * float(done.cost), bool(done.status > 0))
 
     def refined(self, solution: Solution) -> tuple[Solution, Point]:
-        """Least squares again, with derivatives over steps that suit the errors."""
+        """Return the least squares again, with derivatives over steps that suit the errors."""
         self.misfit.refresh(solution.p)
         point = self.misfit.at(solution.p, self.steps)
         solution = solution._replace(misfit=point.misfit)
@@ -203,7 +203,7 @@ class GlobalSearch:
 
 
 def inverse(columns: Vector) -> Vector:
-    """The covariance for unit noise; directions that change nothing get an error that is large, not infinite."""
+    """Return the covariance for unit noise; directions that change nothing get an error that is large, not infinite."""
     size = np.sqrt((columns**2).sum(axis=0))
     size = np.where(size > 0.0, size, 1.0)
     information = (columns / size).T @ (columns / size) + 1e-14 * np.eye(columns.shape[1])

@@ -30,7 +30,8 @@ class Dented:
 
 
 def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[str]:
-    """The warnings of a search's runs; of contacts beyond yield that of the best run, and how far they move the result.
+    """Return the warnings of a search's runs; of contacts beyond yield that of the best run, and how far they move the
+    result.
 
     The user is warned of it.
     """
@@ -50,7 +51,7 @@ def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[st
 
 
 def _moved(search: GlobalSearch, best: Solution, degrees: int) -> str:
-    """What a fit with the law, begun at the best one, finds; in words."""
+    """Return what a fit with the law, begun at the best one, finds; in words."""
     elastic, ranges = search.misfit.prediction, search.ranges
     prediction = Prediction(Dented(elastic.build), ranges, elastic.sensors, elastic.until)
     prediction.progress = elastic.progress

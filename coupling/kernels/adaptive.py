@@ -20,7 +20,7 @@ structure's own stepping, which is smaller by about the ratio of the window to t
 
 
 class Adaptation(NamedTuple):
-    """What chooses the length of the next window."""
+    """The settings that choose the length of the next window."""
 
     before: Run
     """Work space: the run before a window that may be too long."""

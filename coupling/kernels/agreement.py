@@ -1,4 +1,4 @@
-"""How chains and structures agree on the mean forces of a window: Newton's method, for one contact or for several."""
+"""Agreement of chains and structures on mean forces of a window: Newton's method, for one contact or for several."""
 
 from typing import Any, NamedTuple
 

@@ -110,7 +110,7 @@ class Ledger(NamedTuple):
 
 
 class SensorsAndLedger(NamedTuple):
-    """What a run keeps at all its saved times, and at some of them."""
+    """The frames that a run keeps at all its saved times, and at some of them."""
 
     sensors: Sensors
     ledger: Ledger

@@ -42,7 +42,7 @@ def bead_motion(
     structure: Structure | Surface | None = None,
     behind: Structure | Surface | None = None,
 ) -> xr.Dataset:
-    """Displacement and stress inside beads of a run, at the saved times nearest to `times`.
+    """Return the displacement and stress inside beads of a run, at the saved times nearest to `times`.
 
     A bead's field is the sum of its modes and of the static field of the contact forces (mode acceleration, see
     `particles.deformable.bead_field`). The forces act as Hertz's pressure on the contact circle for this force, with 8
@@ -163,7 +163,7 @@ class _Run:
             self.force[:, 0] = self.static[0] = 0.0
 
     def numbers(self, beads: Sequence[int] | int | None) -> list[int]:
-        """Numbers of the requested beads."""
+        """Return the numbers of the requested beads."""
         first, last = 0 if self.bodies[0] is not None else 1, len(self.bodies) - 1
         if beads is None:
             return list(range(first, last + 1))
@@ -174,7 +174,7 @@ class _Run:
         return sorted(listed_numbers)
 
     def pushes(self, number: int, rows: Any) -> Pair:
-        """The pressures on a bead at the rows, and at rest."""
+        """Return the pressures on a bead at the rows, and at rest."""
         forces = np.vstack([self.force[rows], self.static])
         bead = self.bodies[number]
         sides = []
@@ -185,7 +185,7 @@ class _Run:
         return sides[0], sides[1]
 
     def _radius_at_one_newton(self, bead: Bead, number: int, contact: int) -> float:
-        """Radius of a contact circle, m, by Hertz; it grows with the cube root of the force."""
+        """Return the radius of a contact circle, m, by Hertz; it grows with the cube root of the force."""
         surface, facing = bead.surface, self._other(number, contact)
         flat, sharp = relative_curvatures(surface, facing)
         if sharp - flat > CIRCULAR_DIFFERENCE * (sharp + flat):
@@ -193,7 +193,7 @@ class _Run:
         return sqrt(hertz_stiffness(surface, facing) ** (-2.0 / 3.0) / sharp)
 
     def _other(self, number: int, contact: int) -> Surface:
-        """The surface that the bead touches there."""
+        """Return the surface that the bead touches there."""
         neighbour = contact if contact < number else contact + 1
         body: Bead | None = self.bodies[neighbour] if neighbour < len(self.bodies) else None
         if body is not None:
@@ -209,7 +209,7 @@ class _Run:
 
 
 def _moved(field: BeadField, run: _Run, number: int, rows: Any, pushes: Pair) -> _Part:
-    """One bead at the chosen times."""
+    """Return one bead at the chosen times."""
     grid = field.grid
     points = grid.points - [0.0, 0.0, float(run.chain.centres[number])]
     *moments, rest = zip(*pushes, strict=True)
@@ -223,7 +223,7 @@ def _moved(field: BeadField, run: _Run, number: int, rows: Any, pushes: Pair) ->
 
 
 def _joined(grids: list[Grid], numbers: list[int]) -> Grid:
-    """All beads in one grid, each as a separate part."""
+    """Return all beads in one grid, each as a separate part."""
     starts = np.cumsum([0, *(len(grid.points) for grid in grids)])
     cells = [grid.cells + start for grid, start in zip(grids, starts, strict=False)]
     return Grid(
@@ -236,7 +236,7 @@ def _joined(grids: list[Grid], numbers: list[int]) -> Grid:
 
 
 def _surface(name: str, facing: object) -> Surface | None:
-    """The surface that an end of the chain faces."""
+    """Return the surface that an end of the chain faces."""
     what = "a Structure, a Surface or None"
     thing = instance(name, facing, Structure | Surface | None, what)  # type: ignore[arg-type]
     surface: Any = thing.surfaces[0] if isinstance(thing, Structure) else thing

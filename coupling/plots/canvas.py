@@ -1,4 +1,4 @@
-"""What all plots of results share: axes to draw on, colours, legends below."""
+"""The canvas that all plots of results share: axes to draw on, colours, legends below."""
 
 from collections.abc import Iterable
 from textwrap import fill
@@ -36,7 +36,7 @@ MARK = "hertzlink"
 
 
 def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
-    """The axes that were given, or those of a new figure of a size, inches. A ValueError for anything else."""
+    """Return the axes that were given, or those of a new figure of a size, inches. A ValueError for anything else."""
     from matplotlib.axes import Axes
 
     if ax is not None:
@@ -50,7 +50,7 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
 
 
 def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
-    """The axes of a new figure that only the caller knows, for a file."""
+    """Return the axes of a new figure that only the caller knows, for a file."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -60,7 +60,7 @@ def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
 
 
 def resized(ax: "Axes", height: float) -> bool:
-    """Whether the figure is one of ours, which then gets this height, inches; a user's keeps its own."""
+    """Return whether the figure is one of ours, which then gets this height, inches; a user's keeps its own."""
     figure: Any = ax.get_figure(root=True)
     if figure is None or figure.get_gid() != MARK:
         return False
@@ -69,20 +69,20 @@ def resized(ax: "Axes", height: float) -> bool:
 
 
 def width_of(ax: "Axes") -> float:
-    """The width of the figure, inches."""
+    """Return the width of the figure, inches."""
     figure: Any = ax.get_figure(root=True)
     return float(figure.get_figwidth())
 
 
 def styled(ax: "Axes", xlabel: str, ylabel: str) -> None:
-    """Labels and a pale grid."""
+    """Set labels and a pale grid."""
     ax.set(xlabel=xlabel, ylabel=ylabel)
     ax.grid(alpha=0.25, linewidth=0.5)
     ax.set_axisbelow(True)
 
 
 def from_zero(ax: "Axes") -> None:
-    """A vertical axis from zero, with room for the highest markers."""
+    """Start the vertical axis at zero, with room for the highest markers."""
     ax.set_ylim(0.0, 1.08 * max(ax.dataLim.y1, 0.01))
 
 
@@ -94,7 +94,7 @@ def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
 
 
 def legend_below(ax: "Axes", title: str = "") -> None:
-    """The legend below the axes and their label, where it covers nothing; long entries are wrapped.
+    """Put the legend below the axes and their label, where it covers nothing; long entries are wrapped.
 
     A figure of ours grows by the legend, so that the axes keep their height, inches.
     """
@@ -112,16 +112,16 @@ def legend_below(ax: "Axes", title: str = "") -> None:
 
 
 def legend_texts(ax: "Axes", labels: Iterable[str]) -> tuple[list[str], int]:
-    """Entries of a legend that is as wide as the figure, with their number of lines."""
+    """Return the entries of a legend that is as wide as the figure, with their number of lines."""
     texts = [fill(plain(label), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels]
     return texts, sum(text.count("\n") + 1 for text in texts)
 
 
 def in_words(name: str) -> str:
-    """The name of an argument or a parameter as a text has it: Young's modulus for youngs_modulus."""
+    """Return the name of an argument or a parameter as a text has it: Young's modulus for youngs_modulus."""
     return name.replace("_", " ").replace("youngs ", "Young's ").replace("poisson ratio", "Poisson's ratio")
 
 
 def plain(text: str) -> str:
-    """Text of a user that matplotlib must not read as a formula."""
+    """Return the text of a user that matplotlib must not read as a formula."""
     return text.replace("$", r"\$")

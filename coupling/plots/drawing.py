@@ -97,7 +97,7 @@ class Drawing:
         self.renderer.close()
 
     def draw(self, number: int) -> Figure:
-        """The figure at the time of this number."""
+        """Return the figure at the time of this number."""
         picture = self.renderer.image(number, self.values[number])
         if self.image is None:
             self.image = self.axes.imshow(picture, extent=self._extent(), aspect="auto", interpolation="antialiased")
@@ -113,15 +113,14 @@ class Drawing:
         return self.figure
 
     def pixels(self, number: int) -> NDArray[np.uint8]:
-        """The figure at the time of this number, height × width × 3."""
+        """Return the figure at the time of this number, height × width × 3."""
         canvas: Any = FigureCanvasAgg(self.draw(number))
         canvas.draw()
         return np.array(canvas.buffer_rgba())[..., :3]
 
     def _usual(self) -> float:
-        """A round number that COLOURED_FRACTION of the body does not exceed, or the largest value if it is close
-        to it.
-        """
+        """Return a round number that COLOURED_FRACTION of the body does not exceed, or the largest value if it is close
+        to it."""
         of_cells = abs(self.values[:, self.motion.cells.values].mean(axis=2))
         order, size = np.argsort(of_cells, axis=None), np.broadcast_to(self.scene.sizes(), of_cells.shape).ravel()
         passed = np.cumsum(size[order])
@@ -132,7 +131,7 @@ class Drawing:
         return greatest if usual > 0.5 * greatest else round_number(usual, up=True, ladder=COLOUR_ENDS)
 
     def _laid_out(self) -> tuple[Figure, Any]:
-        """The figure, with a colour bar on the right, or below a wide body."""
+        """Return the figure, with a colour bar on the right, or below a wide body."""
         height, wide = self.width * self.scene.aspect, self.scene.aspect < 0.6
         names = [] if self.history is None else self.history[3]
         columns = max(1, int(self.width / COLUMN))
@@ -185,7 +184,7 @@ class Drawing:
         axes.margins(x=0.0)
 
     def _extent(self) -> tuple[float, ...]:
-        """Left, right, bottom, top of the image, mm; in an upright section the last two are depths."""
+        """Return the left, right, bottom, top of the image, mm; in an upright section the last two are depths."""
         left, right, bottom, top = (1e3 * end for end in self.scene.extent)
         return (left, right, -bottom, -top) if self.scene.flat and not self.scene.lying else (left, right, bottom, top)
 
@@ -208,7 +207,7 @@ class Drawing:
                 axis.set_major_formatter(lambda value, _: f"{abs(value):g}")
 
     def _scale(self) -> None:
-        """A bar of a round length below a 3-D body, in place of axes."""
+        """Draw a bar of a round length below a 3-D body, in place of axes."""
         self.axes.set_axis_off()
         left, right, bottom, top = self._extent()
         length, low = round_number(0.3 * (right - left)), bottom - 0.08 / (self.width / (right - left))
@@ -223,7 +222,7 @@ class Drawing:
 
 
 def _values(motion: xr.Dataset, show: str) -> Vector:
-    """The values that are shown, times × points; the deflection is the displacement into the struck face."""
+    """Return the values that are shown, times × points; the deflection is the displacement into the struck face."""
     if show == "von_mises":
         return np.asarray(motion.von_mises.values, dtype=float)
     vectors = np.asarray(motion.displacement.values, dtype=float)
@@ -233,7 +232,8 @@ def _values(motion: xr.Dataset, show: str) -> Vector:
 
 
 def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str, list[str]]:
-    """Time (µs) and force, from the start of the run to the end of the motion; names of the force and of its columns.
+    """Return the time (µs) and force, from the start of the run to the end of the motion; names of the force and of its
+    columns.
 
     The force, N, of the last bead relative to the preload, or through the beads that are drawn, one column each.
     """
@@ -256,7 +256,7 @@ def _through_beads(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:
 
 
 def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
-    """Time (µs) and force up to the last time of the motion; the whole run for a motion of one time."""
+    """Return the time (µs) and force up to the last time of the motion; the whole run for a motion of one time."""
     shown = force.sel(time=slice(None, max(float(motion.time[-1]), 2.0 * float(force.time[1]))))
     if motion.sizes["time"] == 1:
         shown = force

@@ -241,7 +241,7 @@ def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
 
 
 def dataset_of(result: Any) -> xr.Dataset:
-    """An identification as a Dataset; a ValueError for anything else."""
+    """Return an identification as a Dataset; raise a ValueError for anything else."""
     data = result if isinstance(result, xr.Dataset | type) else None
     if data is None and callable(getattr(result, "to_dataset", None)) and hasattr(result, "unknowns"):
         data = result.to_dataset()
@@ -251,7 +251,7 @@ def dataset_of(result: Any) -> xr.Dataset:
 
 
 def _fit_of_features(data: xr.Dataset, ax: "Axes") -> "Axes":
-    """AR and TOF, fitted and measured, over the measured values: all units on one axis."""
+    """Return AR and TOF, fitted and measured, over the measured values: all units on one axis."""
     measured, places = data.measured.values, np.arange(data.sizes[FEATURE])
     part = np.full(measured.shape, np.nan)
     np.divide(data.noise.values, abs(measured), out=part, where=measured != 0.0)
@@ -280,7 +280,7 @@ def _name_features(ax: "Axes", data: xr.Dataset) -> None:
 
 
 def _one(result: object, sensor: int | None) -> tuple[xr.Dataset, int]:
-    """The data of one sensor, and its number; all data, and 0, where AR and TOF were compared."""
+    """Return the data of one sensor, and its number; all data, and 0, where AR and TOF were compared."""
     data = dataset_of(result)
     if FEATURE in data.dims:
         if sensor is not None:

@@ -22,7 +22,7 @@ TIME_ROUNDING = 1e-9
 
 
 def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
-    """Displacement and von Mises stress of a run's structure at the saved times nearest to `times`.
+    """Return the displacement and von Mises stress of a run's structure at the saved times nearest to `times`.
 
     The structure is moved again, from rest, under the contact force of the run relative to the preload: the mean of its
     two end values over each saved interval. The run itself needs no memory for the body, but must be saved at least a
@@ -86,9 +86,9 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
 
 
 def _contacts_of(data: object, structure: Structure) -> tuple[int, Vector, Vector]:
-    """The number of a structure in the run; and at each of its p contact points the force relative to the preload (N),
-    the mean over each saved interval, and the displacement (m); intervals × p, times × p. NaN if nothing touches it.
-    """
+    """Return the number of a structure in the run; and at each of its p contact points the force relative to the
+    preload (N), the mean over each saved interval, and the displacement (m); intervals × p, times × p. NaN if nothing
+    touches it."""
     contacts, force, static = contact_forces(data)
     run = instance("run", data, xr.Dataset, "the Dataset of a run")
     if "structure" in run.dims:
@@ -129,7 +129,7 @@ def _check_length(structure: Structure, until: float) -> None:
 
 
 def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
-    """Rows of the saved times nearest to the requested ones, which must increase."""
+    """Return the rows of the saved times nearest to the requested ones, which must increase."""
     try:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
     except (TypeError, ValueError):
@@ -150,7 +150,7 @@ def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
 
 
 def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
-    """Degrees of freedom at the rows, and the displacements of the contacts at all times up to the last row."""
+    """Return degrees of freedom at the rows, and the displacements of the contacts at all times up to the last row."""
     moving, wanted = MovingStructure(structure), set(rows.tolist())
     state, contact = moving.start(), np.zeros((len(force) + 1, structure.contacts))
     states = [state.displacement] if 0 in wanted else []
@@ -162,7 +162,7 @@ def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[n
 
 
 def _contact_error(actual: Vector, expected: Vector) -> float:
-    """Largest relative difference at the contacts that something touches."""
+    """Return the largest relative difference at the contacts that something touches."""
     touched = ~np.isnan(expected[0])
     actual, expected = actual[:, touched], expected[:, touched]
     greatest = float(max(abs(actual).max(), abs(expected).max()))
@@ -170,7 +170,8 @@ def _contact_error(actual: Vector, expected: Vector) -> float:
 
 
 def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
-    """The Dataset of `structure_motion` without its attributes: fields at t times, t × p × 3 in m and t × p in Pa."""
+    """Return the Dataset of `structure_motion` without its attributes: fields at t times, t × p × 3 in m and t × p in
+    Pa."""
     counted = {"units": "1"}
     variables: dict[str, Any] = {
         "displacement": (

@@ -69,7 +69,7 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
 
 
 def _folder(folder: str | Path) -> Path:
-    """The folder; a ValueError if it cannot be written."""
+    """Return the folder; raise a ValueError if it cannot be written."""
     if not isinstance(folder, str | Path):
         raise ValueError(f"folder = {folder!r}: must be the name of a folder")
     place = Path(folder).resolve()

@@ -173,7 +173,7 @@ def animation(
 
 
 def _write_gif(path: Path, images: Images, rate: float) -> None:
-    """All frames share the colours of one palette; otherwise they would flicker."""
+    """Write frames that share the colours of one palette; otherwise they would flicker."""
     from PIL import Image
 
     frames = [Image.fromarray(image) for image in images]
@@ -207,7 +207,7 @@ def _strongest(motion: xr.Dataset) -> int:
 
 
 def _nearest(motion: xr.Dataset, time: float) -> int:
-    """The number of the time nearest to `time`, which must lie within the motion."""
+    """Return the number of the time nearest to `time`, which must lie within the motion."""
     moments, wanted = motion.time.values, finite("time", time, "s")
     spare = 0.5 * float(np.diff(moments).max()) if moments.size > 1 else 1e-6
     if not moments[0] - spare <= wanted <= moments[-1] + spare:
@@ -216,7 +216,7 @@ def _nearest(motion: xr.Dataset, time: float) -> int:
 
 
 def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
-    """The path; a ValueError if no such file can be written there."""
+    """Return the path; raise a ValueError if no such file can be written there."""
     if not isinstance(path, str | Path):
         raise ValueError(f"path = {path!r}: must be the name of a file")
     target = NotebookPath(path)

@@ -70,7 +70,7 @@ class Renderer:
         self._aim()
 
     def _add_lines(self, edges: Any, colour: str, line: float) -> None:
-        """Lines with a dot at each joint: on fine meshes, segments shorter than a pixel are not drawn as lines.
+        """Add lines with a dot at each joint: on fine meshes, segments shorter than a pixel are not drawn as lines.
 
         Dots are squares, no wider than the line in any direction; round ones would rise above the body.
         """
@@ -88,7 +88,7 @@ class Renderer:
         camera.clipping_range = (0.01 * far, 2.0 * far)
 
     def image(self, number: int, values: Vector) -> NDArray[np.uint8]:
-        """Height × width × 3: the body at the time of this number, coloured by values at the motion's points."""
+        """Return height × width × 3: the body at the time of this number, coloured by values at the motion's points."""
         places, point = self.scene.places(number), self.scene.shape.point
         for surface, edges in self.bodies:
             drawn = surface.point_data["number"]
@@ -104,7 +104,7 @@ class Renderer:
 
 
 def _surfaces(shape: Shape, rest: Vector) -> list[tuple[Any, Any]]:
-    """The surface of each material and its outline; their "number" is that of the points of the shape."""
+    """Return the surface of each material and its outline; their "number" is that of the points of the shape."""
     import pyvista
     from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 

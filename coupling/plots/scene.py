@@ -61,7 +61,7 @@ class Shape(NamedTuple):
 
 
 def shape_of(motion: xr.Dataset) -> Shape:
-    """The body's cells, those of a section mirrored at the axis."""
+    """Return the body's cells, those of a section mirrored at the axis."""
     split, kind = np.array(LINEAR_SUBCELLS[motion.attrs["cell_type"]]), LINEAR_TYPES[motion.attrs["cell_type"]]
     cells = motion.cells.values[:, split].reshape(-1, split.shape[1])
     part, count = np.repeat(motion.part.values, len(split)), motion.sizes["point"]
@@ -129,7 +129,7 @@ class Scene:
         return np.asarray(np.sqrt(abs(np.linalg.det(edges @ np.swapaxes(edges, -1, -2)))).sum(axis=1))
 
     def places(self, number: int) -> Vector:
-        """Positions of the drawn points at the time of this number."""
+        """Return the positions of the drawn points at the time of this number."""
         motion = self.motion
         return self._drawn(self._in_space(motion.position.values + self.factor * motion.displacement.values[number]))
 
@@ -150,7 +150,7 @@ class Scene:
 
 
 def _oblique(up: Vector) -> Vector:
-    """The frame of an oblique view from above; up: a direction of space that is drawn upward."""
+    """Return the frame of an oblique view from above; up: a direction of space that is drawn upward."""
     up = up / np.linalg.norm(up)
     ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
     ahead /= np.linalg.norm(ahead)
@@ -162,7 +162,7 @@ def _oblique(up: Vector) -> Vector:
 
 
 def round_number(value: float, up: bool = False, ladder: Sequence[float] = (1.0, 2.0, 5.0)) -> float:
-    """The next number of 1, 2, 5, 10, ... (or of another sequence within a decade) below, or above."""
+    """Return the next number of 1, 2, 5, 10, ... (or of another sequence within a decade) below, or above."""
     decades = 10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0)
     steps = np.outer(decades, ladder).ravel()
     return float(steps[steps >= value].min() if up else steps[steps <= value].max())

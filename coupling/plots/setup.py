@@ -75,7 +75,7 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
 
 
 def _laid_out(drawn: Drawn) -> None:
-    """The legend below; a figure of ours becomes as high as sketch and legend."""
+    """Put the legend below; a figure of ours becomes as high as sketch and legend."""
     ax, (handles, labels) = drawn.ax, drawn.legend()
     ax.relim(visible_only=True)
     ax.autoscale_view()
@@ -95,7 +95,7 @@ def _laid_out(drawn: Drawn) -> None:
 
 
 def described_input(run: Any, name: str = "run") -> dict[str, Any]:
-    """The input of a run as plain data: chains, structures and contacts; a ValueError where it is not known.
+    """Return input of a run as plain data: chains, structures and contacts; raise a ValueError where it is not known.
 
     name: what an error calls the argument.
     """
@@ -118,7 +118,7 @@ def _has_chain(inputs: Mapping[str, Any]) -> bool:
 
 
 def _rows(inputs: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """For each chain what it faces: the chain, and the structure and its contact point at either end."""
+    """Return for each chain what it faces: the chain, and the structure and its contact point at either end."""
     if "chain" in inputs:
         return [{"chain": inputs["chain"], LAST: (inputs.get("structure"), 0)}]
     rows: list[dict[str, Any]] = [{"chain": chain, "name": f"chain {i}"} for i, chain in enumerate(inputs["chains"])]
@@ -130,7 +130,7 @@ def _rows(inputs: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
-    """One chain and what it faces, below `top`; returns the lowest y, mm."""
+    """Return one chain and what it faces, below `top`; returns the lowest y, mm."""
     chain = row["chain"]
     high = 0.5 * max(_size(bead)[1] for bead in chain["beads"])
     last, first = (row.get(end, (None, 0)) for end in (LAST, FIRST))
@@ -153,7 +153,7 @@ def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
 
 
 def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
-    """The beads, whose last one ends at x = 0; returns the x of the struck end, mm."""
+    """Return the beads, whose last one ends at x = 0; returns the x of the struck end, mm."""
     from matplotlib.patches import Circle, Ellipse, Rectangle
 
     kinds: dict[str, int] = {}
@@ -188,7 +188,7 @@ def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
 
 
 def _draw_striker(drawn: Drawn, chain: Mapping[str, Any], x: float, y: float) -> None:
-    """What strikes the first bead, left of it, with an arrow."""
+    """Draw the body that strikes the first bead, left of it, with an arrow."""
     from matplotlib.patches import Ellipse
 
     striker, speed = chain.get("striker"), chain.get("impact_speed")
@@ -212,7 +212,7 @@ def _draw_striker(drawn: Drawn, chain: Mapping[str, Any], x: float, y: float) ->
 
 
 def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
-    """Width along the chain and height across it, mm."""
+    """Return the width along the chain and height across it, mm."""
     wide = 2e3 * float(bead.get("radius") or 0.5 * float(bead.get("size") or 0.01))
     length = bead.get("length")
     if length is None:
@@ -223,12 +223,12 @@ def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
 
 
 def _lies(bead: Mapping[str, Any]) -> bool:
-    """Whether it is a cylinder whose side is seen, not its end."""
+    """Return whether it is a cylinder whose side is seen, not its end."""
     return bool(bead.get("length") is not None and "axis" not in bead and abs(cos(bead.get("angle") or 0.0)) > 0.5)
 
 
 def _words(bead: Mapping[str, Any]) -> str:
-    """A bead in words: kind, size and material."""
+    """Return a bead in words: kind, size and material."""
     material = bead.get("material")
     of = material.get("name") if isinstance(material, Mapping) else None
     wide = f"{2e3 * float(bead['radius']):.4g} mm" if "radius" in bead else ""
@@ -242,7 +242,7 @@ def _words(bead: Mapping[str, Any]) -> str:
 
 
 def _scale_bar(drawn: Drawn, y: float) -> None:
-    """A bar of a round length below the sketch, left."""
+    """Draw a bar of a round length below the sketch, left."""
     drawn.ax.autoscale_view()
     left, right = drawn.ax.get_xlim()
     length = next((mm for mm in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if mm < 0.25 * (right - left)), 1.0)

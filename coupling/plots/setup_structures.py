@@ -36,28 +36,28 @@ class Drawn:
         self._known: dict[str, Any] = {}
 
     def add(self, patch: Any, words: str = "") -> None:
-        """A patch, with its words in the legend."""
+        """Add a patch, with its words in the legend."""
         self.ax.add_patch(patch)
         if words:
             self.named(words, patch)
 
     def named(self, words: str, handle: Any = None) -> None:
-        """Words of the legend; those that come first stand first, even if they are drawn later."""
+        """Add words to the legend; those that come first stand first, even if they are drawn later."""
         if self._known.get(words) is None:
             self._known[words] = handle
 
     def line(self, x: Sequence[float], y: Sequence[float], words: str = "", **look: Any) -> None:
-        """A line, with its words in the legend."""
+        """Draw a line, with its words in the legend."""
         (line,) = self.ax.plot(x, y, **look)
         if words:
             self.named(words, line)
 
     def text(self, x: float, y: float, words: str, **place: Any) -> None:
-        """Small letters."""
+        """Write small letters."""
         self.ax.text(x, y, plain(words), fontsize=SMALL, color=INK, **place)
 
     def arrow(self, start: tuple[float, float], end: tuple[float, float], words: str = "") -> None:
-        """An arrow, which shows where something moves."""
+        """Draw an arrow, which shows where something moves."""
         self.ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": COLOURS[1], "linewidth": 1.2})
         # An annotation does not count where limits are chosen.
         self.ax.plot(*zip(start, end, strict=True), linestyle="none")
@@ -65,17 +65,17 @@ class Drawn:
             self.line([], [], words, color=COLOURS[1], marker=">", linestyle="none")
 
     def note(self, words: str) -> None:
-        """Words of the legend that belong to no mark."""
+        """Add words to the legend that belong to no mark."""
         self.line([], [], words, linestyle="none")
 
     def legend(self) -> tuple[list[Any], list[str]]:
-        """Handles and words."""
+        """Return the handles and words."""
         labelled = {words: handle for words, handle in self._known.items() if handle is not None}
         return list(labelled.values()), list(labelled)
 
 
 def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.0, mirrored: bool = False) -> float:
-    """A structure from the side, whose face is at x; returns its far end, mm.
+    """Return a structure from the side, whose face is at x; returns its far end, mm.
 
     Without `drawn` nothing is drawn, and half of its height is returned.
     """
@@ -103,7 +103,7 @@ def _block(drawn: Drawn, x: float, y: float, width: float, height: float, words:
 
 
 def _layers(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
-    """A rod or a cylinder of layers, and what holds its far end."""
+    """Return a rod or a cylinder of layers, and what holds its far end."""
     layers = data["layers"]
     radius = max(1e3 * float(layer["radius"]) for layer in layers)
     if drawn is None:
@@ -129,7 +129,7 @@ def _layers(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, si
 
 
 def _shell(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
-    """A hollow sphere, cut through its axis, and the seat that holds it."""
+    """Return a hollow sphere, cut through its axis, and the seat that holds it."""
     from matplotlib.patches import Annulus, Arc
 
     radius, thick = (1e3 * float(data[name]) for name in ("radius", "thickness"))
@@ -162,7 +162,8 @@ def _plate_from_side(drawn: Drawn | None, data: Mapping[str, Any], kind: str, x:
 
 
 def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float, top: float) -> float:
-    """A plate as seen along the chain, right of x and below `top`; returns its lowest y. Others have no such view."""
+    """Return a plate as seen along the chain, right of x and below `top`; returns its lowest y. Others have no such
+    view."""
     kind = structure.get("kind") if isinstance(structure, Mapping) else None
     if kind == "spherical shell" or not isinstance(structure, Mapping) or "thickness" not in structure:
         return y - SPACE
@@ -201,7 +202,7 @@ def _caption(width: float, height: float, factor: float) -> str:
 
 
 def _rings(structure: Mapping[str, Any]) -> list[tuple[list[tuple[float, float]], list[str]]]:
-    """The outline and its holes, mm, with the names of their edges."""
+    """Return the outline and its holes, mm, with the names of their edges."""
     if "corners" in structure:
         edges = [str(name) for name in structure.get("edges") or []]
         outer = _points(structure["corners"])
@@ -219,7 +220,7 @@ def _points(corners: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
 
 
 def _mesh_of(drawn: Drawn, structure: Mapping[str, Any], to_sketch: Any) -> None:
-    """The lines of a uniform mesh; others depend on the contact, and are not drawn."""
+    """Draw the lines of a uniform mesh; others depend on the contact, and are not drawn."""
     cells = structure.get("cells")
     if "corners" in structure or not isinstance(cells, Sequence) or len(cells) != 2:
         return
@@ -234,7 +235,7 @@ def _mesh_of(drawn: Drawn, structure: Mapping[str, Any], to_sketch: Any) -> None
 
 
 def _marks(drawn: Drawn, structure: Mapping[str, Any], point: int, to_sketch: Any) -> None:
-    """Where chains touch, and what was added to the plate."""
+    """Mark where chains touch, and what was added to the plate."""
     for addition in structure.get("additions") or []:
         if "region" in addition:
             left, right, bottom, top = (1e3 * side for side in addition["region"])
@@ -261,7 +262,7 @@ def _marks(drawn: Drawn, structure: Mapping[str, Any], point: int, to_sketch: An
 
 
 def _without_outline(drawn: Drawn, structure: Mapping[str, Any], x: float, y: float) -> float:
-    """A half-plane with its edge, a plate without edges, or one whose outline is in a file."""
+    """Return a half-plane with its edge, a plate without edges, or one whose outline is in a file."""
     away = 1e3 * float(structure.get("distance") or 0.0)
     x0 = x + 12.0
     _block(drawn, x0, y - SPACE, away + SPACE, 2.0 * SPACE, "", edgecolor="none", facecolor="#eef1f4")

@@ -140,18 +140,18 @@ def swept(
 
 
 def words_of(values: xr.DataArray) -> str:
-    """What a parameter is, in words: its attribute `long_name`, or its name."""
+    """Return what a parameter is, in words: its attribute `long_name`, or its name."""
     return plain(str(values.attrs.get("long_name") or in_words(str(values.name))))
 
 
 def label_of(values: xr.DataArray) -> str:
-    """The label of an axis for a parameter, or the head of a column: words and unit."""
+    """Return the label of an axis for a parameter, or the head of a column: words and unit."""
     unit = parameter(values)[1]
     return f"{words_of(values)} ({unit})" if unit else words_of(values)
 
 
 def varied(runs: xr.Dataset) -> dict[str, str]:
-    """The parameters of a sweep by name, each with its values in words, such as "5 to 125 mm"."""
+    """Return the parameters of a sweep by name, each with its values in words, such as "5 to 125 mm"."""
     shown = next((name for name in ("contact_force", *MEASURES) if name in runs), None)
     texts = {}
     for name in axes_of(runs[shown]) if shown else []:
@@ -168,7 +168,7 @@ def varied(runs: xr.Dataset) -> dict[str, str]:
 
 
 def parameter(values: xr.DataArray) -> tuple[float, str]:
-    """The factor of a parameter and its unit in handy form, from its attribute or from its name."""
+    """Return the factor of a parameter and its unit in handy form, from its attribute or from its name."""
     unit = str(values.attrs.get("units", ""))
     last = str(values.name).rsplit("_", 1)[-1]
     unit = unit or next((what.unit for words, what in WORDS.items() if last in words.split()), "")
@@ -176,14 +176,14 @@ def parameter(values: xr.DataArray) -> tuple[float, str]:
 
 
 def _places(values: xr.DataArray) -> tuple[np.ndarray, str]:
-    """Where points lie on the horizontal axis, and its label; names lie at 0, 1, 2."""
+    """Return where points lie on the horizontal axis, and its label; names lie at 0, 1, 2."""
     if values.dtype.kind not in "iuf":
         return np.arange(values.size, dtype=float), words_of(values)
     return parameter(values)[0] * values.values.astype(float), label_of(values)
 
 
 def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataArray:
-    """The measure over the parameters."""
+    """Return the measure over the parameters."""
     data = instance("runs", runs, xr.Dataset, "the Dataset of a sweep")
     if f"{wave}_{measure}" in data:  # as cases keep the secondary wave
         return data[f"{wave}_{measure}"].reset_coords(drop=True)
@@ -203,7 +203,7 @@ def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataAr
 
 
 def _curves(values: xr.DataArray, along: str, others: list[str]) -> Iterator[tuple[str, Any, list[tuple[int, ...]]]]:
-    """Words, values and places of each curve."""
+    """Yield the words, values and places of each curve."""
     axes = [str(axis) for axis in values.dims]
     count = values.sizes[along]
     if not others:
@@ -217,7 +217,7 @@ def _curves(values: xr.DataArray, along: str, others: list[str]) -> Iterator[tup
 
 
 def _reasons(runs: xr.Dataset, values: xr.DataArray, sensor: int | None, wave: str) -> dict[tuple[int, ...], str]:
-    """Why a wave is missing, by the place of the point."""
+    """Return why a wave is missing, by the place of the point."""
     reasons: dict[tuple[int, ...], str] = {}
     for at in zip(*np.nonzero(np.isnan(values.values)), strict=True):
         place = tuple(int(i) for i in at)
@@ -238,7 +238,7 @@ def _reason(point: xr.Dataset, sensor: int | None, wave: str) -> str:
 
 
 def _counted(gaps: list[tuple[int, ...]], missing: Mapping[tuple[int, ...], str], wave: str) -> str:
-    """The reasons of missing values in words, each kind once, with the number of its points.
+    """Return the reasons of missing values in words, each kind once, with the number of its points.
 
     Of reasons that differ in numbers only, the one with the greatest last number is shown: the longest record.
     """

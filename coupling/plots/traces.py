@@ -252,7 +252,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
 
 
 def waves_in_words(waves: Reflections) -> dict[str, str]:
-    """Each wave at a sensor in words: amplitude and arrival, AR and TOF, or why it is missing."""
+    """Return each wave at a sensor in words: amplitude and arrival, AR and TOF, or why it is missing."""
     words = {}
     for name, wave in zip(waves._fields, waves, strict=True):
         if isinstance(wave, ReflectedWave):
@@ -265,7 +265,7 @@ def waves_in_words(waves: Reflections) -> dict[str, str]:
 
 
 def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
-    """The force at a sensor; a ValueError where the Dataset holds several runs, chains or signals."""
+    """Return the force at a sensor; raise a ValueError where the Dataset holds several runs, chains or signals."""
     force = sensor_force(reading.data, sensor)
     if axes := [str(axis) for axis in force.dims if axis != "time"]:
         what = "chain" if axes == ["chain"] else "run"
@@ -274,7 +274,7 @@ def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
 
 
 def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str) -> None:
-    """A marker above each peak, with its words in the legend; a clipped peak has none."""
+    """Mark each peak from above, with words in the legend; a clipped peak has no mark."""
     try:
         waves = reflections(run, sensor)
     except ValueError as error:
@@ -289,7 +289,7 @@ def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str)
 
 
 def sensors_of(reading: Reading, sensors: Any) -> list[int]:
-    """The numbers of sensors: those stated, or the usual ones."""
+    """Return the numbers of sensors: those stated, or the usual ones."""
     if sensors is None:
         if reading.is_signal:
             return [int(number) for number in reading.data.sensor.values]
@@ -304,5 +304,5 @@ def sensors_of(reading: Reading, sensors: Any) -> list[int]:
 
 
 def _summed(values: xr.DataArray) -> xr.DataArray:
-    """The sum over chains or structures, where a run has several."""
+    """Return the sum over chains or structures, where a run has several."""
     return values.sum([axis for axis in values.dims if axis != "time"])

@@ -165,7 +165,7 @@ def _builder() -> Any:
 
 
 def _target(path: str | Path) -> Path:
-    """The file to write, or a ValueError."""
+    """Return the file to write, or raise a ValueError."""
     what = "name of a file that ends in .fmu"
     named = path_of("path", path, what)
     if named.suffix != ".fmu":
@@ -194,7 +194,7 @@ def _warn_of_folders(*folders: Path) -> None:
 
 @contextmanager
 def _imports_restored() -> Iterator[None]:
-    """pythonfmu imports the unit from its folder, and would leave that folder in sys.path; this context restores it."""
+    """Restore sys.path: pythonfmu imports the unit from its folder, and would leave that folder in it."""
     path, loaded = sys.path.copy(), UNIT_MODULE in sys.modules
     try:
         yield

@@ -1,4 +1,4 @@
-"""What an FMU holds besides its script: a chain and the surface that it faces, as plain data; and its state."""
+"""The content of an FMU besides its script: a chain and the surface that it faces, as plain data; and its state."""
 
 import importlib.metadata
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ class KnownLaws:
     pairs: tuple[tuple[Bead, Bead | Surface, ContactLaw], ...]
 
     def __call__(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
-        """The law of a pair. Raises ValueError for one that the chain does not have."""
+        """Return the law of a pair. Raises ValueError for one that the chain does not have."""
         for first, second, law in self.pairs:
             if (first, second) == (bead, facing):
                 return law
@@ -62,7 +62,8 @@ STATE_TYPES = plain.own_types(UnitState, GuestState, ChainState)
 
 
 def pack(chain: Chain, surface: Surface, flexibility: float, dt: float | None, trust: bool) -> bytes:
-    """The content as bytes. Raises ValueError where a part of it is no plain data, or another Python cannot find it."""
+    """Return the content as bytes. Raises ValueError where a part of it is no plain data, or another Python cannot find
+    it."""
     content = {
         "kind": type(chain).__name__,
         "chain": _fields_of(chain, surface, flexibility, dt),
@@ -81,7 +82,7 @@ def pack(chain: Chain, surface: Surface, flexibility: float, dt: float | None, t
 
 
 def unpack(data: bytes, trust: bool) -> tuple[Chain, dict[str, Any]]:
-    """The chain, checked as any input, and what it faces. Raises ValueError for anything else."""
+    """Return the chain, checked as any input, and what it faces. Raises ValueError for anything else."""
     written, _, rest = data.partition(b"\n")
     here = importlib.metadata.version("hertzlink")
     if written != here.encode():
@@ -95,12 +96,12 @@ def unpack(data: bytes, trust: bool) -> tuple[Chain, dict[str, Any]]:
 
 
 def state_bytes(state: UnitState) -> bytes:
-    """The state of a unit as bytes."""
+    """Return the state of a unit as bytes."""
     return plain.to_bytes(state, STATE_TYPES)
 
 
 def state_from(data: bytes) -> UnitState:
-    """The state in bytes. Raises ValueError for anything else."""
+    """Return the state in bytes. Raises ValueError for anything else."""
     state = plain.from_bytes(data, STATE_TYPES)
     if not (isinstance(state, UnitState) and isinstance(state.guest, GuestState)):
         raise ValueError("state: is none of this unit")
@@ -112,7 +113,7 @@ def state_from(data: bytes) -> UnitState:
 
 
 def _fields_of(chain: Chain, surface: Surface, flexibility: float, dt: float | None) -> Mapping[str, Any]:
-    """What builds the chain, with a function as a law replaced by the laws that it gives."""
+    """Return what builds the chain, with a function as a law replaced by the laws that it gives."""
     chain_fields = {field.name: getattr(chain, field.name) for field in fields(chain) if field.init}
     if chain_fields.get("vibrations") is vibration:
         del chain_fields["vibrations"]

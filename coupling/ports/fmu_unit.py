@@ -91,7 +91,7 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         return lambda: 0.5 * (self.state.contact_force[bead - 1] + self.state.contact_force[bead])
 
     def to_xml(self, *options: Any) -> Element:
-        """The description of the model, with its units and initial unknowns, which pythonfmu omits."""
+        """Return the description of the model, with its units and initial unknowns, which pythonfmu omits."""
         root: Element = super().to_xml(*options)
         definitions = Element("UnitDefinitions")
         for unit, exponents in BASE_UNIT_EXPONENTS.items():
@@ -106,11 +106,11 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         return root
 
     def setup_experiment(self, start_time: float, *_: float | None) -> None:
-        """Time zero of the chain, the first contact of the striker, is the start time of the opening program."""
+        """Take the start time of the opening program as time zero of the chain, the first contact of the striker."""
         self.begin = start_time
 
     def exit_initialization_mode(self) -> None:
-        """From now on the parameter is fixed."""
+        """Fix the parameter from now on."""
         self.initialised = True
 
     def set_real(self, references: list[int], values: list[float]) -> None:
@@ -128,13 +128,13 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
                 self._refuse(name, f"{name} = {value!r}: cannot be set; the input is surface_displacement")
 
     def get_real(self, references: list[int]) -> list[float]:
-        """Values; NaN for a reference that the unit does not have."""
+        """Return the values; NaN for a reference that the unit does not have."""
         for reference in set(references) - self.vars.keys():
             self._refuse(f"variable {reference}", f"variable {reference}: is none of this unit")
         return [float(self.vars[reference].getter()) if reference in self.vars else nan for reference in references]
 
     def _no_kind(self, kind: str, none: Any) -> tuple[Any, Any]:
-        """The functions that get and set variables of a kind that the unit does not have."""
+        """Return the functions that get and set variables of a kind that the unit does not have."""
 
         def get(references: list[int]) -> list[Any]:
             for reference in references:

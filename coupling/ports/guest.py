@@ -31,14 +31,14 @@ class GuestState(NamedTuple):
 
 
 def guest_chain(chain: Chain, surface: Surface, flexibility: float = 0.0, dt: float | None = None) -> MovingChain:
-    """The chain, ready to face a surface that another program moves. Raises ValueError as MovingChain does."""
+    """Return the chain, ready to face a surface that another program moves. Raises ValueError as MovingChain does."""
     instance("chain", chain, Chain, "a Chain")
     instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
     return moving_chain(chain, surface, flexibility, dt)
 
 
 def start(moving: MovingChain) -> GuestState:
-    """Static equilibrium, at time zero."""
+    """Return the static equilibrium, at time zero."""
     state = moving.start()
     return GuestState(state, 0.0, 0.0, _contact_force(moving, state, 0.0, 0.0))
 

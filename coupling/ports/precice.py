@@ -166,7 +166,7 @@ class _Windows:
         self.longest, self.first, self.tries, self.force = 0.0, 0, 1, 0.0
 
     def mean_force(self) -> float:
-        """Over the window so far, N."""
+        """Return the mean force over the window so far, N."""
         states = self.states[self.first :]
         spans = np.diff([state.chain.time for state in states])
         return float(spans @ [state.mean_force for state in states[1:]] / spans.sum())
@@ -185,7 +185,7 @@ class _Windows:
         self.first, self.tries, self.force = len(self.states) - 1, 1, force
 
     def findings(self, moving: MovingChain, most: float) -> list[str]:
-        """Windows that are coarse, or took as many iterations as they may."""
+        """Return the windows that are coarse, or took as many iterations as they may."""
         findings, coarse = [], moving.contact_time / FEWEST_PER_CONTACT
         if self.longest > coarse * (1.0 + SAME_TIME):
             size = f"time-window-size = {readable(self.longest, 's')}"
@@ -200,7 +200,7 @@ class _Windows:
 
 
 def _most_iterations(configuration: Path, participant: str) -> float:
-    """The max-iterations of the participant's coupling scheme, infinite where none are given."""
+    """Return the max-iterations of the participant's coupling scheme, infinite where none are given."""
     text = COMMENT.sub("", configuration.read_text(encoding="utf-8", errors="replace"))
     schemes = [
         match[0] for match in SCHEME.finditer(text) if re.search(rf"[\"']{re.escape(participant)}[\"']", match[0])
@@ -250,7 +250,7 @@ def _finalize(participant: Any) -> None:
 
 @contextmanager
 def _interruptible() -> Iterator[None]:
-    """Within this context Ctrl-C ends the process: Python itself would see it only when preCICE returns."""
+    """Let Ctrl-C end the process within this context: Python itself would see it only when preCICE returns."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -287,27 +287,27 @@ class _Interface:
         self.vertices = self.participant.set_mesh_vertices(names["mesh"], vertex[np.newaxis])
 
     def initialize(self) -> None:
-        """The initial force, if preCICE requires it, is zero: everything is in static equilibrium."""
+        """Write zero as the initial force, if preCICE requires it: everything is in static equilibrium."""
         if self.participant.requires_initial_data():
             self.write(0.0)
         with _interruptible():
             self.participant.initialize()
 
     def read(self, step: float) -> float:
-        """Displacement of the surface (m) at the end of the step (s)."""
+        """Return the displacement of the surface (m) at the end of the step (s)."""
         names = self.names
         data = self.participant.read_data(names["mesh"], names["displacement"], self.vertices, step)
         return float(np.ravel(data) @ self.directions[0])
 
     def write(self, force: float) -> None:
-        """The mean force (N), as one row for the one vertex; scalars are plain numbers."""
+        """Write the mean force (N), as one row for the one vertex; scalars are plain numbers."""
         row = force * self.directions[1]
         values = row if row.size == 1 else row[np.newaxis]
         self.participant.write_data(self.names["mesh"], self.names["force"], self.vertices, values)
 
     @staticmethod
     def _along(direction: Sequence[float] | None, size: int) -> Vector:
-        """The unit vector along which data of this size act; 1 for scalars."""
+        """Return the unit vector along which data of this size act; 1 for scalars."""
         if size == 1:
             return np.ones(1)
         if direction is None:
@@ -347,7 +347,7 @@ def _bindings() -> Any:
 
 
 def _version(precice: ModuleType) -> str:
-    """Of preCICE, as far as it is known, and of its bindings."""
+    """Return the version of preCICE, as far as it is known, and of its bindings."""
     information = getattr(precice, "get_version_information", str)()
     text = information.decode() if isinstance(information, bytes) else str(information)
     return f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"

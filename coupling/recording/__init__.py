@@ -1,1 +1,1 @@
-"""What a run writes: frames, the Dataset, checkpoints, the trace of iterations."""
+"""The records of a run: frames, the Dataset, checkpoints, the trace of iterations."""

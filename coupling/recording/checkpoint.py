@@ -90,7 +90,8 @@ class Keeper:
         self.kept: dict[str, Any] | None = self._read()
 
     def begin(self, frames: Frames, progress: Any) -> Any:
-        """The progress from which the run continues: that of the file, with its frames; else `progress`, then written.
+        """Return the progress from which the run continues: that of the file, with its frames; else `progress`, then
+        written.
 
         A file that cannot be written is thus found before the run.
         """
@@ -160,7 +161,7 @@ class Keeper:
             file.write(digest)
 
     def _read(self) -> dict[str, Any] | None:
-        """What the file holds, None where there is none."""
+        """Return what the file holds, None where there is none."""
         try:
             if not self.path.parent.is_dir():
                 raise ValueError(f"{self.name}: its folder does not exist")
@@ -174,7 +175,7 @@ class Keeper:
             raise ValueError(f"{self.name}: cannot be read ({error}); name another file") from error
 
     def _input_in(self, stored: str) -> dict[str, Any]:
-        """The run's input as the file holds it; a ValueError where it holds something else."""
+        """Return the run's input as the file holds it; raise a ValueError where it holds something else."""
         try:
             inputs = unfolded(json.loads(stored))
         except (ValueError, RecursionError):
@@ -217,7 +218,7 @@ class Keeper:
 
 @contextmanager
 def locked(path: str | os.PathLike[str]) -> Iterator[None]:
-    """While it lasts, no other run uses this checkpoint. Raises ValueError that names the process that does."""
+    """Keep other runs from this checkpoint. Raises ValueError that names the process that uses it."""
     file = _whole_path(path)
     if not file.parent.is_dir() or (os.path.lexists(file) and not file.is_file()):
         yield  # no file can be there: reading it reports what is wrong
@@ -253,7 +254,7 @@ def _whole_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _fits(progress: Any, like: Any) -> bool:
-    """Whether progress from a file can continue a run that starts from `like`: compiled loops check no bounds.
+    """Return whether progress from a file can continue a run that starts from `like`: compiled loops check no bounds.
 
     The states of users' participants and the memories of schemes in Python, which no compiled loop takes, may have any
     form.
@@ -271,7 +272,7 @@ def _fits(progress: Any, like: Any) -> bool:
 
 
 def _within_bounds(run: Run) -> bool:
-    """Whether the numbers by which the compiled loop counts stay within its arrays."""
+    """Return whether the numbers by which the compiled loop counts stay within its arrays."""
     remembered, tried, windows, *_ = run.totals[0].tolist()
     return bool(0 <= remembered <= len(run.window) and min(tried, windows) >= 0)
 
@@ -281,7 +282,7 @@ def _sum_of_rest(file: Any) -> bytes:
 
 
 def _sums(interface: Interface, answer: Any) -> dict[str, str]:
-    """Checksums of the numbers of both sides, which their descriptions need not contain.
+    """Return the checksums of the numbers of both sides, which their descriptions need not contain.
 
     answer: of the structures to a first push over a substep, which stands for a user's participant.
     """

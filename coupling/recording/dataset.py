@@ -23,7 +23,7 @@ def dataset(
     inputs: Mapping[str, Any],
     findings: Sequence[str] = (),
 ) -> xr.Dataset:
-    """The Dataset of one run. Shorter chains are padded with NaN, see `reading`.
+    """Return the Dataset of one run. Shorter chains are padded with NaN, see `reading`.
 
     inputs: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
@@ -59,14 +59,14 @@ def dataset(
 
 
 def _at_sensors(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
-    """What a run that keeps sensors only holds of a chain."""
+    """Return what a run that keeps sensors only holds of a chain."""
     assert frames.kept is not None
     (contacts, bodies), of_chain = map(len, frames.kept), frames.chains[number]
     return {"contact_force": of_chain.force[:, :contacts], "velocity": of_chain.velocity[:, :bodies]}
 
 
 def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
-    """A coordinate at some places along its last dimension, if that is a dimension of these."""
+    """Return a coordinate at some places along its last dimension, if that is a dimension of these."""
     if not isinstance(coordinate, tuple) or not coordinate[0]:
         return coordinate
     dims, values, *attributes = coordinate
@@ -75,7 +75,7 @@ def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
 
 
 def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
-    """How a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
+    """Return how a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
     participants = []
     for place, box in enumerate(interface.structures):
         if not isinstance(box, CheckedParticipant) or box.closing is not None or not box.inertias:
@@ -89,7 +89,7 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
-    """What belongs to one chain; contact energy with the work of the static forces on the surfaces."""
+    """Return what belongs to one chain; contact energy with the work of the static forces on the surfaces."""
     chain, of_chain = interface.chains[number], frames.chains[number]
     bodies = chain.mass.size
     energy = {name: of_chain.energy[name].copy() for name in of_chain.energy.dtype.names or ()}
@@ -118,7 +118,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
 
 
 def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
-    """Of one contact, at each saved time."""
+    """Return the gap of one contact, at each saved time."""
     contact = interface.contacts[k]
     chain = interface.chains[contact.chain]
     struck, far = chain.poles(frames.chains[contact.chain].position)
@@ -132,7 +132,7 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
 
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
-    """What belongs to contacts, structures and the run: contacts or structures × saved times."""
+    """Return what belongs to contacts, structures and the run: contacts or structures × saved times."""
     contact, structure = (
         {name: records[name].copy() for name in records.dtype.names or ()}
         for records in (frames.ledger.contact, frames.ledger.structure)
@@ -156,7 +156,7 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
 
 
 def _filled(arrays: Sequence[Vector | None], bodies: int) -> list[Vector]:
-    """Arrays of one shape: NaN replaces the bodies and modes that a chain does not have."""
+    """Return the arrays of one shape: NaN replaces the bodies and modes that a chain does not have."""
     shape = np.max([array.shape for array in arrays if array is not None], axis=0)
     if bodies:
         shape[1] = bodies
@@ -212,7 +212,7 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
 
 
 def summary(run: xr.Dataset) -> str:
-    """A run in one line: substeps, chain windows tried, and what the ledger says."""
+    """Return a run in one line: substeps, chain windows tried, and what the ledger says."""
     if "substeps" not in run:
         return f"{float(run.time[-1]):.6g} s, sensors {', '.join(map(str, run.bead.values))} kept"
     substeps, tried = int(run.substeps.sum()), int(run.evaluations.sum())

@@ -28,14 +28,15 @@ from structures.structure import Vector
 
 
 class Kept(NamedTuple):
-    """What is kept of each chain: the numbers of contacts and of bodies, both counted from zero."""
+    """A selection of each chain: the numbers of contacts and of bodies, both counted from zero."""
 
     contacts: list[int]
     bodies: list[int]
 
 
 def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
-    """What is kept at sensors, None for all beads, of chains whose shortest has so many; a ValueError for others."""
+    """Return what is kept at sensors, None for all beads, of chains whose shortest has so many; raise a ValueError for
+    others."""
     if sensors is None:
         return Kept([*range(beads + 1)], [*range(beads + 1)])
     numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
@@ -45,7 +46,7 @@ def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
 
 
 class ChainFrames(NamedTuple):
-    """What is kept of one chain.
+    """The frames of one chain.
 
     contacts, bodies: numbers from zero of the contacts and bodies that are kept at all saved times; force (N) and
     velocity (m/s): saved times × these. deepest: the greatest approach of each contact, m. position (m): rows of the
@@ -66,7 +67,7 @@ BLOCK = 64
 
 
 class Motion(NamedTuple):
-    """What the checks after a run see of a chain.
+    """The motion of a chain, as the checks after a run see it.
 
     contacts: the numbers of some contacts, from zero; force: their forces at the saved times, N. velocity: of the bead
     in the middle, m/s, None where the beads take no law of contacts. peaks: the greatest force of each contact, N;
@@ -80,18 +81,18 @@ class Motion(NamedTuple):
     deepest: Vector
 
     def at(self, contact: int) -> Vector:
-        """The forces of a contact, N; a negative number counts from the last one."""
+        """Return the forces of a contact, N; a negative number counts from the last one."""
         force: Vector = self.force[:, self.contacts.index(contact % self.peaks.size)]
         return force
 
 
 def middle_of(chain: MovingChain) -> int:
-    """The number of the bead in the middle of a chain."""
+    """Return the number of the bead in the middle of a chain."""
     return (len(chain.chain.beads) + 1) // 2
 
 
 def greatest(values: Vector) -> Vector:
-    """The greatest value of each column; in blocks of rows, which is five times faster than rows one by one."""
+    """Return the greatest value of each column; in blocks of rows, which is five times faster than rows one by one."""
     whole_blocks = len(values) // BLOCK * BLOCK
     rest: Vector = values[whole_blocks:].max(axis=0, initial=-np.inf)
     blocks = values[:whole_blocks].reshape(BLOCK, -1).max(axis=0, initial=-np.inf).reshape(-1, values.shape[1])
@@ -100,7 +101,7 @@ def greatest(values: Vector) -> Vector:
 
 
 class Frames:
-    """What a run keeps: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
+    """Frames of a run: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
 
     kept: of each chain; None for everything. Behind that come the contacts and bodies that the checks after the run
     need: the last contact, those of the bead in the middle, and its velocity; all contacts where losses, yield or
@@ -156,7 +157,7 @@ class Frames:
         return self
 
     def motions(self, interface: Interface) -> list[Motion]:
-        """What the checks see of each chain."""
+        """Return what the checks see of each chain."""
         motions = []
         for chain, frames_of_chain in zip(interface.chains, self.chains, strict=True):
             deepest = frames_of_chain.deepest.copy()
@@ -184,7 +185,7 @@ class Frames:
             self.ledger.structure[number, row // self.ledger.every] = *energies, lost
 
     def count_damping(self, interface: Interface) -> None:
-        """What the damping of linear structures took: the part of the work that is not in their energy.
+        """Add what the damping of linear structures took: the part of the work that is not in their energy.
 
         The midpoint rule keeps that identity.
         """
@@ -194,7 +195,7 @@ class Frames:
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
     def upto(self, row: int) -> list[Vector]:
-        """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
+        """Return the everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
         (*_, force, velocity, deepest, highest), (every, position, *wide, time) = self.saved
         end = row // every + 1
         tall = force[: row + 1], velocity[: row + 1], position[:end], time[:end]
@@ -209,7 +210,7 @@ class Frames:
 
 
 def _columns(chain: MovingChain, selection: Kept | None) -> Kept:
-    """The contacts and bodies of a chain that are recorded."""
+    """Return the contacts and bodies of a chain that are recorded."""
     middle, last = middle_of(chain), chain.mass.size - 1
     if selection is None:
         return Kept([*range(last + 1)], [*range(chain.rest.size)])

@@ -32,21 +32,21 @@ class Trace:
         self.begin = perf_counter()
 
     def watch_interface(self, interface: Interface) -> Interface:
-        """The same interface, timed by this clock."""
+        """Return the same interface, timed by this clock."""
         watched = copy(interface)
         watched.chains = tuple(map(self.watch, interface.chains))
         watched.structures = [self.watch(structure) for structure in interface.structures]
         return watched
 
     def watch(self, participant: Any) -> Any:
-        """The same object, timed by this clock; None stays None."""
+        """Return the same object, timed by this clock; None stays None."""
         if participant is None:
             return None
         part, methods = next(PARTS[kind] for kind in type(participant).__mro__ if kind in PARTS)
         return _Watched(participant, {name: self.timed(part, getattr(participant, name)) for name in methods})
 
     def timed(self, part: str, work: Callable[..., Any]) -> Callable[..., Any]:
-        """The same function, timed as a part of the run."""
+        """Return the same function, timed as a part of the run."""
 
         def timed(*arguments: Any) -> Any:
             begin = perf_counter()
@@ -59,7 +59,7 @@ class Trace:
         return timed
 
     def report(self) -> str:
-        """Seconds and calls of each part, as JSON."""
+        """Return the seconds and calls of each part, as JSON."""
         total = perf_counter() - self.begin
         rest = total - sum(self.seconds.values())
         return json.dumps({"seconds": {**self.seconds, "rest": rest, "total": total}, "calls": self.calls})

@@ -29,7 +29,7 @@ WAVES = ("primary", "secondary", "third")
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, earliest: float = 0.0) -> Reflections:
-    """The incident wave at a sensor bead, and the first two waves that come back.
+    """Return the incident wave at a sensor bead, and the first two waves that come back.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
-    """The amplitude ratio AR: reflected amplitude over incident amplitude at a sensor.
+    """Return the amplitude ratio AR: reflected amplitude over incident amplitude at a sensor.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.D
 
 
 def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
-    """The time of flight TOF: from the peak of the incident wave's force at a sensor to that of the reflected wave.
+    """Return time of flight TOF: from the peak of the incident wave's force at a sensor to that of the reflected wave.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.Da
 
 
 def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
-    """The speed of the incident wave between the peaks at two sensors.
+    """Return the speed of the incident wave between the peaks at two sensors.
 
     Parameters
     ----------
@@ -278,7 +278,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 
 
 def _first_arrival(reading: Reading, sensor: int, name: str) -> float:
-    """When the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
+    """Return when the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
     if reading.is_signal:
         force = _one(measured(reading, sensor, name))
         incident = _of_signal(reading.time, force, SMALLEST_WAVE, (0,), sensor)[0]
@@ -290,14 +290,14 @@ def _first_arrival(reading: Reading, sensor: int, name: str) -> float:
 
 
 def _one(force: xr.DataArray) -> Vector:
-    """The samples of one signal, or a ValueError for several."""
+    """Return the samples of one signal, or raise a ValueError for several."""
     if axes := [axis for axis in force.dims if axis != "time"]:
         raise ValueError(_several(str(axes[0])))
     return np.asarray(force.values)
 
 
 def _several(axis: str) -> str:
-    """The error for a sweep."""
+    """Return the error for a sweep."""
     return (
         f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with run.isel({axis}=0)"
     )
@@ -306,7 +306,8 @@ def _several(axis: str) -> str:
 def _of_signal(
     time: Vector, force: Vector, smallest: float, needed: Sequence[int], sensor: int, earliest: float = 0.0
 ) -> tuple[Wave | None, list[ReflectedWave]]:
-    """The incident wave of a signal, and all that come so much later, s; a ValueError where a needed one is clipped."""
+    """Return the incident wave of a signal, and all that come so much later, s; raise a ValueError where a needed one
+    is clipped."""
     unknown = ~np.isfinite(force)
     if unknown.all():
         return None, []
@@ -333,7 +334,7 @@ def _warn_of_tail(back: Sequence[ReflectedWave], sensor: int) -> None:
 
 
 def _check_peak(time: Vector, filled: Vector, unknown: NDArray[np.bool_], peak: Peak, sensor: int) -> None:
-    """A ValueError where samples of the upper half of a peak were clipped."""
+    """Raise a ValueError where samples of the upper half of a peak were clipped."""
     amplitude, arrival = peak
     at = int(np.clip(np.searchsorted(time, arrival), 0, time.size - 1))
     low = np.flatnonzero(filled < 0.5 * amplitude)
@@ -347,7 +348,7 @@ def _check_peak(time: Vector, filled: Vector, unknown: NDArray[np.bool_], peak: 
 
 
 def _objects(waves_of_runs: WavesOfRuns, run: int) -> tuple[Wave | None, list[ReflectedWave]]:
-    """The incident wave of one of several runs, and those that came back."""
+    """Return the incident wave of one of several runs, and those that came back."""
     many = waves_of_runs.found[run]
     peaks = zip(waves_of_runs.amplitude[run, :many].tolist(), waves_of_runs.arrival[run, :many].tolist(), strict=True)
     return _as_waves(list(peaks), [BEGINS[number] for number in waves_of_runs.begins[run, 1:many]])
@@ -364,7 +365,7 @@ def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None
 
 
 def _warn_of_short_record(reading: Reading, sensor: int, series: Series, many: WavesOfRuns, wanted: int) -> None:
-    """One warning for all runs whose record ends before a wave that is wanted can be back, or within it."""
+    """Warn once of all runs whose record ends before a wave that is wanted can be back, or within it."""
     late = list[tuple[float, str]]()
     for run in np.flatnonzero((many.found > 0) & (many.found < wanted)).tolist():
         back = bool(many.found[run] > 1)

@@ -93,7 +93,7 @@ TEXT_CONTROLS = b"\t\n\r\f\x1a"
 
 
 def refuse_binary(path: Path, content: bytes) -> None:
-    """A ValueError that names the format of a file that is no table of text, and the way out."""
+    """Raise a ValueError that names the format of a file that is no table of text, and the way out."""
     if format_ := _named(path, content[:HEAD], content):
         raise ValueError(f"{path}: is {format_[0]}, not a text of samples; {format_[1]}")
 
@@ -116,13 +116,13 @@ def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:
 
 
 def _markup(head: bytes) -> tuple[str, str] | None:
-    """What a text is by its first letters; UTF-16 counts as its letters."""
+    """Return what a text is by its first letters; UTF-16 counts as its letters."""
     text = head.replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").lower().decode("latin-1")
     return next(((name, out) for start, name, out in MARKUP if re.match(start, text, re.DOTALL)), None)
 
 
 def _is_text(head: bytes) -> bool:
-    """Whether bytes may be text: UTF-16 with its many zeros too."""
+    """Return whether bytes may be text: UTF-16 with its many zeros too."""
     if not head or head[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return True
     even, odd = head[::2], head[1::2]

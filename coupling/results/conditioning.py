@@ -40,7 +40,7 @@ class Conditioned(NamedTuple):
 
 
 def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
-    """A measured signal without offset and hum, with clipped samples marked, and with the noise of each sensor.
+    """Return a measured signal without offset and hum, with clipped samples marked, and with the noise of each sensor.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
 
 
 def checked_signal(name: str, signal: xr.Dataset) -> xr.Dataset:
-    """`signal`, or a ValueError where it is not one measured signal."""
+    """Return `signal`, or raise a ValueError where it is not one measured signal."""
     instance(name, signal, xr.Dataset, "a signal of read_signal or as_signal")
     if kind_of(signal) != SIGNAL or set(signal.sensor_force.dims) != {"time", "sensor"}:
         raise ValueError(f"{name}: must be one measured signal, with sensor_force over time and sensor")
@@ -126,7 +126,7 @@ def checked_signal(name: str, signal: xr.Dataset) -> xr.Dataset:
 
 
 def with_noise(signal: xr.Dataset, noises: list[float], label: str) -> xr.Dataset:
-    """The signal with the variable noise, N, over sensor."""
+    """Return the signal with the variable noise, N, over sensor."""
     return signal.assign(noise=("sensor", noises, {"units": "N", "long_name": label}))
 
 
@@ -163,7 +163,7 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditione
 
 
 def _lead(filled: Vector, mains: float | None) -> int:
-    """How many samples at the beginning are quiet but for hum; 0 for none."""
+    """Return how many samples at the beginning are quiet but for hum; 0 for none."""
     if mains is not None:
         off = np.abs(filled - np.median(filled))
         return int((off > 0.5 * off.max()).argmax()) // 2
@@ -174,7 +174,7 @@ def _lead(filled: Vector, mains: float | None) -> int:
 
 
 def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:
-    """Which samples are clipped or NaN already, and a sentence on each level."""
+    """Return which samples are clipped or NaN already, and a sentence on each level."""
     clipped, texts = ~np.isfinite(force), []
     if clipped.any():
         texts.append(
@@ -203,7 +203,7 @@ def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: floa
 
 
 def _hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vector | None, str]:
-    """Offset and hum over the whole record, N, or None, and a text on it."""
+    """Return the offset and hum over the whole record, N, or None, and a text on it."""
     seconds, step = float(time[lead] - time[0]), float(time[1] - time[0])
     name = f"mains hum of {mains:g} Hz"
     if seconds * mains < 1.0:

@@ -21,7 +21,7 @@ class ContactForces(NamedTuple):
 
 
 def contact_forces(run: object) -> ContactForces:
-    """The K contacts of one run. Raises ValueError for signals, sweeps, and for one chain of several."""
+    """Return the K contacts of one run. Raises ValueError for signals, sweeps, and for one chain of several."""
     reading = Reading(run, "the Dataset of a run")
     reading.check_holds(OF_CONTACTS)
     reading.check_one_run(*OF_CONTACTS)
@@ -35,6 +35,6 @@ def contact_forces(run: object) -> ContactForces:
 
 
 def _of(values: xr.DataArray, contact: Contact) -> Vector:
-    """The values at one contact between a chain and a structure."""
+    """Return the values at one contact between a chain and a structure."""
     chain = values.isel(chain=contact.chain) if "chain" in values.dims else values
     return at_end(chain, contact.end)

@@ -70,7 +70,7 @@ def critical_distance(
     bracket: bool = False,
     far: Number | None = None,
 ) -> Number | CriticalDistance:
-    """The distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
+    """Return the distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def critical_distance(
 
 
 def _increasing(distances: Vector) -> Vector:
-    """Sorted distances, m, or a ValueError."""
+    """Return the sorted distances, m, or raise a ValueError."""
     if distances.dtype.kind not in "fiu" or not np.isfinite(distances).all() or distances[0] < 0.0:
         raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
     if (np.diff(distances) <= 0.0).any():
@@ -160,7 +160,7 @@ def _increasing(distances: Vector) -> Vector:
 
 
 def _known(far: Number) -> xr.DataArray:
-    """A far value that is given, or a ValueError."""
+    """Return a far value that is given, or raise a ValueError."""
     if not isinstance(far, xr.DataArray):
         return xr.DataArray(finite("far", far))
     each(finite, "far", far.values)
@@ -170,7 +170,8 @@ def _known(far: Number) -> xr.DataArray:
 def last_crossing(
     distances: Vector, curve: Vector, tolerance: float, relative: bool = False, far: float = nan
 ) -> tuple[float, float, float]:
-    """(value, low, high) of `CriticalDistance` for one curve over increasing distances; far: NaN if not known."""
+    """Return (value, low, high) of `CriticalDistance` for one curve over increasing distances; far: NaN if not
+    known."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
     free, there = np.isnan(far), np.flatnonzero(~np.isnan(curve))
     usable = there[there < curve.size - 1] if free else there
@@ -192,17 +193,17 @@ def last_crossing(
 
 
 def crossed_level(outside: float, far: float, tolerance: float, relative: bool = False) -> float:
-    """The edge of the band far ± tolerance on the side of a sample outside it."""
+    """Return the edge of the band far ± tolerance on the side of a sample outside it."""
     return far + float(np.copysign(tolerance * far if relative else tolerance, outside - far))
 
 
 def far_value(curve: Vector, far: float = nan) -> float:
-    """The far value that is known, or else AR at the greatest distance; NaN where no wave is back from there."""
+    """Return the far value that is known, or else AR at the greatest distance; NaN where no wave is back from there."""
     return float(curve[-1]) if np.isnan(far) else far
 
 
 def _plain(values: xr.DataArray, label: str) -> Number:
-    """A float for one curve."""
+    """Return a float for one curve."""
     if values.ndim == 0:
         return float(values)
     return values.assign_attrs(units="m", long_name=label)

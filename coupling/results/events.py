@@ -1,4 +1,4 @@
-"""When the contacts between chains and structures open and close, placed between a run's saved times."""
+"""Opening and closing of the contacts between chains and structures, placed between a run's saved times."""
 
 from typing import TypeAlias
 
@@ -23,7 +23,7 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 
 def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Dataset:
-    """When each contact between a chain and a structure opens and closes.
+    """Return when each contact between a chain and a structure opens and closes.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
 
 
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:
-    """Where a gap changes its sign on its way from beyond ∓ level to beyond ± level."""
+    """Return where a gap changes its sign on its way from beyond ∓ level to beyond ± level."""
     beyond = np.flatnonzero(abs(gap) > level)
     opened = np.append(gap[0] > level, gap[beyond] > 0.0)
     crossings = []
@@ -99,7 +99,7 @@ def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str
 
 
 def _zero(time: Vector, gap: Vector, row: int) -> float:
-    """The zero after a row, of a cubic through it and its neighbours."""
+    """Return the zero after a row, of a cubic through it and its neighbours."""
     from scipy.interpolate import CubicSpline
 
     near = slice(max(0, row - 1), row + 3)
@@ -109,7 +109,7 @@ def _zero(time: Vector, gap: Vector, row: int) -> float:
 
 
 def _warn_of_hidden(time: Vector, opened: Flags, pushed: Flags, interface: int) -> None:
-    """Of pushes between two saved times at both of which a contact is open."""
+    """Warn of pushes between two saved times at both of which a contact is open."""
     hidden = np.flatnonzero(opened[:-1] & opened[1:] & pushed)
     if hidden.size:
         caution(

@@ -15,30 +15,31 @@ NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 
 
 def with_warnings(data: xr.Dataset, findings: Sequence[str]) -> xr.Dataset:
-    """The Dataset with the attribute `warnings`, each finding once."""
+    """Return the Dataset with the attribute `warnings`, each finding once."""
     data = data.copy(deep=False)
     data.attrs = {name: value for name, value in data.attrs.items() if name != "warnings"} | as_attribute(findings)
     return data
 
 
 def as_attribute(findings: Sequence[str]) -> dict[str, str]:
-    """The attribute `warnings`, empty where there are no findings."""
+    """Return the attribute `warnings`, empty where there are no findings."""
     lines = [" ".join(finding.split()) for finding in findings]
     return {"warnings": "\n".join(dict.fromkeys(lines))}
 
 
 def findings_of(data: xr.Dataset) -> list[str]:
-    """The lines of the attribute `warnings`."""
+    """Return the lines of the attribute `warnings`."""
     return str(data.attrs.get("warnings", "")).splitlines()
 
 
 def kind(finding: str) -> str:
-    """What it concerns: the words before the first colon, without their numbers."""
+    """Return what it concerns: the words before the first colon, without their numbers."""
     return NUMBER.sub("#", finding.split(": ")[0])
 
 
 def gathered(findings: Mapping[str, Sequence[str]], count: int, what: str = "points") -> list[str]:
-    """Of `count` runs the first finding of each kind, and how many runs have one; findings: by the run's name."""
+    """Return of `count` runs the first finding of each kind, and how many runs have one; findings: by the run's
+    name."""
     kinds: dict[str, dict[str, str]] = {}
     for name, lines in findings.items():
         for line in lines:
@@ -50,7 +51,7 @@ def gathered(findings: Mapping[str, Sequence[str]], count: int, what: str = "poi
 
 
 def one_of_each(findings: Sequence[str]) -> list[str]:
-    """The first finding of each kind, and how many more there are."""
+    """Return the first finding of each kind, and how many more there are."""
     kinds: dict[str, list[str]] = {}
     for finding in dict.fromkeys(findings):
         kinds.setdefault(kind(finding), []).append(finding)

@@ -9,7 +9,7 @@ from structures.structure import Vector
 
 
 def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
-    """The force at the centre of a bead, above the preload.
+    """Return the force at the centre of a bead, above the preload.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
 
 
 def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArray:
-    """The ratio β of the greatest contact force to the greatest bead-centre force of the incident wave.
+    """Return the ratio β of the greatest contact force to the greatest bead-centre force of the incident wave.
 
     Parameters
     ----------
@@ -106,13 +106,13 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
 
 
 def passing(reading: Reading, sensor: int) -> tuple[xr.DataArray, ...]:
-    """The two contact forces of a bead of a run above the preload, and the bead's velocity."""
+    """Return the two contact forces of a bead of a run above the preload, and the bead's velocity."""
     reading.check_holds(("velocity",), "a run with velocities")
     return (*reading.contact_pair(sensor), reading.data.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
 
 
 def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
-    """The duration of the first contact between the last bead and the structure.
+    """Return the duration of the first contact between the last bead and the structure.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
 
 
 def energy_error(run: xr.Dataset) -> float | xr.DataArray:
-    """The greatest change of the total energy in a run, in units of the impact energy.
+    """Return the greatest change of the total energy in a run, in units of the impact energy.
 
     Parameters
     ----------
@@ -216,5 +216,5 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
 
 
 def _summed(values: xr.DataArray, dimension: str) -> xr.DataArray:
-    """The sum over chains or structures, where a run has several."""
+    """Return the sum over chains or structures, where a run has several."""
     return values.sum(dimension) if dimension in values.dims else values

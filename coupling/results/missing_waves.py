@@ -1,4 +1,4 @@
-"""Why a sensor has no reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
+"""Reasons for a missing reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
 
 from itertools import pairwise
 from math import ceil, floor, isfinite, log10
@@ -28,7 +28,7 @@ PUSH = 3.0
 
 
 def warn_of_ends(sensor: int, beads: int) -> None:
-    """A warning where a bead is fewer than WAVE_LENGTH beads from an end of a chain of so many."""
+    """Warn where a bead is fewer than WAVE_LENGTH beads from an end of a chain of so many."""
     for distance, end in ((sensor - 1, "struck end"), (beads - sensor, "structure")):
         if distance < WAVE_LENGTH:
             cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
@@ -41,7 +41,7 @@ def warn_of_ends(sensor: int, beads: int) -> None:
 
 
 def latest_return(time: Vector, force: Vector, smallest: float) -> float:
-    """The time, s, by which a wave of `smallest` times the incident amplitude is back at the first contact.
+    """Return the time, s, by which a wave of `smallest` times the incident amplitude is back at the first contact.
 
     force, contacts × time: dynamic, from a sensor's contacts to the structure's. The reflected wave leaves when the
     push on the structure ends, or after the record where it lasts to its end, and is slower than the incident one:
@@ -60,7 +60,8 @@ def latest_return(time: Vector, force: Vector, smallest: float) -> float:
 
 
 def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> float:
-    """When a contact's first push ends, s: the record's end where it lasts, `otherwise` where none is above `least`."""
+    """Return when a contact's first push ends, s: the record's end where it lasts, `otherwise` where none is above
+    `least`."""
     top = float(force.max(initial=0.0))
     if top < least or top <= 0.0:
         return otherwise
@@ -70,7 +71,7 @@ def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> 
 
 
 def cut_off(time: Vector, force: Vector, smallest: float) -> float:
-    """The time, s, that would hold a wave which the record's end cuts off on its way back over a bead; NaN for none.
+    """Return time, s, that would hold a wave which the record's end cuts off on its way back over a bead; NaN for none.
 
     force, contacts × time: dynamic, the bead's two contacts first. Such a wave has risen at a contact, and not yet, or
     later, at the one before, which the last wave there does not explain. It takes the time of a weak wave over the
@@ -98,19 +99,19 @@ def cut_off(time: Vector, force: Vector, smallest: float) -> float:
 
 
 def rounded_up(value: float) -> float:
-    """A number to give instead, rounded up to two digits."""
+    """Return a number to give instead, rounded up to two digits."""
     step = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{ceil(value / step * (1.0 - 1e-9)) * step:.2g}")
 
 
 def until_of(seconds: float) -> str:
-    """What to give for `until`, s, rounded up to two digits, and the same in words."""
+    """Return what to give for `until`, s, rounded up to two digits, and the same in words."""
     value = rounded_up(seconds)
     return f"until = {value:g} ({readable(value, 's', 4)})"
 
 
 def short_record(ends: float, needed: float, where: str) -> str:
-    """In words; ends and needed: the record's end, and the one that would hold the wave, s."""
+    """Return a sentence; ends and needed: the record's end, and the one that would hold the wave, s."""
     return (
         f"{RECORD}ends at {readable(ends, 's', 4)}, before a reflected wave can be back at {where}; {until_of(needed)} "
         "would hold it"
@@ -118,13 +119,14 @@ def short_record(ends: float, needed: float, where: str) -> str:
 
 
 def cut_record(ends: float, needed: float, where: str) -> str:
-    """The same of a record that ends within a wave; needed: NaN for a signal."""
+    """Return the sentence for a record that ends within a wave; needed: NaN for a signal."""
     cure = f"{until_of(needed)} would hold it" if isfinite(needed) else "record longer"
     return f"{RECORD}ends at {readable(ends, 's', 4)}, within a wave that comes back to {where}; {cure}"
 
 
 def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:
-    """Why no reflected wave was found in a run, and the `until` (s) that would hold it; NaN where time is not short.
+    """Return why no reflected wave was found in a run, and the `until` (s) that would hold it; NaN where time is not
+    short.
 
     complete: whether the contacts reach to the structure.
     """

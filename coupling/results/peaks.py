@@ -42,7 +42,7 @@ class Passage(NamedTuple):
 
 
 def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage | None:
-    """The first wave that goes on over a bead, from the dynamic forces of its two contacts.
+    """Return the first wave that goes on over a bead, from the dynamic forces of its two contacts.
 
     A wave is a peak in each contact force, each the other's nearest; the contact that it passes first gives its
     direction. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead
@@ -59,7 +59,7 @@ def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage 
 
 
 def hops(time: Vector, force: Vector) -> Vector:
-    """The time of the incident wave from each contact to the next, s; force: contacts × time.
+    """Return the time of the incident wave from each contact to the next, s; force: contacts × time.
 
     A soft structure delays it at the last contact, and beads that move as one pass it on at once. Neither is the time
     of another wave; the median limits both.
@@ -72,7 +72,7 @@ def hops(time: Vector, force: Vector) -> Vector:
 def traced(
     peaks: list[Vector], hops: Vector, row: int, now: float, left: float, pace: float, first: int = 0
 ) -> list[float]:
-    """The peaks (s) that a wave left in the rows after `row`, the latest first, where it came that way.
+    """Return the peaks (s) that a wave left in the rows after `row`, the latest first, where it came that way.
 
     peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row, in
     units of `hops`.
@@ -84,7 +84,7 @@ def traced(
 
 
 def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
-    """The first wave of a signal, and all later ones, whichever way they go.
+    """Return the first wave of a signal, and all later ones, whichever way they go.
 
     Waves are looked for in the signal smoothed over an eighth of a pulse, must rise clear of the noise that this leaves
     and of one step of the digitiser, and are then placed by a least-squares polynomial through the samples as they are.
@@ -103,14 +103,15 @@ def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
 
 
 def ends_rising(force: Vector, incident: float, smallest: float) -> bool:
-    """Whether a signal ends within a wave, whose peak is not known: as `waves_of_signal` reads it."""
+    """Return whether a signal ends within a wave, whose peak is not known: as `waves_of_signal` reads it."""
     smooth, noise, _ = smoothed(force)
     least = max(smallest * incident, CLEAR * noise + resolution(force))
     return rises(np.arange(smooth.size, dtype=float), smooth, least)[1]
 
 
 def rises(time: Vector, force: Vector, least: float) -> tuple[Vector, bool]:
-    """When each wave of a force has risen by `least`, s, also one that the end of the record cuts off; whether it does.
+    """Return when each wave of a force has risen by `least`, s, also one that the end of the record cuts off; whether
+    it does.
 
     A wave is a peak of that height that rises by as much on both sides.
     """
@@ -127,14 +128,14 @@ def rises(time: Vector, force: Vector, least: float) -> tuple[Vector, bool]:
 
 
 def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
-    """Each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
+    """Return each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
     edges = [0, *map(int, peaks), force.size - 1]
     lowest = [edge + int(force[edge : following + 1].argmin()) for edge, following in pairwise(edges)]
     return [(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
 
 
 def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
-    """Amplitude and time of the peak of a cubic spline through the samples around a sampled peak."""
+    """Return the amplitude and time of the peak of a cubic spline through the samples around a sampled peak."""
     begin = max(0, peak - wave_kernels.NEAR)
     near = slice(begin, peak + wave_kernels.NEAR + 1)
     work = np.empty((wave_kernels.SPLINE_ROWS, wave_kernels.WIDTH))
@@ -145,7 +146,7 @@ def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
 
 
 def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int, between: tuple[int, int]) -> Peak:
-    """Amplitude and time of the top of a polynomial through the samples around a peak of the smoothed signal.
+    """Return amplitude and time of the top of a polynomial through the samples around a peak of the smoothed signal.
 
     The smoothed signal has its peak elsewhere where a pulse is lopsided or has two humps. So polynomials over the same
     reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
@@ -167,7 +168,8 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
 
 
 def _moving(force: Vector, reach: int, inside: bool) -> Vector:
-    """The middles of polynomials that slide along a force; inside: whether the ends of what is given do not count."""
+    """Return the middles of polynomials that slide along a force; inside: whether the ends of what is given do not
+    count."""
     if not inside:
         return np.asarray(scipy.signal.savgol_filter(force, 2 * reach + 1, ORDER))
     return np.asarray(scipy.ndimage.convolve1d(force, _weights(reach), mode="constant"))
@@ -175,12 +177,12 @@ def _moving(force: Vector, reach: int, inside: bool) -> Vector:
 
 @lru_cache(256)
 def _weights(reach: int) -> Vector:
-    """Of the samples, for the middle of the polynomial through them."""
+    """Return the weights of the samples, for the middle of the polynomial through them."""
     return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
 
 
 def _reach(width: float, noise: float) -> int:
-    """Samples on either side of a peak through which a polynomial is fitted; width in samples.
+    """Return the samples on either side of a peak through which a polynomial is fitted; width in samples.
 
     The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
     reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units of the

@@ -1,4 +1,4 @@
-"""Where a result comes from: its input and the versions of what made it, as text in the attributes of a Dataset."""
+"""The provenance of a result: its input and the versions of what made it, as text in the attributes of a Dataset."""
 
 import json
 import platform
@@ -26,12 +26,13 @@ ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
 
 def provenance(inputs: Mapping[str, Any]) -> dict[str, str]:
-    """Input and versions as text, for the attributes of a Dataset."""
+    """Return the input and versions as text, for the attributes of a Dataset."""
     return {"input": as_text(inputs), "versions": _versions()}
 
 
 def as_text(inputs: Mapping[str, Any]) -> str:
-    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses; see `folded`."""
+    """Return the input as JSON, the same in every process: what is no plain data by its repr, without addresses; see
+    `folded`."""
     text = json.dumps(folded(inputs), default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
     if "NaN" not in text and "Infinity" not in text:
         return text
@@ -40,7 +41,7 @@ def as_text(inputs: Mapping[str, Any]) -> str:
 
 
 def folded(data: Any) -> Any:
-    """Plain data in which equal neighbours among the beads of a chain stand once, with their count."""
+    """Return the plain data in which equal neighbours among the beads of a chain stand once, with their count."""
     if isinstance(data, Mapping):
         return {
             name: _rows(value) if name == "beads" and isinstance(value, list) else folded(value)
@@ -56,7 +57,7 @@ def _rows(beads: list[Any]) -> list[Any]:
 
 
 def unfolded(data: Any) -> Any:
-    """What `folded` was given; a ValueError for more beads than any chain has."""
+    """Return what `folded` was given; raise a ValueError for more beads than any chain has."""
     if isinstance(data, Mapping):
         return {
             name: _all_beads(value) if name == "beads" and isinstance(value, list) else unfolded(value)
@@ -78,7 +79,7 @@ def _all_beads(rows: list[Any]) -> list[Any]:
 
 
 def stored(text: object) -> dict[str, Any]:
-    """Input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
+    """Return input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
     try:
         data = unfolded(text if isinstance(text, Mapping) else json.loads(text))  # type: ignore[arg-type]
     except (TypeError, ValueError, RecursionError):
@@ -87,7 +88,7 @@ def stored(text: object) -> dict[str, Any]:
 
 
 def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
-    """The differences of two pieces of plain data, in words."""
+    """Yield the differences of two pieces of plain data, in words."""
     if isinstance(first, dict) and isinstance(second, dict):
         for key in dict.fromkeys([*first, *second]):
             yield from differences(first.get(key), second.get(key), f"{name}.{key}" if name else key)
@@ -104,7 +105,7 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
 
 
 def _apart(first: str, second: str) -> list[str]:
-    """Two texts, of long ones the part where they begin to differ."""
+    """Return two texts, of long ones the part where they begin to differ."""
     if len(first + second) <= LONGEST_VALUE_TEXT:
         return [first, second]
     apart = next(i for i, (left, right) in enumerate(zip_longest(first, second)) if left != right)
@@ -122,7 +123,7 @@ def _versions() -> str:
 
 
 def version_of(package: str) -> str:
-    """The version of an installed package, or "not installed"."""
+    """Return the version of an installed package, or "not installed"."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -130,5 +131,5 @@ def version_of(package: str) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, hertzlink and what its numbers depend on."""
+    """Return the versions of Python, hertzlink and what its numbers depend on."""
     return {"python": platform.python_version(), **{package: version_of(package) for package in PACKAGES}}

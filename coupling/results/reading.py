@@ -37,12 +37,12 @@ class Reading:
 
     @property
     def is_signal(self) -> bool:
-        """Whether it holds measured forces of sensors, and no contacts."""
+        """True if it holds measured forces of sensors, and no contacts."""
         return self.kind == SIGNAL
 
     @property
     def at_sensors(self) -> bool:
-        """Whether it holds sensors of runs alone, as of a batch."""
+        """True if it holds sensors of runs alone, as of a batch."""
         return "beads" in self.data.attrs
 
     @property
@@ -79,7 +79,7 @@ class Reading:
         ]
 
     def dynamic_force(self) -> xr.DataArray:
-        """The contact forces above the preload, N; shorter chains are padded. A ValueError for a signal."""
+        """Return the contact forces above the preload, N; shorter chains are padded. A ValueError for a signal."""
         self._check_forces()
         force, static = self.data.contact_force, self.data.static_force
         # Without xarray's comparison of coordinates, which are the same: it takes longer than a measure.
@@ -89,7 +89,7 @@ class Reading:
         return above
 
     def contact_pair(self, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
-        """The forces of a bead's two contacts above the preload, N, the struck side first.
+        """Return the forces of a bead's two contacts above the preload, N, the struck side first.
 
         A chain of several that is too short for the sensor has NaN, and the user is warned.
         """
@@ -99,7 +99,7 @@ class Reading:
         return above, below
 
     def checked_sensor(self, sensor: int, name: str = "sensor") -> int:
-        """The number of a bead whose two contacts are held, or a ValueError; warns as `contact_pair`."""
+        """Return the number of a bead whose two contacts are held, or raise a ValueError; warns as `contact_pair`."""
         self._check_forces()
         number = whole(name, sensor)
         if not {number, number + 1} <= self.kept:
@@ -116,7 +116,7 @@ class Reading:
         return number
 
     def measured_sensor(self, sensor: int, name: str = "sensor") -> int:
-        """The number of a sensor of a signal, or a ValueError."""
+        """Return the number of a sensor of a signal, or raise a ValueError."""
         number = whole(name, sensor)
         sensors = self.data.sensor.values.tolist()
         if number not in sensors:
@@ -124,7 +124,7 @@ class Reading:
         return number
 
     def position(self, sensor: int) -> float:
-        """Where a sensor bead lies along the chain, m, or a ValueError where the signal does not hold it."""
+        """Return where a sensor bead lies along the chain, m, or a ValueError where the signal does not hold it."""
         if "centre" not in self.data.coords:
             raise ValueError(
                 "run: holds no positions of its sensors; give positions={sensor: m} where the signal is read"
@@ -132,7 +132,7 @@ class Reading:
         return float(self.data.centre.sel({"sensor" if self.is_signal else "bead": sensor}))
 
     def check_holds(self, names: Sequence[str], source: str = "a run") -> None:
-        """A ValueError where a variable is missing; source: what makes a Dataset with these variables."""
+        """Raise a ValueError where a variable is missing; source: what makes a Dataset with these variables."""
         if missing := [name for name in names if name not in self.data.data_vars]:
             what = "is a measured signal and " if self.is_signal else ""
             if self.at_sensors:
@@ -140,24 +140,25 @@ class Reading:
             raise ValueError(f"run: {what}holds no {' and '.join(missing)}; must be the Dataset of {source}")
 
     def check_every_contact(self) -> None:
-        """A ValueError where only the contacts of some sensors were kept."""
+        """Raise a ValueError where only the contacts of some sensors were kept."""
         if self.at_sensors and len(self.kept) <= max(self.beads):
             raise ValueError(f"run: keeps sensors only, and not the forces of all contacts; run it {ALL_KEPT}")
 
     def check_one_run(self, *names: str) -> None:
-        """A ValueError where variables have the axes of a sweep."""
+        """Raise a ValueError where variables have the axes of a sweep."""
         for name in names:
             if axes := axes_of(self.data[name]):
                 raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
 
     def check_one_chain(self, *names: str) -> None:
-        """A ValueError for a sweep, and for a run of several chains."""
+        """Raise a ValueError for a sweep, and for a run of several chains."""
         self.check_one_run(*names)
         if any("chain" in self.data[name].dims for name in names):
             raise ValueError("run: has several chains; choose one chain with run.isel(chain=0)")
 
     def check_whole(self, *names: str) -> None:
-        """A ValueError where some of several chains or structures were removed. names: "chain", "structure" or both."""
+        """Raise a ValueError where some of several chains or structures were removed. names: "chain", "structure" or
+        both."""
         for name in names or ("chain", "structure"):
             column = f"interface_{name}"
             count = 1 + int(self.data[column].max()) if column in self.data.coords else 1
@@ -173,7 +174,7 @@ class Reading:
 
     @cached_property
     def _there(self) -> NDArray[np.bool_]:
-        """Whether a chain has a contact, chains × contacts; one row where there is one chain."""
+        """True if a chain has a contact, chains × contacts; one row where there is one chain."""
         static = self.data.variables["static_force"]
         axes = [axis for axis in ("chain", "contact") if axis in static.dims]
         values = static.transpose(..., *axes).values
@@ -190,20 +191,21 @@ class Reading:
 
 
 def without_padding(force: Vector) -> Vector:
-    """Forces of the contacts along a chain, contacts × time, without the rows of NaN that pad a shorter chain."""
+    """Return the forces of the contacts along a chain, contacts × time, without the rows of NaN that pad a shorter
+    chain."""
     recorded: Vector = force[~np.isnan(force).all(axis=1)]
     return recorded
 
 
 def at_end(values: xr.DataArray, end: int = LAST) -> Vector:
-    """Of a variable over the contacts of one chain the values at its last contact, or at the first."""
+    """Return of a variable over the contacts of one chain the values at its last contact, or at the first."""
     forces = values.transpose("contact", ...).values
     rows = without_padding(forces.reshape(len(forces), -1))
     return np.asarray(rows[-1 if end == LAST else 0].reshape(forces.shape[1:]))
 
 
 def number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.DataArray:
-    """A float for one run, a DataArray with unit and label over the axes of a sweep."""
+    """Return a float for one run, a DataArray with unit and label over the axes of a sweep."""
     if values.ndim == 0:
         return float(values)
     values.attrs = {"units": units, "long_name": label}

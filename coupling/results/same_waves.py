@@ -1,4 +1,4 @@
-"""What a regression test keeps of a result, and how two of these differ: AR, TOF, and the traces of force in norm."""
+"""The waves that a regression test keeps, and how two of these differ: AR, TOF, and the traces of force in norm."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -42,12 +42,12 @@ class Row(NamedTuple):
 
     @property
     def fails(self) -> bool:
-        """Also where only one of them has a wave."""
+        """True beyond the tolerance, also where only one of them has a wave."""
         return not self.difference <= self.tolerance
 
 
 def default_sensors(run: xr.Dataset) -> list[int]:
-    """All sensors of a signal; of a run the bead in the middle of those whose contacts were kept."""
+    """Return all sensors of a signal; of a run the bead in the middle of those whose contacts were kept."""
     reading = Reading(run)
     if reading.is_signal:
         return [int(number) for number in np.atleast_1d(run.sensor.values)]
@@ -58,7 +58,8 @@ def default_sensors(run: xr.Dataset) -> list[int]:
 
 
 def kept_waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
-    """The quantities of a result, by their names: of each sensor AR, TOF and force, and the force at the last contact.
+    """Return the quantities of a result, by their names: of each sensor AR, TOF and force, and the force at the last
+    contact.
 
     The time is the last dimension of forces; what comes before it are chains and the axes of a sweep.
     """
@@ -79,7 +80,7 @@ def kept_waves(run: xr.Dataset, sensors: Sequence[int]) -> xr.Dataset:
 
 
 def rows(reference: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol: Mapping[str, float]) -> Iterator[Row]:
-    """Each quantity of either; of several runs the one that differs most. rtol, atol: tolerances by kind."""
+    """Yield each quantity of either; of several runs the one that differs most. rtol, atol: tolerances by kind."""
     times = reference["time"].values
     for name in dict.fromkeys([*map(str, reference.data_vars), *map(str, now.data_vars)]):
         if name not in now or name not in reference:
@@ -103,7 +104,7 @@ def rows(reference: xr.Dataset, now: xr.Dataset, rtol: Mapping[str, float], atol
 
 
 def shapes(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
-    """Why two results cannot be compared number by number: other axes, or values along them."""
+    """Return why two results cannot be compared number by number: other axes, or values along them."""
     changes = []
     for axis in dict.fromkeys(str(name) for data in (reference, now) for name in data.dims if name != "time"):
         there, here = (_values_along(data, axis) for data in (reference, now))
@@ -113,7 +114,8 @@ def shapes(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
 
 
 def records(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
-    """How the saved times differ, in words; a record of another length is no longer comparable beyond its end."""
+    """Return how the saved times differ, in words; a record of another length is no longer comparable beyond its
+    end."""
     old, new = reference["time"].values, now["time"].values
     step = (old[-1] - old[0]) / max(1, old.size - 1)
     if abs(old[-1] - new[-1]) > 1.5 * step:
@@ -122,7 +124,7 @@ def records(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
 
 
 def table(rows: Sequence[Row]) -> list[str]:
-    """Rows as lines of aligned columns, with a heading."""
+    """Return the rows as lines of aligned columns, with a heading."""
     head = ("quantity", "reference", "now", "difference", "tolerance")
     cells = [head, *(_cells(row) for row in rows)]
     widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
@@ -148,14 +150,14 @@ def _trace(force: xr.DataArray) -> xr.DataArray:
 
 
 def _last(forces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The force of the last contact that a chain has, contacts × time: a shorter chain is padded."""
+    """Return the force of the last contact that a chain has, contacts × time: a shorter chain is padded."""
     there = forces[~np.isnan(forces).all(axis=1)]
     last: NDArray[np.float64] = there[-1] if len(there) else forces[-1]
     return last
 
 
 def _rms(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Over time, without what is not a number."""
+    """Return the root of the mean square over time, without what is not a number."""
     finite = np.isfinite(values)
     total: NDArray[np.float64] = np.where(finite, values, 0.0) ** 2
     mean: NDArray[np.float64] = total.sum(axis=-1) / np.maximum(1, finite.sum(axis=-1))
@@ -171,7 +173,7 @@ def _same_times(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool
 def _on_times(
     values: NDArray[np.float64], times: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Traces at other times, by cubic splines: straight lines would differ by 1e-4 between samples."""
+    """Return the traces at other times, by cubic splines: straight lines would differ by 1e-4 between samples."""
     if _same_times(times, wanted):
         return values
     from scipy.interpolate import CubicSpline
@@ -188,7 +190,7 @@ def _values_along(data: xr.Dataset, axis: str) -> Any:
 
 
 def _where(values: xr.DataArray, place: Sequence[int]) -> str:
-    """The place along chains and axes, in words."""
+    """Return the place along chains and axes, in words."""
     axes = [axis for axis in values.dims if axis != "time"]
     words = [f"{axis} = {values[axis].values[at]}" for axis, at in zip(axes, place, strict=True)]
     return f" at {', '.join(words)}" if words else ""

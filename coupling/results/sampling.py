@@ -47,7 +47,7 @@ class Unsampled(ValueError):
 
 
 def even_sampling(time: Vector, second: float | None = 1.0) -> Even:
-    """Even times from stamps, which may be NaN; raises Unsampled.
+    """Return the even times from stamps, which may be NaN; raises Unsampled.
 
     second: the size of the stamps' unit, s, for messages; None for a counter.
     """
@@ -78,7 +78,7 @@ def even_sampling(time: Vector, second: float | None = 1.0) -> Even:
 
 
 def segments(time: Vector) -> list[slice]:
-    """The rows of each segment of a sequence, where times begin anew; one slice for a usual record."""
+    """Return the rows of each segment of a sequence, where times begin anew; one slice for a usual record."""
     finite = np.flatnonzero(np.isfinite(time))
     if finite.size < 2 * FEWEST_SAMPLES:
         return [slice(0, time.size)]
@@ -92,7 +92,7 @@ def segments(time: Vector) -> list[slice]:
 
 
 def is_of_pairs(time: Vector, columns: list[Vector]) -> bool:
-    """Whether each time stands twice, with the least and the greatest value."""
+    """Return whether each time stands twice, with the least and the greatest value."""
     if time.size % 2 or time.size < 2 * FEWEST_SAMPLES or not (time[::2] == time[1::2]).all():
         return False
     if not (np.diff(time[::2]) > 0.0).all():
@@ -102,7 +102,7 @@ def is_of_pairs(time: Vector, columns: list[Vector]) -> bool:
 
 
 def _coarse(time: Vector, rows: Rows, second: float | None) -> Even | None:
-    """Even times where several samples have the same stamp, because it has too few digits; None elsewhere."""
+    """Return even times where several samples have the same stamp, because it has too few digits; None elsewhere."""
     steps = np.diff(time[rows])
     if not (steps == 0.0).sum() > max(FEW, FEW_SHARE * steps.size) or (steps < 0.0).any() or not (steps > 0.0).any():
         return None
@@ -122,7 +122,7 @@ def _coarse(time: Vector, rows: Rows, second: float | None) -> Even | None:
 
 
 def _without_misfits(time: Vector, rows: Rows, second: float | None) -> Rows:
-    """The rows whose times increase, without single ones far off; raises Unsampled where these are many."""
+    """Return the rows whose times increase, without single ones far off; raises Unsampled where these are many."""
     steps = np.diff(time[rows])
     third = rows.size // 3
     usual = float(np.median(time[rows[-third:]]) - np.median(time[rows[:third]])) / (rows.size - third)
@@ -145,7 +145,7 @@ def _without_misfits(time: Vector, rows: Rows, second: float | None) -> Rows:
 
 
 def _without_spikes(time: Vector, rows: Rows, usual: float) -> Rows:
-    """Without single rows off an even step from both neighbours, which are two steps apart."""
+    """Return rows without single ones off an even step from both neighbours, which are two steps apart."""
     if rows.size < FEWEST_SAMPLES:
         return rows
     t = time[rows]
@@ -156,7 +156,7 @@ def _without_spikes(time: Vector, rows: Rows, usual: float) -> Rows:
 
 
 def _line(places: Rows, time: Vector, count: int, straight: bool = False) -> tuple[Vector, Vector]:
-    """Even times through stamps, and how far off each stamp is."""
+    """Return the even times through stamps, and how far off each stamp is."""
     even = np.linspace(time[0], time[0] + (time[-1] - time[0]) * (count - 1) / max(1, places[-1] - places[0]), count)
     off = np.abs(time - even[places])
     if straight or off.max() > SAID * (even[1] - even[0]):

@@ -106,12 +106,12 @@ def kind_of(data: xr.Dataset) -> str:
 
 
 def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:
-    """The dimensions that a variable of one run does not have: the axes of a sweep."""
+    """Return the dimensions that a variable of one run does not have: the axes of a sweep."""
     return [str(axis) for axis in values.dims if axis not in COORDINATES]
 
 
 def variable(name: str, values: Any, *owner: str, description: str = "") -> tuple[list[str], Any, dict[str, str]]:
-    """Dimensions, values and attributes of a variable.
+    """Return the dimensions, values and attributes of a variable.
 
     owner: the dimension of which a result has several. description: if it differs from that of the schema.
     """

@@ -85,7 +85,7 @@ class ScopeFile:
     """The text of a file: its lines that are not blank, and how cells are separated."""
 
     def __init__(self, path: Path, columns: Sequence[int]) -> None:
-        """columns: those that are asked for. A ValueError where no line holds numbers there."""
+        """Read the file; columns: those that are asked for. Raises a ValueError where no line holds numbers there."""
         self.path = path
         content = path.read_bytes()
         refuse_binary(path, content)
@@ -116,7 +116,7 @@ class ScopeFile:
 
     @property
     def states_interval(self) -> bool:
-        """Whether one of the first lines states the interval between samples."""
+        """True if one of the first lines states the interval between samples."""
         return bool(self._header(0).intervals())
 
     @property
@@ -134,7 +134,7 @@ class ScopeFile:
         return rising
 
     def samples(self, columns: Sequence[int], times: Sequence[int]) -> Samples:
-        """The numbers in these columns. times: those of them that hold times: a sample has a number there."""
+        """Return the numbers in these columns. times: those of them that hold times: a sample has a number there."""
         values = self._values(columns)
         for column in times:
             if np.isnan(values[column]).sum() > 0.5 * len(self.lines):
@@ -169,7 +169,7 @@ class ScopeFile:
         )  # fmt: skip
 
     def _after_entries(self, place: int) -> int:
-        """The first line, from this one on, that is no entry of the header such as "Points,1000"."""
+        """Return the first line, from this one on, that is no entry of the header such as "Points,1000"."""
         if not self._begins_with_words:
             for k, row in enumerate(self._rows(self.lines[place : place + MOST_KEYS])):
                 if not _is_word(row[0]):
@@ -177,13 +177,13 @@ class ScopeFile:
         return place
 
     def texts(self, column: int, places: Iterable[int] | None = None) -> list[str]:
-        """The cells of a column: of lines at some places, or of all."""
+        """Return the cells of a column: of lines at some places, or of all."""
         lines = self.lines if places is None else [self.lines[i] for i in places]
         pieces = (lines[first : first + PIECE] for first in range(0, len(lines), PIECE))
         return [cell for piece in pieces for cell in _column(self._rows(piece), column)]
 
     def _values(self, columns: Sequence[int]) -> dict[int, Vector]:
-        """The numbers in these columns: of plain lines at once, of others cell by cell."""
+        """Return the numbers in these columns: of plain lines at once, of others cell by cell."""
         values = {column: np.empty(len(self.lines)) for column in columns}
         for first in range(0, len(self.lines), PIECE):
             piece = self.lines[first : first + PIECE]
@@ -196,7 +196,7 @@ class ScopeFile:
         return values
 
     def _plain_numbers(self, lines: list[str], columns: Sequence[int]) -> dict[int, Vector] | None:
-        """The numbers in these columns, None where a line holds something else."""
+        """Return the numbers in these columns, None where a line holds something else."""
         if self._doubled:
             return None
         numbers: dict[int, Vector] = {}
@@ -214,13 +214,13 @@ class ScopeFile:
         return numbers
 
     def _header(self, above: int) -> Header:
-        """What the lines above the samples state, and the first ones."""
+        """Return what the lines above the samples state, and the first ones."""
         first = [_header_cells(line, self.delimiter) for line in self.lines[: max(above, MOST_KEYS)]]
         return Header(first[:above], first[:MOST_KEYS], self.width)
 
     def _forget_damaged_cells(self, values: dict[int, Vector], columns: Sequence[int]) -> None:
-        """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end.
-        Nor are the cells of few lines with numbers beyond the others' width, where a line break was lost."""
+        """Replace by NaN the last cell of a line that is cut off, of few short lines and of a last line without end;
+        and the cells of few lines with numbers beyond the others' width, where a line break was lost."""
         widths = np.array(self._widths())
         few = max(FEW, FEW_SHARE * widths.size)
         short = (widths < self.width) & (widths > 0)
@@ -241,14 +241,14 @@ class ScopeFile:
                 column_values[-1] = np.nan
 
     def _widths(self) -> list[int]:
-        """The number of cells of each line."""
+        """Return the number of cells of each line."""
         if self.delimiter is not None and not self._quoted and not self._doubled:
             return [line.count(self.delimiter) + 1 for line in self.lines]
         pieces = (self.lines[first : first + PIECE] for first in range(0, len(self.lines), PIECE))
         return [len(row) for piece in pieces for row in self._rows(piece)]
 
     def _rows(self, lines: Sequence[str]) -> list[list[str]]:
-        """The cells of each line."""
+        """Return the cells of each line."""
         quoted = self._quoted and self.delimiter is not None
         rows = _quoted(lines, self.delimiter) if quoted else [line.split(self.delimiter) for line in lines]
         return [_joined(row) for row in rows] if self._doubled else rows
@@ -258,7 +258,7 @@ class ScopeFile:
         return _joined(cells) if self._doubled else cells
 
     def _spread(self, most: int) -> list[str]:
-        """Some lines, from all over the file."""
+        """Return some lines, from all over the file."""
         return (
             [self.lines[i] for i in np.unique(np.linspace(0, len(self.lines) - 1, most).astype(int))]
             if self.lines
@@ -266,7 +266,7 @@ class ScopeFile:
         )
 
     def _halves(self, rows: list[list[str]]) -> bool:
-        """Whether decimal commas have cut each number of unquoted columns in two, such as "-100,0,0,0540"."""
+        """Return whether decimal commas have cut each number of unquoted columns in two, such as "-100,0,0,0540"."""
         if self.width % 2 or self._quoted:
             return False
         full = [row for row in rows if len(row) == self.width and len(_with_numbers(row)) == self.width]
@@ -282,16 +282,16 @@ class ScopeFile:
         return any(2 * len(row) == self.width for row in heads[-1:]) or any(len(e) > 1 and e[0] == "0" for e in ends)
 
     def plain(self, cells: list[str]) -> list[str]:
-        """Cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
+        """Return cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
         return _plain(cells, self._commas_group(cells))
 
     def _has_decimal_commas(self, rows: list[list[str]], column: int) -> bool:
-        """Whether one of these cells shows that commas of this column stand before decimals."""
+        """Return whether one of these cells shows that commas of this column stand before decimals."""
         bare = [cell.strip(BARE) for cell in _column(rows, column) if "," in cell]
         return any(OF_NUMBER.fullmatch(cell) and not COMMA_GROUPS.fullmatch(cell) for cell in bare)
 
     def _group(self, column: int, cells: list[str]) -> bool:
-        """Whether commas of this column separate thousands, which matters to these cells of it."""
+        """Return whether commas of this column separate thousands, which matters to these cells of it."""
         if column in self._with_decimal_commas or not any("," in cell and not LETTER.search(cell) for cell in cells):
             return False
         if column not in self._with_grouping_commas:
@@ -299,7 +299,8 @@ class ScopeFile:
         return self._with_grouping_commas[column]
 
     def _commas_group(self, cells: list[str]) -> bool:
-        """Whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows what they do."""
+        """Return whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows what they
+        do."""
         bare = [cell.strip(BARE) for cell in cells if "," in cell]
         with_commas = [cell for cell in bare if OF_NUMBER.fullmatch(cell)]
         if not with_commas or not all(COMMA_GROUPS.fullmatch(cell) for cell in with_commas):
@@ -316,7 +317,7 @@ class ScopeFile:
         return False
 
     def _unreadable(self, columns: Sequence[int]) -> str:
-        """What a file holds, of which no line has numbers in the columns, and what it must hold."""
+        """Return what a file holds, of which no line has numbers in the columns, and what it must hold."""
         wanted = f"must hold a line for each sample, with numbers in columns {', '.join(map(str, sorted(columns)))}"
         if not self.lines:
             return f"is empty; {wanted}, counted from 0"
@@ -343,7 +344,7 @@ class ScopeFile:
 
 
 def from_first(cells: list[str], finite: NDArray[np.bool_]) -> tuple[Vector, str]:
-    """Times less the first one, subtracted as decimals, and the text of the first."""
+    """Return the times less the first one, subtracted as decimals, and the text of the first."""
     first = cells[int(finite.argmax())]
     try:
         zero = Decimal(first.strip())
@@ -356,7 +357,7 @@ def from_first(cells: list[str], finite: NDArray[np.bool_]) -> tuple[Vector, str
 
 
 def decoded(content: bytes) -> str:
-    """Text in UTF-8 or UTF-16, with or without a byte order mark, else in the code page of Western Windows."""
+    """Return text in UTF-8 or UTF-16, with or without a byte order mark, else in the code page of Western Windows."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     beginning = content[:200]
@@ -374,14 +375,14 @@ def _split(line: str, delimiter: str | None) -> list[str]:
 
 
 def _header_cells(line: str, delimiter: str | None) -> list[str]:
-    """Cells of a line above the samples, which may have another delimiter than these."""
+    """Return the cells of a line above the samples, which may have another delimiter than these."""
     if delimiter is None or delimiter not in line:
         delimiter = next((mark for mark in DELIMITERS if mark and mark in line), None) or delimiter
     return _split(line, delimiter)
 
 
 def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
-    """Cells of lines with quotes; of a line where one opens and is not closed without them."""
+    """Return the cells of lines with quotes; of a line where one opens and is not closed without them."""
     closed = [line if line.count('"') % 2 == 0 else line.replace('"', "") for line in lines]
     try:
         rows = [*csv.reader(closed, delimiter=delimiter or ",", skipinitialspace=True)]
@@ -391,19 +392,19 @@ def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
 
 
 def _plain(cells: list[str], groups: bool) -> list[str]:
-    """groups: whether commas separate thousands."""
+    """Return the groups: whether commas separate thousands."""
     bare = [cell.strip(BARE) for cell in cells]
     pointed = [cell.replace(",", "") if groups else _with_point(cell) for cell in bare]
     return [BLANK_GROUPS.sub("", cell) for cell in pointed]
 
 
 def _with_point(cell: str) -> str:
-    """A number with a decimal point for its comma, without points between thousands."""
+    """Return a number with a decimal point for its comma, without points between thousands."""
     return cell.replace(".", "").replace(",", ".") if "," in cell and DECIMAL_COMMA.fullmatch(cell) else cell
 
 
 def _joined(cells: list[str]) -> list[str]:
-    """Pairs of cells as numbers with decimal points; a header stays as it is."""
+    """Return the pairs of cells as numbers with decimal points; a header stays as it is."""
     if len(cells) % 2 or not re.fullmatch(r"\s*[-+]?\d+\s*", cells[0]):
         return cells
     return [f"{a.strip()}.{b.strip()}" for a, b in zip(cells[::2], cells[1::2], strict=True)]
@@ -414,12 +415,12 @@ def _holds_number(cells: Sequence[str]) -> bool:
 
 
 def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:
-    """Whether a line has numbers in these columns."""
+    """Return whether a line has numbers in these columns."""
     return all(column < len(cells) and np.isfinite(_loose_number(cells[column])) for column in columns)
 
 
 def _share(cells: Sequence[str], columns: Sequence[int]) -> float:
-    """The part of cells that are numbers, of a line that has numbers in these columns."""
+    """Return the part of cells that are numbers, of a line that has numbers in these columns."""
     if not _holds(cells, columns):
         return 0.0
     filled = [cell for cell in cells if cell.strip(BARE)]
@@ -431,23 +432,23 @@ def _is_word(cell: str) -> bool:
 
 
 def _delimiter(line: str) -> str | None:
-    """The one that gives the most numbers."""
+    """Return the one that gives the most numbers."""
     return max(DELIMITERS, key=lambda delimiter: len(_with_numbers(_split(line, delimiter))))
 
 
 def _columns(line: str) -> list[int]:
-    """The columns of a line that hold numbers; none of a line of words."""
+    """Return the columns of a line that hold numbers; none of a line of words."""
     return _with_numbers(_split(line, _delimiter(line)))
 
 
 def _with_numbers(cells: Sequence[str]) -> list[int]:
-    """Which cells are numbers; none among words."""
+    """Return which cells are numbers; none among words."""
     numbers = [k for k, cell in enumerate(cells) if np.isfinite(_loose_number(cell))]
     return numbers if 2 * len(numbers) >= len(cells) else []
 
 
 def _rise(values: Vector) -> float:
-    """The step of numbers that increase evenly, perhaps rounded; 0 for others."""
+    """Return the step of numbers that increase evenly, perhaps rounded; 0 for others."""
     if values.size < WINDOW // 4:
         return 0.0
     steps, rise = np.diff(values), float(values[-1] - values[0]) / (values.size - 1)
@@ -456,12 +457,12 @@ def _rise(values: Vector) -> float:
 
 
 def _column(rows: list[list[str]], column: int) -> list[str]:
-    """Cells one above the other, empty where a line is too short."""
+    """Return the cells one above the other, empty where a line is too short."""
     return [row[column] if len(row) > column else "" for row in rows]
 
 
 def _numbers(cells: list[str], group: Callable[[list[str]], bool]) -> Vector:
-    """Numbers, NaN for what is none. group: whether commas of such cells separate thousands."""
+    """Return the numbers, NaN for what is none. group: whether commas of such cells separate thousands."""
     try:
         return np.array([*map(float, cells)])
     except ValueError:  # a header, a word, or commas
@@ -469,17 +470,17 @@ def _numbers(cells: list[str], group: Callable[[list[str]], bool]) -> Vector:
 
 
 def _or_clocks(values: Vector, cells: list[str]) -> Vector:
-    """Times of day in place of numbers, if most of these are none."""
+    """Return the times of day in place of numbers, if most of these are none."""
     return np.array([_clock(cell) for cell in cells]) if np.isnan(values).sum() > 0.5 * values.size else values
 
 
 def _in_range(values: Vector) -> Vector:
-    """Numbers without marks of a sample beyond the range."""
+    """Return the numbers without marks of a sample beyond the range."""
     return np.where(np.abs(values) < HUGE, values, np.nan)
 
 
 def _number(cell: str) -> float:
-    """A number with a decimal point, or NaN."""
+    """Return a number with a decimal point, or NaN."""
     try:
         return float(cell)
     except ValueError:
@@ -489,7 +490,7 @@ def _number(cell: str) -> float:
 
 
 def _loose_number(cell: str) -> float:
-    """A number, whatever its commas mean, or NaN."""
+    """Return a number, whatever its commas mean, or NaN."""
     bare = cell.strip().strip('"').strip()
     value = _number(bare)
     if np.isnan(value) and LOOSE_NUMBER.fullmatch(bare):
@@ -498,7 +499,7 @@ def _loose_number(cell: str) -> float:
 
 
 def _clock(cell: str) -> float:
-    """A time of day, s: of "10:23:11.000005" or a date with it; NaN for other text."""
+    """Return a time of day, s: of "10:23:11.000005" or a date with it; NaN for other text."""
     match = DATE_OR_CLOCK.match(cell.strip().strip('"'))
     if not match:
         return np.nan

@@ -1,4 +1,4 @@
-"""What the lines above the samples of an oscilloscope's file state: units, interval, start, and number of samples."""
+"""The header of an oscilloscope's file, the lines above the samples: units, interval, start, and number of samples."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -100,13 +100,13 @@ class Header:
     """The lines above the samples, and entries such as "Vertical Units,V" above or beside these, cell by cell."""
 
     def __init__(self, rows: Sequence[Sequence[str]], first: Sequence[Sequence[str]], columns: int) -> None:
-        """rows: those above the samples; first: the first of the file; columns: the number of cells of a sample."""
+        """Hold the rows above the samples; first: the first of the file; columns: the number of cells of a sample."""
         self._rows = [_cells(row, columns) for row in rows]
         self._first = [_cells(row, 0, join=False) for row in first]
         self._columns = columns
 
     def unit(self, column: int, wanted: str) -> Unit | None:
-        """The unit of a column; a Unit of another quantity where the header states one."""
+        """Return the unit of a column; a Unit of another quantity where the header states one."""
         near = [row for row in self._rows if any(row) and _key(row[0]) not in KEYS][-NAMES_OF_LINES:]
         near_units = [
             _stated(row[column], wanted, _is_row_of_units(row)) for row in reversed(near) if len(row) > column
@@ -122,11 +122,11 @@ class Header:
         return stated[0] if stated else None
 
     def counts_samples(self, column: int) -> bool:
-        """Whether a column is named as the number of the sample."""
+        """Return whether a column is named as the number of the sample."""
         return any(len(row) > column and _key(row[column]) in COUNTERS for row in self._rows[-NAMES_OF_LINES:])
 
     def intervals(self) -> list[Stated]:
-        """The intervals between samples, s, that entries state, also as rates."""
+        """Return the intervals between samples, s, that entries state, also as rates."""
         rates = [rate._replace(value=1.0 / rate.value if rate.value else None) for rate in self._entries(RATES, _hertz)]
         every = [*self._entries(INTERVALS, self._second), *rates]
         return [
@@ -134,23 +134,23 @@ class Header:
         ]
 
     def starts(self) -> list[Stated]:
-        """The times of the first sample, s, that entries state."""
+        """Return the times of the first sample, s, that entries state."""
         return [*self._entries(STARTS, self._second)]
 
     def count(self) -> int | None:
-        """The number of samples."""
+        """Return the number of samples."""
         counts = (entry.value for entry in self._entries(COUNTS, lambda _: 1.0))
         return next((int(value) for value in counts if value is not None and value >= 1.0), None)
 
     def _second(self, text: str) -> float | None:
-        """The size of a unit of time, s; of no text that of "Horizontal Units". None of other text."""
+        """Return the size of a unit of time, s; of no text that of "Horizontal Units". None of other text."""
         keyed = next(iter(self._keyed(TIME_UNITS, 1)), None)
         unit = _unit_of(text, TIME) if text else keyed
         fits = unit is not None and unit.quantity == TIME
         return unit.size if unit is not None and fits else None if text else 1.0
 
     def _keyed(self, names: set[str], column: int) -> Iterator[Unit]:
-        """Units of lines such as "Vertical Units,V"."""
+        """Yield the units of lines such as "Vertical Units,V"."""
         wanted = TIME if names is TIME_UNITS else FORCE
         for row in self._first:
             if not row or _key(row[0]) not in names:
@@ -163,7 +163,7 @@ class Header:
             yield from (_unit_of(text, wanted) or Unit(text, UNKNOWN) for text in texts[:1] if text)
 
     def _entries(self, names: set[str], size_of: Callable[[str], float | None]) -> Iterator[Stated]:
-        """Each entry with one of these names, whose value stands in the next cell, or in the line below.
+        """Yield each entry with one of these names, whose value stands in the next cell, or in the line below.
 
         A unit that is attached to the name or the value, or that stands alone after these, must be one.
         """
@@ -191,14 +191,14 @@ class Header:
 
 
 def quantity_of(text: str, wanted: str) -> Unit | None:
-    """A unit of a quantity, as an argument gives it; None where it is none."""
+    """Return a unit of a quantity, as an argument gives it; None where it is none."""
     unit = _unit_of(text, wanted)
     return unit if unit is not None and unit.quantity == wanted else None
 
 
 def _cells(row: Sequence[str], columns: int, join: bool = True) -> list[str]:
-    """Cells without comment signs and quotes; a cell that only holds a unit joins the name before it if there are
-    too many cells."""
+    """Return the cells without comment signs and quotes; a cell that only holds a unit joins the name before it if
+    there are too many cells."""
     cells = [cell.strip().strip('"').strip() for cell in row]
     if cells:
         cells[0] = cells[0].lstrip("#%/* ").strip()
@@ -225,7 +225,7 @@ def _key(cell: str) -> str:
 
 
 def _is_number(cell: str) -> bool:
-    """Whether a cell is a finite number."""
+    """Return whether a cell is a finite number."""
     try:
         return isfinite(float(cell))
     except ValueError:
@@ -233,7 +233,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _hertz(text: str) -> float | None:
-    """Hz, kHz, MSa/s, or nothing, in Hz; None of other text."""
+    """Return Hz, kHz, MSa/s, or nothing, in Hz; None of other text."""
     rate = re.sub(r"(samples?|sa|s)(/s(ec)?|ps)$", "Hz", text.strip(), flags=re.IGNORECASE)
     try:
         return float(factor(rate, "Hz")) if rate else 1.0
@@ -247,7 +247,7 @@ def _bracketed(cell: str) -> str:
 
 
 def _is_row_of_units(row: Iterable[str]) -> bool:
-    """Whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
+    """Return whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
     units = [_unit_of(cell.strip("()[] "), TIME) for cell in row if cell]
     return len(units) > 1 and all(units) and any(unit and re.fullmatch(r"[a-z]*second", unit.name) for unit in units)
 
@@ -260,7 +260,8 @@ def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
 
 
 def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
-    """The unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "timeMs", "ms"."""
+    """Return the unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "timeMs",
+    "ms"."""
     if not cell or _is_number(cell):
         return None
     if FACTOR.search(cell):
@@ -283,7 +284,7 @@ def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
 
 
 def _first_unit(text: str, wanted: str) -> Unit:
-    """The unit in brackets: one word, or the only unit among words without digits."""
+    """Return the unit in brackets: one word, or the only unit among words without digits."""
     if unit := _unit_of(text, wanted):
         return unit
     words = [word for word in BETWEEN_WORDS.split(text) if word]
@@ -294,14 +295,15 @@ def _first_unit(text: str, wanted: str) -> Unit:
 
 
 def _is_sure(unit: Unit, wanted: str) -> bool:
-    """Whether a word without brackets is surely a unit: "Channel A" holds no ampere, and "max/min" no minute."""
+    """Return whether a word without brackets is surely a unit: "Channel A" holds no ampere, and "max/min" no minute."""
     names = r".*(second|volt|newton|force_\w+|dyne)$" if unit.quantity == wanted else "(milli|micro|nano|pico|kilo)"
     return unit.quantity in (wanted, OTHER) and re.match(names, unit.name) is not None
 
 
 @cache
 def _unit_of(text: str, wanted: str) -> Unit | None:
-    """A unit by its name; of several readings, such as S for siemens and seconds, that of the quantity wanted."""
+    """Return a unit by its name; of several readings, such as S for siemens and seconds, that of the quantity
+    wanted."""
     word = SECOND.sub("second", text.strip().strip(".").replace("Âµ", "µ"))
     if not word or _is_number(word):
         return None

@@ -40,7 +40,7 @@ FOOT = 0.01
 def calibration_factor(
     time: ArrayLike, voltage: ArrayLike, mass: float, impact_speed: float, backing: str = "immobile"
 ) -> float:
-    """The calibration factor κ of a sensor bead, from the impact of a striker of known momentum.
+    """Return the calibration factor κ of a sensor bead, from the impact of a striker of known momentum.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def calibration_factor(
 
 
 def trace(name: str, values: ArrayLike, unit: str) -> Vector:
-    """`values` as an array of at least 16 finite numbers in an SI unit, or a ValueError."""
+    """Return `values` as an array of at least 16 finite numbers in an SI unit, or raise a ValueError."""
     array = in_si_units(name, values, unit)
     if array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
@@ -123,7 +123,7 @@ def trace(name: str, values: ArrayLike, unit: str) -> Vector:
 
 
 def bridged(values: Vector) -> Vector:
-    """A trace with straight lines across samples that are NaN, because they were clipped; never all of them."""
+    """Return a trace with straight lines across samples that are NaN, because they were clipped; never all of them."""
     finite = np.isfinite(values)
     if finite.all():
         return values
@@ -132,13 +132,13 @@ def bridged(values: Vector) -> Vector:
 
 
 def is_reversed(values: Vector) -> bool:
-    """Whether the pulses of a trace are negative."""
+    """Return whether the pulses of a trace are negative."""
     quiet = float(np.median(values))
     return quiet - float(values.min()) > REVERSED * (float(values.max()) - quiet)
 
 
 def noise_level(values: Vector) -> float:
-    """Standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
+    """Return the standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
 
     From third differences, which smooth waves hardly touch, by their median: it does not see single spikes.
     """
@@ -147,7 +147,7 @@ def noise_level(values: Vector) -> float:
 
 
 def resolution(values: Vector) -> float:
-    """The smallest step between two values of a trace: the digitiser's, where one was at work."""
+    """Return the smallest step between two values of a trace: the digitiser's, where one was at work."""
     steps = np.diff(np.unique(values))
     return float(steps.min()) if steps.size else 0.0
 
@@ -172,7 +172,8 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
 
 
 def quiet_lead(name: str, values: Vector) -> int:
-    """How many samples at the beginning of a trace are surely quiet: half of those before it leaves its first level.
+    """Return how many samples at the beginning of a trace are surely quiet: half of those before it leaves its first
+    level.
 
     Raises ValueError where they are fewer than half a pulse: the trace may begin within a wave.
     """
@@ -185,7 +186,7 @@ def quiet_lead(name: str, values: Vector) -> int:
 
 
 def _peaks_above(level: float, values: Vector) -> tuple[NDArray[np.intp], Vector]:
-    """The peaks of a trace above a level, and by how much each rises from its valleys.
+    """Return the peaks of a trace above a level, and by how much each rises from its valleys.
 
     Of samples below the level that follow each other only the least counts: noise has too many to look at each.
     """
@@ -197,7 +198,7 @@ def _peaks_above(level: float, values: Vector) -> tuple[NDArray[np.intp], Vector
 
 
 def _sigma(noise: float, target: float, samples: int) -> float:
-    """Width of the Gaussian that reduces white noise to a target, in samples."""
+    """Return the width of the Gaussian that reduces white noise to a target, in samples."""
     return 0.0 if noise <= target else min((noise / target) ** 2 / (2.0 * sqrt(pi)), samples / 100.0)
 
 
@@ -213,6 +214,6 @@ def _blurred(values: Vector, sigma: float) -> Vector:
 
 
 def _vertex(time: Vector, values: Vector) -> float:
-    """Time of the vertex of a parabola through the top of a pulse."""
+    """Return the time of the vertex of a parabola through the top of a pulse."""
     parabola = np.polynomial.Polynomial.fit(time, values, 2)
     return float(parabola.deriv().roots()[0])

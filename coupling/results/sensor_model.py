@@ -1,4 +1,4 @@
-"""What a sensor bead makes of a force: loss of charge, limited bandwidth, and the gauge's resonance."""
+"""The model of a sensor bead: loss of charge, limited bandwidth, and the gauge's resonance."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -85,7 +85,7 @@ class SensorModel:
         return float(np.sqrt(self.stiffness / self.mass)) / (2.0 * pi)
 
     def response(self, time: ArrayLike, force: ArrayLike) -> Vector:
-        """The force that the sensor reports, N, for a force at equal time steps (s, N)."""
+        """Return the force that the sensor reports, N, for a force at equal time steps (s, N)."""
         moments, signal = _pair(time, force)
         self._check_sampling(float(moments[1] - moments[0]))
         # The sensor is at rest under no force before the first sample; a first force is a step.
@@ -94,7 +94,7 @@ class SensorModel:
         return np.asarray(seen)
 
     def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
-        """The force without the loss of charge, N: the inverse of the high-pass alone (s, N)."""
+        """Return the force without the loss of charge, N: the inverse of the high-pass alone (s, N)."""
         moments, seen = _pair(time, force)
         if self.time_constant is None:
             raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
@@ -105,7 +105,7 @@ class SensorModel:
         return seen + lost
 
     def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
-        """What sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
+        """Return what sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
         instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
         if kind_of(signal) not in (RUN, SIGNAL):
             raise ValueError("signal: must be one run, or one measured signal")
@@ -114,7 +114,7 @@ class SensorModel:
         return self._each(signal, sensors, self.response)
 
     def correct(self, signal: xr.Dataset) -> xr.Dataset:
-        """A measured signal without the loss of charge; remove its offset before, which would grow with time."""
+        """Return a measured signal without the loss of charge; remove its offset before, which would grow with time."""
         return self._each(checked_signal("signal", signal), None, self.corrected)
 
     def _each(self, signal: xr.Dataset, sensors: Iterable[int] | None, change: Change) -> xr.Dataset:
@@ -140,7 +140,7 @@ class SensorModel:
         return signals
 
     def _check_sampling(self, step: float) -> None:
-        """A ValueError for frequencies that the sampling cannot show."""
+        """Raise a ValueError for frequencies that the sampling cannot show."""
         for name, frequency in (("bandwidth", self.bandwidth), ("resonance of stiffness and mass", self.resonance)):
             if frequency is not None and frequency > 0.5 / step:
                 raise ValueError(
@@ -149,7 +149,7 @@ class SensorModel:
                 )
 
     def _state_space(self) -> tuple[Vector, Vector, Vector, Vector]:
-        """Matrices of the stages in series, each with states of the size of the force."""
+        """Return the matrices of the stages in series, each with states of the size of the force."""
         a, b = np.zeros((0, 0)), np.zeros(0)
         c, d = np.zeros(0), 1.0
         stages: list[tuple[Vector, Vector, Vector, float]] = []
@@ -171,13 +171,14 @@ class SensorModel:
 
 
 def _gains(ratio: float) -> tuple[float, float]:
-    """What a linear input adds to a first-order state over a step of this many time constants: by its two ends."""
+    """Return what a linear input adds to a first-order state over a step of this many time constants: by its two
+    ends."""
     mean = -np.expm1(-ratio) / ratio
     return float(mean - np.exp(-ratio)), float(1.0 - mean)
 
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
-    """Equal time steps and a force of as many numbers, or a ValueError."""
+    """Return equal time steps and a force of as many numbers, or raise a ValueError."""
     moments, values = trace("time", time, "s"), trace("force", force, "N")
     if moments.size != values.size:
         raise ValueError(f"force: holds {count_of(values.size, 'number')}, must be as many as time, {moments.size}")

@@ -32,7 +32,7 @@ WHOLE_VOLTS = "all values are whole numbers of V; are they a digitiser's counts?
 
 
 class Sampling(NamedTuple):
-    """How samples lie in time: a column (None: the usual one), its unit, or the interval and the start, s; segment."""
+    """The times of samples: a column (None: the usual one), its unit, or the interval and the start, s; segment."""
 
     column: int | None = None
     unit: str | None = None
@@ -51,7 +51,7 @@ class Trace(NamedTuple):
 
 
 def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, unit: str | None) -> Trace:
-    """The columns of sensors of a file. A ValueError that names the file, the line and the way out."""
+    """Return the columns of sensors of a file. A ValueError that names the file, the line and the way out."""
     columns = [*column_of.values()]
     explicit = [] if sampling.column is None else [sampling.column]
     file = ScopeFile(path, [*explicit, *columns])
@@ -88,7 +88,7 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
 
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
-    """The column of the time of each sensor: the nearest to the left that increases; None where there is none."""
+    """Return column of the time of each sensor: the nearest to the left that increases; None where there is none."""
     increasing = file.increasing
     swapped = [column for column in column_of.values() if column in increasing]
     if swapped:
@@ -106,7 +106,7 @@ def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampl
 
 
 def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
-    """Times from an interval, of the user or of the header."""
+    """Return the times from an interval, of the user or of the header."""
     count = samples.lines.size
     interval, notes = sampling.interval, list[str]()
     if interval is None:
@@ -123,7 +123,7 @@ def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
 
 
 def _interval_and_start(path: Path, header: Header) -> tuple[float | None, float, list[str]]:
-    """The interval and the time of the first sample, s, that a header states, and what is to be said.
+    """Return the interval and the time of the first sample, s, that a header states, and what is to be said.
 
     A ValueError where entries of an interval are not understood, or differ. A start that is not understood only shifts
     the record.
@@ -145,7 +145,7 @@ def _interval_and_start(path: Path, header: Header) -> tuple[float | None, float
 
 
 def _differing(header: Header, interval: float, instead: str) -> list[str]:
-    """What is to be said of each interval that the header states otherwise, or that is not understood."""
+    """Return what is to be said of each interval that the header states otherwise, or that is not understood."""
     return [
         f"the header's {entry.name} = {entry.text!r} is no interval that is understood"
         if entry.value is None
@@ -158,7 +158,7 @@ def _differing(header: Header, interval: float, instead: str) -> list[str]:
 def _by_column(
     path: Path, file: ScopeFile, samples: Samples, column: int, sampling: Sampling, values: dict[int, Vector]
 ) -> tuple[Even, dict[int, Vector]]:
-    """Times from a column."""
+    """Return the times from a column."""
     time, notes = samples.columns[column], []
     finite = np.isfinite(time)
     steps = np.diff(time[finite])
@@ -224,20 +224,20 @@ def _by_column(
 
 
 def _are_whole(values: Vector) -> bool:
-    """Whether all samples are whole numbers, as a digitiser's counts are."""
+    """Return whether all samples are whole numbers, as a digitiser's counts are."""
     present = values[np.isfinite(values)]
     return bool((present == np.round(present)).all())
 
 
 def _means(values: Vector, rows: Rows) -> Vector:
-    """The column with the mean of each pair in the place of its first."""
+    """Return the column with the mean of each pair in the place of its first."""
     means = values.copy()
     means[rows[::2]] = 0.5 * (values[rows[::2]] + values[rows[1::2]])
     return means
 
 
 def _checked_second(step: float, unit: Unit, header: Header, stated: object) -> tuple[float, list[str]]:
-    """The size of the time column's unit, s, which the header's intervals confirm, and what is to be said."""
+    """Return the size of the time column's unit, s, which the header's intervals confirm, and what is to be said."""
     size, notes = unit.size, list[str]()
     intervals = [entry.value for entry in header.intervals() if entry.value is not None]
     if stated is None and intervals and not any(abs(interval / (step * size) - 1.0) < SAME for interval in intervals):
@@ -251,7 +251,7 @@ def _checked_second(step: float, unit: Unit, header: Header, stated: object) -> 
 
 
 def _unit(path: Path, header: Header, column: int, wanted: str, stated_unit: str | None) -> Unit:
-    """The unit of a column: the header's or the stated one; a ValueError where these differ or mean nothing here."""
+    """Return unit of a column: the header's or the stated one; a ValueError where these differ or mean nothing here."""
     stated = header.unit(column, wanted)
     name = "time_unit" if wanted == TIME else "unit"
     unit = quantity_of(stated_unit, wanted) if stated_unit is not None else None
@@ -280,7 +280,7 @@ def _unit(path: Path, header: Header, column: int, wanted: str, stated_unit: str
 
 
 def _left_out(samples: Samples) -> list[str]:
-    """Lines that are no samples, in words."""
+    """Return the lines that are no samples, in words."""
     said = []
     if samples.blank:
         said.append(count_of(samples.blank, "blank line was left out", "blank lines were left out"))
@@ -294,7 +294,7 @@ def _left_out(samples: Samples) -> list[str]:
 
 
 def _counted(samples: Samples) -> list[str]:
-    """A file that holds fewer or more samples than its header states."""
+    """Return a file that holds fewer or more samples than its header states."""
     stated = samples.header.count()
     held = samples.lines.size
     if stated is None or stated < FEWEST_SAMPLES or held % stated == 0 or abs(held - stated) <= 1:
@@ -303,7 +303,7 @@ def _counted(samples: Samples) -> list[str]:
 
 
 def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values: Vector) -> list[str]:
-    """Samples that are no numbers, in words; a ValueError where these are most."""
+    """Return the samples that are no numbers, in words; raise a ValueError where these are most."""
     where = f"{file.path}: sensor {sensor}"
     count = int(np.isfinite(values).sum())
     bad = np.flatnonzero(~np.isfinite(samples.columns[column]))
@@ -324,7 +324,7 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
 
 
 def _span(values: Mapping[int, Vector]) -> tuple[int, int]:
-    """First and last sample with a value of any sensor."""
+    """Return the first and last sample with a value of any sensor."""
     present: NDArray[np.bool_] = np.any(np.isfinite(np.stack([*values.values()])), axis=0)
     return int(present.argmax()), present.size - int(present[::-1].argmax())
 
@@ -332,7 +332,7 @@ def _span(values: Mapping[int, Vector]) -> tuple[int, int]:
 def _common(
     path: Path, pieces: Mapping[int | None, tuple[Vector, dict[int, Vector]]], notes: list[str]
 ) -> tuple[Vector, dict[int, Vector]]:
-    """Columns over one time: those with times of their own are taken where all overlap."""
+    """Return the columns over one time: those with times of their own are taken where all overlap."""
     every = [*pieces.values()]
     time = every[0][0]
     if len(every) == 1 or all(np.array_equal(time, other) for other, _ in every[1:]):
@@ -357,7 +357,7 @@ def _common(
 
 
 def _at(time: Vector, other: Vector, row: Vector) -> Vector:
-    """A column at times of another column: whole samples later, or between samples by a straight line."""
+    """Return a column at times of another column: whole samples later, or between samples by a straight line."""
     step = float(other[1] - other[0])
     shift = float(time[0] - other[0]) / step
     if abs(shift - round(shift)) < SAME and round(shift) + time.size <= row.size:

@@ -29,7 +29,7 @@ def as_signal(
     positions: Mapping[int, float] | None = None,
     baseline: float | str = 0.0,
 ) -> xr.Dataset:
-    """The Dataset of a measured signal from arrays, for `reflections` and the other measures.
+    """Return the Dataset of a measured signal from arrays, for `reflections` and the other measures.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def read_signal(
     start: float | None = None,
     segment: int | None = None,
 ) -> xr.Dataset:
-    """The Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
+    """Return Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def read_signal(
 def _sampling(
     column: int | None, unit: str | None, interval: float | None, start: float | None, segment: int | None
 ) -> Sampling:
-    """The arguments of read_signal on the time, checked."""
+    """Return the arguments of read_signal on the time, checked."""
     if unit is not None:
         _si("time_unit", unit, TIME)
     if interval is not None and column is not None:
@@ -206,7 +206,7 @@ def _sampling(
 
 
 def _si(name: str, unit: str, wanted: str) -> str:
-    """The SI unit of a unit of time, or of a voltage or force; a ValueError for other text."""
+    """Return the SI unit of a unit of time, or of a voltage or force; raise a ValueError for other text."""
     unit_found = quantity_of(unit, wanted) if isinstance(unit, str) else None
     if unit_found is None:
         such = (
@@ -217,7 +217,7 @@ def _si(name: str, unit: str, wanted: str) -> str:
 
 
 def _doubts(data: xr.Dataset) -> list[str]:
-    """What of a signal suggests a wrong unit, or sensors that are wired the other way round."""
+    """Return what of a signal suggests a wrong unit, or sensors that are wired the other way round."""
     doubts: list[str] = []
     negative = []
     step = float(data.time[1] - data.time[0])
@@ -237,7 +237,7 @@ def _doubts(data: xr.Dataset) -> list[str]:
 
 
 def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors: list[int]) -> dict[int, float]:
-    """Newtons for each sensor's unit."""
+    """Return Newtons for each sensor's unit."""
     if unit == "N":
         if calibration is not None:
             raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
@@ -262,7 +262,7 @@ def _dataset(
     where: Where,
     name: str = "",
 ) -> xr.Dataset:
-    """The Dataset of forces over time; `where` names the place of a sample, and `name` that of all."""
+    """Return the Dataset of forces over time; `where` names the place of a sample, and `name` that of all."""
     even = _even(time, where)
     columns = []
     for sensor, force in forces.items():
@@ -289,7 +289,7 @@ def _dataset(
 
 
 def _even(time: Vector, where: Where) -> Vector:
-    """Exactly even times, close to those given, or a ValueError where these have gaps."""
+    """Return the exactly even times, close to those given, or raise a ValueError where these have gaps."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     bad = np.flatnonzero((steps <= 0.0) | (steps > 1.5 * usual))

@@ -28,7 +28,7 @@ SCATTER = 0.05
 def average_taps(
     signals: xr.Dataset | Sequence[xr.Dataset], length: float | None = None, sensor: int | None = None
 ) -> xr.Dataset:
-    """The average of repeated taps, aligned by the incident wave, with the scatter between them as noise.
+    """Return the average of repeated taps, aligned by the incident wave, with the scatter between them as noise.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def average_taps(
 
 
 def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[xr.Dataset]:
-    """The whole taps of a long record."""
+    """Return the whole taps of a long record."""
     if length is None:
         raise ValueError("length = None: must be given for one long signal, s, such as 1e-3")
     seconds = positive("length", length, "s")
@@ -147,7 +147,7 @@ def _row(signal: xr.Dataset, sensor: int) -> Vector:
 
 
 def _common_step(taps: Sequence[xr.Dataset], numbers: list[int], chosen: int) -> float:
-    """The sampling interval of all taps, s, or a ValueError where they differ."""
+    """Return the sampling interval of all taps, s, or raise a ValueError where they differ."""
     steps = [float(tap.time[1] - tap.time[0]) for tap in taps]
     for k, tap in enumerate(taps):
         if tap.sensor.values.tolist() != numbers:
@@ -159,7 +159,7 @@ def _common_step(taps: Sequence[xr.Dataset], numbers: list[int], chosen: int) ->
 
 
 def _incident(tap: xr.Dataset, sensor: int, number: int) -> tuple[float, float]:
-    """Height and time of a tap's first wave."""
+    """Return the height and time of a tap's first wave."""
     peaks = waves_of_signal(np.asarray(tap.time.values), bridged(_row(tap, sensor)), 0.5)
     if not peaks:
         raise ValueError(f"signals[{number}]: sensor {sensor} recorded no wave; leave this tap out")
@@ -167,12 +167,12 @@ def _incident(tap: xr.Dataset, sensor: int, number: int) -> tuple[float, float]:
 
 
 def _shifted(tap: xr.Dataset, sensor: int, time: Vector) -> Vector:
-    """A tap at other times; NaN next to samples that are NaN."""
+    """Return a tap at other times; NaN next to samples that are NaN."""
     return np.asarray(np.interp(time, tap.time.values, _row(tap, sensor)))
 
 
 def _scatter(rows: Vector, taps: Sequence[xr.Dataset], sensor: int) -> float:
-    """Standard deviation of a sample of the average, N; rounding that no noise dithers does not average away."""
+    """Return standard deviation of a sample of the average, N; rounding that no noise dithers does not average away."""
     complete = rows[:, np.isfinite(rows).all(axis=0)]
     of_one = float(np.sqrt(complete.var(axis=0, ddof=1).mean())) if complete.size else float("nan")
     first = _row(taps[0], sensor)

@@ -44,21 +44,21 @@ NOWHERE, STRUCTURE, CHAIN = 0, 1, 2
 
 
 def plain(values: Vector) -> Vector:
-    """An array of the type that all kernels take: for one that cannot be written, as the times of a run are, or of
-    another layout, they would be compiled again."""
+    """Return an array of the type that all kernels take: for one that cannot be written, as the times of a run are, or
+    of another layout, they would be compiled again."""
     if values.dtype == float and values.flags.c_contiguous and values.flags.writeable:
         return values  # as `require` would, in a tenth of its time
     return np.require(values, float, ["C", "W"])
 
 
 def _for_python(kernel: Any) -> Any:
-    """The same kernel for arguments from Python."""
+    """Return the same kernel for arguments from Python."""
     return njit(cache=True, error_model="numpy")(kernel.py_func)
 
 
 @inner(error_model="numpy")
 def _rises(force, peak, least):
-    """Whether a peak rises by `least` above the lowest force on either side, before a higher one."""
+    """Return whether a peak rises by `least` above the lowest force on either side, before a higher one."""
     top = force[peak]
     for step in (-1, 1):
         i = peak
@@ -71,7 +71,7 @@ def _rises(force, peak, least):
 
 @inner(error_model="numpy")
 def _next_peak(force, start, least):
-    """The first peak from a sample on, −1 where there is none, and the sample to go on from."""
+    """Return the first peak from a sample on, −1 where there is none, and the sample to go on from."""
     last, i = force.size - 1, max(start, 1)
     while i < last:
         if force[i] >= least and force[i - 1] < force[i]:
@@ -104,7 +104,7 @@ peaks_of = _for_python(_peaks)
 
 @inner(error_model="numpy")
 def _valley(force, peak, step):
-    """The lowest force on one side of a peak, before a higher one, and its sample."""
+    """Return the lowest force on one side of a peak, before a higher one, and its sample."""
     i, low, base = peak, force[peak], peak
     while 0 <= i < force.size and force[i] <= force[peak]:
         if force[i] < low:
@@ -115,7 +115,7 @@ def _valley(force, peak, step):
 
 @inner(error_model="numpy")
 def _half_width(force, peak, base, level, step):
-    """Samples from a peak to where the force falls to a level on one side, interpolated."""
+    """Return the samples from a peak to where the force falls to a level on one side, interpolated."""
     i = peak
     while i != base and level < force[i]:
         i += step
@@ -125,7 +125,7 @@ def _half_width(force, peak, base, level, step):
 
 @inner(error_model="numpy")
 def _width(force, peak):
-    """The width of a peak at half its prominence, in samples."""
+    """Return the width of a peak at half its prominence, in samples."""
     low, base = _valley(force, peak, -1)
     other, end = _valley(force, peak, 1)
     level = force[peak] - 0.5 * (force[peak] - max(low, other))
@@ -134,7 +134,7 @@ def _width(force, peak):
 
 @inner(error_model="numpy")
 def _nearest(places, count, to):
-    """Which of the places is nearest to another one."""
+    """Return which of the places is nearest to another one."""
     best = 0
     for i in range(1, count):
         if abs(places[i] - to) < abs(places[best] - to):
@@ -144,7 +144,7 @@ def _nearest(places, count, to):
 
 @inner(error_model="numpy")
 def _median(values, ordered):
-    """The median of the finite values, NaN if there are none; ordered: work space."""
+    """Return the median of the finite values, NaN if there are none; ordered: work space."""
     count = 0
     for value in values:
         if value - value == 0.0:
@@ -223,7 +223,7 @@ def _slopes(work, n):
 
 @inner(error_model="numpy")
 def spline_peak_of(time, force, at, step, work):
-    """The greatest value of a spline through a few samples, and its time, within a step of the sample `at`.
+    """Return the greatest value of a spline through a few samples, and its time, within a step of the sample `at`.
 
     work: SPLINE_ROWS rows of work space.
     """
@@ -258,7 +258,7 @@ spline_peak = _for_python(spline_peak_of)
 
 @inner(error_model="numpy")
 def _arrival(time, above, below, peak, work):
-    """Amplitude and time of the peak of the force at a bead's centre, the mean of its two contacts'."""
+    """Return the amplitude and time of the peak of the force at a bead's centre, the mean of its two contacts'."""
     begin, end, mean = max(0, peak - NEAR), min(time.size, peak + NEAR + 1), work[SPLINE_ROWS - 1]
     for i in range(begin, end):
         mean[i - begin] = 0.5 * (above[i] + below[i])
@@ -267,7 +267,7 @@ def _arrival(time, above, below, peak, work):
 
 @inner(error_model="numpy")
 def incident(time, above, below, velocity, passages, peaks, work):
-    """The incident wave over a bead: amplitude (N), arrival (s), and its last sample, −1 where there is none."""
+    """Return the incident wave over a bead: amplitude (N), arrival (s), and its last sample, −1 where there is none."""
     top = 0.0
     for i in range(time.size):
         top = max(top, 0.5 * (above[i] + below[i]))
@@ -281,7 +281,7 @@ def incident(time, above, below, velocity, passages, peaks, work):
 
 @inner(error_model="numpy")
 def waves_over_bead(time, above, below, velocity, smallest, out, passages, peaks, work):
-    """`waves` from the contacts of the bead alone, which do not say where a wave begins; with work space."""
+    """Return `waves` from the contacts of the bead alone, which do not say where a wave begins; with work space."""
     amplitude, arrival, end = incident(time, above, below, velocity, passages, peaks, work)
     if end < 0:
         return 0
@@ -423,7 +423,7 @@ def waves(time, force, velocity, smallest, out, space):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def waves_of_many(time, force, static, velocity, smallest, out, counts):
-    """`waves` of many runs; force: runs × time × contacts, static: runs × contacts, velocity: runs × time.
+    """Return `waves` of many runs; force: runs × time × contacts, static: runs × contacts, velocity: runs × time.
 
     Contacts that hold only NaN are left out; they pad a shorter chain, or a run that failed. out: runs × waves × 3.
     """

@@ -52,7 +52,7 @@ class Track:
 
     @property
     def goes_on(self) -> bool:
-        """Whether it runs towards the structure."""
+        """True if it runs towards the structure."""
         return self.contacts[-1] > self.contacts[0]
 
     def __repr__(self) -> str:
@@ -71,7 +71,8 @@ class Track:
         ]
 
     def arrival(self, sensor: int) -> float:
-        """When the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses one.
+        """Return when the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses
+        one.
 
         In contrast to the peak of the force at the bead's centre, which `reflections` gives, this varies without a leap
         where beads have drifted apart and the wave is two collisions.
@@ -82,7 +83,7 @@ class Track:
         return float(0.5 * (pair[0] + pair[1]))
 
     def speed(self, run: xr.Dataset) -> float:
-        """Mean speed along the track, m/s."""
+        """Return the mean speed along the track, m/s."""
         reading = Reading(run)
         first, last = (min(n, reading.beads[0]) for n in (self.contacts[0], self.contacts[-1]))
         distance = abs(reading.position(last) - reading.position(first))
@@ -90,7 +91,7 @@ class Track:
 
 
 def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track]:
-    """The waves of one run, each followed from contact to contact.
+    """Return the waves of one run, each followed from contact to contact.
 
     Parameters
     ----------
@@ -167,7 +168,7 @@ class _Web:
             self.free[row].discard(which)
 
     def paths(self, forward: bool) -> list[list[Node]]:
-        """All waves in one direction that can be linked from free peaks, in order of time.
+        """Return all waves in one direction that can be linked from free peaks, in order of time.
 
         Each is traced back from the last contact that it reached, as `reflections` traces it from a sensor.
         """

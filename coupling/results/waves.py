@@ -37,11 +37,11 @@ class Wave:
         return html_table(type(self).__name__, self.rows())
 
     def in_words(self) -> list[str]:
-        """The parts of a line."""
+        """Return the parts of a line."""
         return [f"{self.amplitude:.2f} N at {1e6 * self.arrival:.2f} µs"]
 
     def rows(self) -> list[tuple[str, str]]:
-        """The rows of a table."""
+        """Return the rows of a table."""
         return [("amplitude", f"{self.amplitude:.2f} N"), ("arrival", f"{1e6 * self.arrival:.2f} µs")]
 
 
@@ -76,13 +76,13 @@ class ReflectedWave(Wave):
     __repr__ = Wave.__repr__
 
     def in_words(self) -> list[str]:
-        """The parts of a line."""
+        """Return the parts of a line."""
         begins = [] if self.begins == "unknown" else [f"begins at the {self.begins}"]
         tof = f"TOF = {1e6 * self.time_of_flight:.2f} µs"
         return [*super().in_words(), f"AR = {self.amplitude_ratio:.4f}", tof, *begins]
 
     def rows(self) -> list[tuple[str, str]]:
-        """The rows of a table."""
+        """Return the rows of a table."""
         tof = f"{1e6 * self.time_of_flight:.2f} µs"
         return [*super().rows(), ("AR", f"{self.amplitude_ratio:.4f}"), ("TOF", tof), ("begins at", self.begins)]
 
@@ -93,7 +93,7 @@ class NoWaveError(ValueError, AttributeError):
 
 @dataclass(frozen=True)
 class NoWave:
-    """What replaces a missing wave. It is false: `if waves.secondary:` asks whether there is a wave.
+    """The object in place of a missing wave. It is false: `if waves.secondary:` asks whether there is a wave.
 
     Its amplitude, arrival, amplitude_ratio, time_of_flight and begins raise a NoWaveError with the reason.
 

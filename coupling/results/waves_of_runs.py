@@ -32,11 +32,11 @@ class Series(NamedTuple):
     like: xr.DataArray | None = None
 
     def dynamic(self, run: int) -> Vector:
-        """The forces of a run above the preload, contacts × times, N."""
+        """Return the forces of a run above the preload, contacts × times, N."""
         return without_padding(np.ascontiguousarray((self.force[run] - self.static[run]).T))
 
     def over_axes(self, values: Vector) -> xr.DataArray:
-        """One value of each run over the axes of the sweep; without dimension for one run."""
+        """Return one value of each run over the axes of the sweep; without dimension for one run."""
         if self.like is None:
             return xr.DataArray(values.reshape(()))
         return self.like.copy(data=values.reshape(self.like.shape))
@@ -65,7 +65,7 @@ class WavesOfRuns(NamedTuple):
 
 
 def find_waves(time: Vector, series: Series, smallest: float, most: int) -> WavesOfRuns:
-    """The waves of all runs, at most so many of each, in one compiled loop. `reflections` says what a wave is.
+    """Return the waves of all runs, at most so many of each, in one compiled loop. `reflections` says what a wave is.
 
     time: the same for all runs, s. smallest: in units of the incident amplitude.
     """
@@ -79,8 +79,8 @@ def find_waves(time: Vector, series: Series, smallest: float, most: int) -> Wave
 def why_missing(
     time: Vector, series: Series, run: int, smallest: float, sensor: int, beads: Sequence[int], back: bool
 ) -> tuple[str, float]:
-    """Why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and NaN
-    where neither is known.
+    """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
+    NaN where neither is known.
 
     beads: the number of beads of each chain; back: whether a wave came back.
     """
@@ -94,7 +94,8 @@ def why_missing(
 
 
 def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
-    """What shows the waves over a bead of a run, a sweep or a batch, in plain arrays. name: the user's, of the bead."""
+    """Return what shows the waves over a bead of a run, a sweep or a batch, in plain arrays. name: the user's, of the
+    bead."""
     number = reading.checked_sensor(sensor, name)
     reading.check_holds(("contact_force", "velocity"))
     variables = reading.data.variables
@@ -116,12 +117,12 @@ def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
 
 
 def _places(rows: list[int]) -> Any:
-    """Places along an axis: as a slice where they follow each other, which copies nothing."""
+    """Return the places along an axis: as a slice where they follow each other, which copies nothing."""
     return slice(rows[0], rows[-1] + 1) if rows == list(range(rows[0], rows[-1] + 1)) else rows
 
 
 def _plain(values: xr.Variable, axes: list[str], selected: dict[str, Any]) -> Vector:
-    """A variable as an array, runs × its own dimensions; one run where it has none of the axes.
+    """Return a variable as an array, runs × its own dimensions; one run where it has none of the axes.
 
     selected: its own dimensions, and which places along each to take.
     """
@@ -134,7 +135,7 @@ def _plain(values: xr.Variable, axes: list[str], selected: dict[str, Any]) -> Ve
 
 
 def measured(reading: Reading, sensor: int, name: str = "sensor") -> xr.DataArray:
-    """The force at a sensor of a signal, N."""
+    """Return the force at a sensor of a signal, N."""
     number = reading.measured_sensor(sensor, name)
     force: xr.DataArray = reading.data.sensor_force.sel(sensor=number).reset_coords(drop=True)
     return force

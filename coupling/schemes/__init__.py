@@ -1,1 +1,1 @@
-"""How chains and structures agree on the contact forces of a window."""
+"""Schemes by which chains and structures agree on the contact forces of a window."""

@@ -47,18 +47,19 @@ class Condensed:
     whole_window = False
 
     def start(self, interface: Interface) -> Vector:
-        """The secant slope of each contact."""
+        """Return the secant slope of each contact."""
         if foreign := [box for box in interface.boxes if box.closing is None]:
             name = foreign[0].name
             raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
         return np.zeros(interface.size)
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
-        """From one window's end to the next. Raises NotConverged."""
+        """Advance from one window's end to the next. Raises NotConverged."""
         return [self._solved(interface, state, length)]
 
     def _solved(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
-        """Newton's method on r(F) = G(w_free + C F) − F with G the chains' mean forces, its slopes by secants."""
+        """Return Newton's method on r(F) = G(w_free + C F) − F with G the chains' mean forces, its slopes by
+        secants."""
         tolerance, compliance = self.tolerance * interface.force_scale, interface.compliance(length)
         # Linear structures need one solve a window; where gaps close each trial has another response.
         linear = not interface.boxes
@@ -97,7 +98,7 @@ class Condensed:
 
 
 def trial_force(interface: Interface, state: CoupledState, length: float, order: int = 2) -> Vector:
-    """Mean forces (N) over the coming substep, predicted from the last ones; a surface is never pulled."""
+    """Return the mean forces (N) over the coming substep, predicted from the last ones; a surface is never pulled."""
     past = state.past
     if not past:
         return np.zeros(interface.size)

@@ -59,15 +59,15 @@ class Explicit:
 
     @property
     def repeats(self) -> bool:
-        """Whether it repeats windows."""
+        """True if it repeats windows."""
         return self.tolerance is not None
 
     def start(self, interface: Interface) -> Vector:
-        """The displacements of the surfaces that the chains last followed, m."""
+        """Return the displacements of the surfaces that the chains last followed, m."""
         return np.zeros(interface.size)
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
-        """From one substep's end to the next. Raises NotConverged where the prediction was poor."""
+        """Advance from one substep's end to the next. Raises NotConverged where the prediction was poor."""
         force = trial_force(interface, state, length, self.predictor)
         pushed, surface = interface.push(state.structures, force, length)
         target, past = surface, state.past
@@ -89,7 +89,7 @@ class Explicit:
         return [end]
 
     def _enough(self, interface: Interface, length: float) -> float:
-        """The greatest difference between predicted and answered forces, N; in short substeps its impulse counts."""
+        """Return greatest difference between predicted and answered forces, N; in short substeps its impulse counts."""
         if self.tolerance is None:
             return inf
         usual = interface.contact_time / self.substeps_per_contact

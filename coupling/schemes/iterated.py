@@ -38,7 +38,7 @@ class Iteration(ABC):
     whole_window = True
 
     def start(self, interface: Interface) -> Any:
-        """What the first window starts from."""
+        """Return what the first window starts from."""
         return None
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
@@ -65,26 +65,26 @@ class Iteration(ABC):
 
     @abstractmethod
     def search(self, memory: Any, length: float) -> "Search":
-        """What chooses the forces of the next repetition, in a window with substeps of `length` s."""
+        """Return what chooses the forces of the next repetition, in a window with substeps of `length` s."""
 
 
 class Search:
-    """Within one window: from residuals to changes of the forces, by a part of the residual."""
+    """A search within one window: from residuals to changes of the forces, by a part of the residual."""
 
     def __init__(self, relaxation: float) -> None:
         self.factor = relaxation
 
     def step(self, residual: Vector, answer: Vector) -> Vector:
-        """The change of the forces (N), given what the chains answered and how far that is from the forces tried."""
+        """Return change of the forces (N), given what the chains answered and how far that is from the forces tried."""
         return self.factor * residual
 
     def memory(self) -> Any:
-        """What the next window starts from."""
+        """Return what the next window starts from."""
         return None
 
 
 def _window(interface: Interface, state: CoupledState, force: Vector, length: float) -> list[CoupledState]:
-    """All substeps of a window under given mean forces (substeps × K)."""
+    """Return all substeps of a window under given mean forces (substeps × K)."""
     ends = []
     for push in force:
         pushed, surface = interface.push(state.structures, push, length)
@@ -122,7 +122,7 @@ class FixedPoint(Iteration):
     largest_count: Repetitions = 100
 
     def search(self, memory: Any, length: float) -> Search:
-        """Of one window."""
+        """Return the search of one window."""
         return Search(self.relaxation)
 
 
@@ -156,7 +156,7 @@ class Aitken(Iteration):
     """
 
     def search(self, memory: Any, length: float) -> Search:
-        """Of one window."""
+        """Return the search of one window."""
         return _Aitken(self.relaxation)
 
 
@@ -207,7 +207,7 @@ class IQN_ILS(Iteration):
     filtering: Annotated[float, Quantity()] = 1e-3
 
     def search(self, memory: Any, length: float) -> Search:
-        """Of one window."""
+        """Return the search of one window."""
         return _LeastSquares(self, memory or (), length)
 
 
@@ -247,7 +247,7 @@ class _LeastSquares(Search):
 
 
 def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tuple[Vector, Vector]]:
-    """Which columns add to those before them, and Q and R of these: Gram–Schmidt, twice."""
+    """Return which columns add to those before them, and Q and R of these: Gram–Schmidt, twice."""
     size = columns[0].size if columns else 0
     most = min(size, len(columns))
     independent: list[int] = []

@@ -1,4 +1,4 @@
-"""What a coupling scheme is: for one window it finds the mean forces on which chains and structures agree."""
+"""The protocol of a coupling scheme: for one window it finds the mean forces on which chains and structures agree."""
 
 from typing import Annotated, Any, Protocol, runtime_checkable
 
@@ -68,16 +68,16 @@ class Scheme(Protocol):
 
     @property
     def repeats(self) -> bool:
-        """Whether it repeats a window from the same state."""
+        """True if it repeats a window from the same state."""
         ...
 
     @property
     def whole_window(self) -> bool:
-        """Whether it solves for all substeps of a window together."""
+        """True if it solves for all substeps of a window together."""
         ...
 
     def start(self, interface: Interface) -> Any:
-        """The memory of the first window, any object; a ValueError where the scheme cannot serve this interface."""
+        """Return memory of the first window, any object; a ValueError where the scheme cannot serve this interface."""
         ...
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:

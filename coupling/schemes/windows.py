@@ -1,4 +1,4 @@
-"""From window to window: a window that fails, or whose error is too large, is halved and repeated."""
+"""Steps from window to window: a window that fails, or whose error is too large, is halved and repeated."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -74,7 +74,7 @@ class Windows:
         return self._halved(state, length, substeps, MOST_HALVINGS)
 
     def _solved(self, state: CoupledState, length: float, many: int) -> list[CoupledState]:
-        """The scheme's own step; a ValueError where a user's scheme returns something else."""
+        """Return the scheme's own step; raise a ValueError where a user's scheme returns something else."""
         states = self.scheme.step(self.interface, state, length, many)
         name = f"{type(self.scheme).__name__}.step"
         if not isinstance(states, list) or len(states) != many or not all(isinstance(i, CoupledState) for i in states):
@@ -85,7 +85,7 @@ class Windows:
         return states
 
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
-        """In pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
+        """Solve in pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
 
         A window after one that came in pieces begins with pieces of twice their length.
         """
@@ -129,23 +129,23 @@ class Windows:
         return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), failed)
 
     def _allowed(self, state: CoupledState, tolerance: float) -> float:
-        """The longest window worth trying, s, from the last ones and their error."""
+        """Return the longest window worth trying, s, from the last ones and their error."""
         return next_length(state.past[-1].length, self.error(state), tolerance) if state.past else np.inf
 
     def error(self, state: CoupledState) -> float:
-        """The distance of a parabola from the straight motion of the last substep, in greatest approaches."""
+        """Return the distance of a parabola from the straight motion of the last substep, in greatest approaches."""
         run = as_run(state, Counts())
         moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
         return moved / self.interface.indentation_scale
 
 
 def next_length(last: float, error: float, tolerance: float) -> float:
-    """The longest window worth trying, s, after one of this length and error."""
+    """Return the longest window worth trying, s, after one of this length and error."""
     return 2.0 * last if error < GROWS_BELOW * tolerance else last
 
 
 def _together(first: CoupledState, second: CoupledState) -> CoupledState:
-    """The second of two halves, with the evaluations, the substeps and the residual of both."""
+    """Return the second of two halves, with the evaluations, the substeps and the residual of both."""
     return second._replace(
         evaluations=first.evaluations + second.evaluations,
         substeps=first.substeps + second.substeps,
@@ -154,5 +154,5 @@ def _together(first: CoupledState, second: CoupledState) -> CoupledState:
 
 
 def _more(state: CoupledState, failed: int) -> CoupledState:
-    """With the evaluations of attempts that failed."""
+    """Return the state with the evaluations of attempts that failed."""
     return state._replace(evaluations=state.evaluations + failed)

@@ -169,7 +169,7 @@ def batch(
 def _in_processes(
     parts: "Iterator[_Part]", threads: int, measure: Measure | None, jobs: int
 ) -> Iterator[tuple[xr.Dataset, "list[_Done]"]]:
-    """The runs of each part, in this process or in others."""
+    """Yield the runs of each part, in this process or in others."""
     if jobs == 1:
         yield from (part.run(threads, measure) for part in parts)
         return
@@ -209,13 +209,13 @@ class _Family(NamedTuple):
         return min(wanted, max(1, int(wanted / window)) * window / (SPREAD if self.build else 1.0))
 
     def cut(self, begin: int, end: int) -> "_Family":
-        """Some of the runs, one after the other."""
+        """Return some of the runs, one after the other."""
         values = {name: column[begin:end] for name, column in self.parameters.items()}
         known = {i - begin: one for i, one in self.known.items() if begin <= i < end}
         return self._replace(number=min(end, self.number) - begin, known=known, parameters=values)
 
     def make(self, i: int) -> CoSimulation:
-        """A run, or a ValueError for one that a batch does not do."""
+        """Return a run, or raise a ValueError for one that a batch does not do."""
         if self.build is None or i in self.known:
             return self.known[i]
         made = self.build(**{name: values[i] for name, values in self.parameters.items()})
@@ -249,7 +249,7 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
 
 
 def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: int) -> tuple[int, CoSimulation]:
-    """The first run that can be built, and its place; if none can, the error of the very first."""
+    """Return the first run that can be built, and its place; if none can, the error of the very first."""
     reason: Exception | None = None
     for i in range(count):
         try:
@@ -264,7 +264,7 @@ def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: in
 
 
 def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """A value of each parameter for each run, or a ValueError that names the parameter."""
+    """Return a value of each parameter for each run, or raise a ValueError that names the parameter."""
     if not parameters:
         raise ValueError("parameters: name at least one argument of the function, such as impact_speed=[0.1, 0.2]")
     check_build(build, parameters, "runs", "parameters")
@@ -276,7 +276,7 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[s
 
 
 def count_of_runs(name: str, columns: Mapping[str, Any]) -> int:
-    """How many values each column has; a ValueError that names the argument where that differs."""
+    """Return how many values each column has; raise a ValueError that names the argument where that differs."""
     lengths = {column: len(values) for column, values in columns.items()}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{column} {length}" for column, length in lengths.items())
@@ -285,7 +285,7 @@ def count_of_runs(name: str, columns: Mapping[str, Any]) -> int:
 
 
 def _column(name: str, given: Any) -> list[Any] | None:
-    """The values of a parameter as they are, None for one value; a ValueError for what is neither."""
+    """Return the values of a parameter as they are, None for one value; raise a ValueError for what is neither."""
     if isinstance(given, Mapping | Set):
         raise ValueError(f"{name} = {short(given)}: has no order; must be one value, or a list with one for each run")
     single = isinstance(given, str) or not isinstance(given, Iterable)
@@ -306,7 +306,7 @@ def _column(name: str, given: Any) -> list[Any] | None:
 
 
 def _simulation(name: str, given: Any, structure: Structure | None, dt: float | None) -> CoSimulation:
-    """A run of one chain on linear structures, or a ValueError."""
+    """Return a run of one chain on linear structures, or raise a ValueError."""
     if isinstance(given, Chain):
         given = CoSimulation(given, structure, dt=dt)
     elif structure is not None or dt is not None:
@@ -340,7 +340,7 @@ class _Part(NamedTuple):
     known: Sequence[str]
 
     def run(self, threads: int, measure: Measure | None) -> tuple[xr.Dataset, list[_Done]]:
-        """What is kept of the runs, and how each ended."""
+        """Return what is kept of the runs, and how each ended."""
         rows, numbers = _Rows(self), range(self.family.number)
         done = list(map(rows.do, numbers)) if threads == 1 else _in_threads(rows, numbers, threads)
         data = rows.dataset()
@@ -348,7 +348,7 @@ class _Part(NamedTuple):
 
 
 def _in_threads(rows: "_Rows", numbers: Sequence[int], threads: int) -> list[_Done]:
-    """The runs of these numbers; after an error those that have not begun are not run."""
+    """Return the runs of these numbers; after an error those that have not begun are not run."""
     left, done = iter(numbers), dict[int, _Done]()
 
     def some() -> None:
@@ -379,7 +379,7 @@ class _Rows:
         self.energy = np.full(count, np.nan)
 
     def do(self, i: int) -> _Done:
-        """One run; its errors are returned, those of the environment are raised."""
+        """Return one run; its errors are returned, those of the environment are raised."""
         with collected() as messages:
             try:
                 return _Done(None, [*self._run(i), *messages])
@@ -409,7 +409,7 @@ class _Rows:
         return [finding for finding in findings if finding not in known]
 
     def _frames(self, interface: Interface, rows: int) -> Frames:
-        """Frames of a run: those of this thread's last one if that had the same chain but for its speed."""
+        """Return the frames of a run: those of this thread's last one if that had the same chain but for its speed."""
         key = id(interface.chains[0].model), rows, len(interface.structures)
         last: Any = getattr(self.last, "run", (None, None, None))
         if last[0] == key:
@@ -421,7 +421,7 @@ class _Rows:
         return frames
 
     def dataset(self) -> xr.Dataset:
-        """The runs."""
+        """Return the runs."""
         coordinates: dict[str, Any] = {
             "centre": (("run", "bead"), self.centre, {"units": "m"}),
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
@@ -435,7 +435,8 @@ class _Rows:
 def forces_of_runs(
     kept: Kept, interval: float, force: Vector, velocity: Vector, coordinates: dict[str, Any]
 ) -> xr.Dataset:
-    """Forces and velocities, runs × times × contacts or beads, as a Dataset. interval: between saved times, s."""
+    """Return the forces and velocities, runs × times × contacts or beads, as a Dataset. interval: between saved times,
+    s."""
     own: dict[str, Any] = {
         "time": ("time", interval * np.arange(float(force.shape[1])), {"units": "s"}),
         "bead": ("bead", kept.bodies),
@@ -471,7 +472,7 @@ def _together(
 def finished(
     what: str, data: xr.Dataset, reasons: list[str], given: dict[str, Any], before: list[str], findings: Sequence[str]
 ) -> xr.Dataset:
-    """The Dataset of runs with why each failed, what was given, and findings; a RuntimeError where all failed.
+    """Return Dataset of runs with why each failed, what was given, and findings; raise a RuntimeError where all failed.
 
     what: the function that did them. before: findings of which the user was warned already.
     """

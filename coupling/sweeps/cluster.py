@@ -188,7 +188,7 @@ class _Workers:
         self.seen, self.warned = time.monotonic(), False
 
     def threads(self) -> int:
-        """How many all workers have now."""
+        """Return how many all workers have now."""
         try:
             workers: Mapping[str, int] = self.client.nthreads()
             self._check(sorted(workers.keys() - self.checked))
@@ -227,7 +227,7 @@ class _Workers:
 
 
 def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> list[Any]:
-    """The finished futures, none if this takes long; a point whose result died with its worker is run again."""
+    """Return the finished futures, none if this takes long; a point whose result died with its worker is run again."""
     try:
         with client.as_current():
             done = distributed.wait(list(futures), timeout=QUERY_INTERVAL, return_when="FIRST_COMPLETED").done
@@ -239,9 +239,8 @@ def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> l
 
 
 def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | None:
-    """The outcome, None if workers died of it. The future is released, so that it is not run again if its
-    worker dies.
-    """
+    """Return the outcome, None if workers died of it. The future is released, so that it is not run again if its worker
+    dies."""
     try:
         outcome: xr.Dataset | Failure = future.result()
         return outcome
@@ -260,7 +259,7 @@ def _run(task: bytes, point: bytes) -> xr.Dataset | Failure:
 
 
 def _packed(value: object) -> bytes:
-    """Pickled, including objects that a script defines; cloudpickle comes with distributed."""
+    """Return the value pickled, including objects that a script defines; cloudpickle comes with distributed."""
     from cloudpickle import dumps
 
     packed: bytes = dumps(value)
@@ -269,6 +268,6 @@ def _packed(value: object) -> bytes:
 
 @lru_cache(maxsize=1)
 def _unpacked(task: bytes) -> tuple[Work, bool]:
-    """Unpacked once in each worker, so that `build` keeps its caches."""
+    """Return the task, unpacked once in each worker, so that `build` keeps its caches."""
     unpacked: tuple[Work, bool] = pickle.loads(task)
     return unpacked

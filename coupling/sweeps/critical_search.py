@@ -152,13 +152,13 @@ def critical_distance_search(
 
 
 def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
-    """One tolerance or more, or a ValueError."""
+    """Return one tolerance or more, or raise a ValueError."""
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
     return [positive("tolerance", value) for value in many]
 
 
 def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
-    """The far value of each curve; NaN if it is not known; or a ValueError."""
+    """Return the far value of each curve; NaN if it is not known; or a ValueError."""
     shape = tuple(map(len, values.values()))
     if far is None:
         return np.full(shape, np.nan).ravel()
@@ -171,7 +171,7 @@ def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) 
 
 
 def _distances(distances: Iterable[float]) -> list[float]:
-    """The first scan in increasing order, or a ValueError."""
+    """Return the first scan in increasing order, or raise a ValueError."""
     scan = sorted(
         not_negative("distances", value, "m") for value in listed("distances", distances, object, "numbers, m")
     )
@@ -183,7 +183,7 @@ def _distances(distances: Iterable[float]) -> list[float]:
 
 
 def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
-    """The part of a run that is kept."""
+    """Return the part of a run that is kept."""
     return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, sensor), "time_of_flight": time_of_flight(run, sensor)})
 
 
@@ -242,11 +242,11 @@ class _Search:
         return {**self.points[curve], "distance": distance}
 
     def findings(self) -> list[str]:
-        """The findings of the runs, the first of each kind."""
+        """Return the findings of the runs, the first of each kind."""
         return self.earlier + gathered(self.found, sum(map(len, self.curves)))
 
     def samples(self) -> xr.Dataset:
-        """All samples, on the union of the distances of all curves."""
+        """Return all samples, on the union of the distances of all curves."""
         distances = sorted(set().union(*self.curves))
         empty = (np.nan, np.nan)
         measured = np.array([[curve.get(d, empty) for d in distances] for curve in self.curves])
@@ -263,7 +263,7 @@ class _Search:
 
 
 def _upper_bound(data: xr.Dataset, smallest: float) -> list[str]:
-    """A finding if AR is within the tolerance at all distances."""
+    """Return a finding if AR is within the tolerance at all distances."""
     if smallest == 0.0 or not bool((data.bracket.sel(end="low") == 0.0).any()):
         return []
     return [

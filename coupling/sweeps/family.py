@@ -178,7 +178,7 @@ def _columns(quantities: Mapping[str, Any]) -> dict[str, Vector]:
 
 
 class Outcome(NamedTuple):
-    """What is kept of some runs."""
+    """The kept values of some runs."""
 
     runs: int
     force: Vector
@@ -194,7 +194,7 @@ class Outcome(NamedTuple):
 
 
 class FamilyRuns:
-    """How the runs of a family are done: windows, steps and tolerance are the strictest of all corners.
+    """The runs of a family: windows, steps and tolerance are the strictest of all corners.
 
     varied: the quantities. until, interval: length of the runs and time between saved times, s. kept: contacts and
     bodies to keep. waves: how many waves are measured at each sensor; 0 keeps forces and velocities. smallest: the
@@ -305,7 +305,7 @@ class FamilyRuns:
 
     @property
     def _rest(self) -> tuple[Any, ...]:
-        """What `do_run` takes after the number of a run."""
+        """The arguments of `do_run` after the number of a run."""
         engine, chain = self.engine, self.chain.chain
         windows = 1, (self.plan.rows - 1) * engine.stride, engine.stride, 0
         return 0 if chain.body else 1, engine.interface.begin, engine.length, windows

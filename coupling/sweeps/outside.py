@@ -1,4 +1,4 @@
-"""What a function uses besides its arguments: globals, closures and defaults, as text to compare; and its code."""
+"""Inputs of a function besides its arguments: globals, closures and defaults, as text to compare; and its code."""
 
 import ast
 import inspect
@@ -41,7 +41,7 @@ class Outside(NamedTuple):
 
 
 def outside_of(functions: Iterable[Callable[..., Any]]) -> Outside:
-    """What these functions use."""
+    """Return what these functions use."""
     search = _Search()
     for function in functions:
         search.visit(function)
@@ -60,7 +60,7 @@ class _Search:
         self.changed: set[str] = set()
 
     def visit(self, function: Any) -> None:
-        """A user's function; of one that keeps results, such as functools.cache makes, the function within."""
+        """Visit a user's function; of one that keeps results, such as functools.cache makes, the function within."""
         function = inspect.unwrap(function)
         if not isinstance(function, FunctionType) or id(function) in self.seen or not _is_users(function.__module__):
             return
@@ -79,7 +79,7 @@ class _Search:
             self._take(f"{name} of {function.__name__}", {name}, value, names)
 
     def _take(self, label: str, path: set[str], value: Any, names: set[str]) -> None:
-        """A value that code with these names reaches by a path of names."""
+        """Take a value that code with these names reaches by a path of names."""
         if isinstance(value, ModuleType):
             self._parts(value, label, path, names if _is_users(value.__name__) else set())
         elif isinstance(value, type):
@@ -98,7 +98,7 @@ class _Search:
             self._of_class(type(value))
 
     def _parts(self, value: Any, label: str, path: set[str], names: Iterable[str]) -> None:
-        """The attributes of a module or an object that have one of the names."""
+        """Take the attributes of a module or an object that have one of the names."""
         attributes = _attributes(value)
         for name in sorted(set(names) & attributes.keys()):
             inner = attributes[name]
@@ -106,7 +106,7 @@ class _Search:
                 self._take(f"{label.partition(' of ')[0]}.{name}", {*path, name}, inner, set())
 
     def _of_class(self, kind: type) -> None:
-        """The constants and methods of a class."""
+        """Take the constants and methods of a class."""
         if id(kind) in self.seen or not _is_users(kind.__module__):
             return
         self.seen.add(id(kind))
@@ -123,7 +123,8 @@ def _is_data(name: str, value: Any) -> bool:
 
 
 def _attributes(value: Any) -> dict[str, Any]:
-    """The names of a module, or the data of an object: in its dictionary, in slots, and what its class holds for it."""
+    """Return the names of a module, or the data of an object: in its dictionary, in slots, and what its class holds for
+    it."""
     attributes: dict[str, Any] = dict(getattr(value, "__dict__", {}))
     for kind in type(value).__mro__ if _is_users(type(value).__module__) else ():
         for name, content in vars(kind).items():
@@ -134,7 +135,7 @@ def _attributes(value: Any) -> dict[str, Any]:
 
 @cache
 def _is_users(module: str) -> bool:
-    """Whether a module is neither Python's nor hertzlink's, nor installed."""
+    """Return whether a module is neither Python's nor hertzlink's, nor installed."""
     file = getattr(sys.modules.get(module), "__file__", None)
     if file is None:
         return module == "__main__"
@@ -143,7 +144,7 @@ def _is_users(module: str) -> bool:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """The global names and the attributes that code uses, inner functions included."""
+    """Yield the global names and the attributes that code uses, inner functions included."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -157,7 +158,7 @@ def _defaults(function: FunctionType) -> Iterator[tuple[str, Any]]:
 
 
 def _is_full(cell: CellType) -> bool:
-    """Whether a variable of an outer function has a value yet."""
+    """Return whether a variable of an outer function has a value yet."""
     try:
         return cell.cell_contents is not cell
     except ValueError:
@@ -165,7 +166,7 @@ def _is_full(cell: CellType) -> bool:
 
 
 def _tree(function: FunctionType) -> ast.Module | None:
-    """The code without docstrings and comments, None where its source is missing or cannot stand alone."""
+    """Return the code without docstrings and comments, None where its source is missing or cannot stand alone."""
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except (OSError, SyntaxError, TypeError):
@@ -178,7 +179,7 @@ def _tree(function: FunctionType) -> ast.Module | None:
 
 
 def _changed(tree: ast.Module) -> Iterator[str]:
-    """The names of what code assigns to from inside, or changes in place."""
+    """Yield the names of what code assigns to from inside, or changes in place."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Global | ast.Nonlocal):
             yield from node.names
@@ -189,7 +190,7 @@ def _changed(tree: ast.Module) -> Iterator[str]:
 
 
 def _ends_of(node: ast.AST) -> Iterator[str]:
-    """The names in `name[…]`, `name.attribute` and mixtures of both."""
+    """Yield the names in `name[…]`, `name.attribute` and mixtures of both."""
     while isinstance(node, ast.Subscript | ast.Attribute):
         if isinstance(node, ast.Attribute):
             yield node.attr
@@ -204,7 +205,7 @@ def _text(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """A value as plain data, the same in every process; of what cannot be described, its type."""
+    """Return a value as plain data, the same in every process; of what cannot be described, its type."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic | list | tuple):

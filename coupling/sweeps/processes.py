@@ -53,7 +53,7 @@ log = logging.getLogger("hertzlink.sweep")
 
 
 def shown(point: Point) -> str:
-    """A point as a short text for error messages."""
+    """Return a point as a short text for error messages."""
     return "{" + ", ".join(f"{name!r}: {short(value)}" for name, value in point.items()) + "}"
 
 
@@ -69,7 +69,7 @@ class Work:
     store: Store | None = None
 
     def run(self, point: Point) -> xr.Dataset:
-        """The kept part of the point's run, with all warnings in its attributes; errors name the point."""
+        """Return the kept part of the point's run, with all warnings in its attributes; errors name the point."""
         with collected() as messages:
             try:
                 simulation = self.build(**point)
@@ -85,7 +85,8 @@ class Work:
         return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
-        """`run` in another process. An error that cannot be pickled becomes a RuntimeError with its type and text."""
+        """Return `run` in another process. An error that cannot be pickled becomes a RuntimeError with its type and
+        text."""
         try:
             return self.run(point)
         except Exception as error:
@@ -96,7 +97,7 @@ class Work:
         raise portable
 
     def attempt(self, point: Point, elsewhere: bool = False) -> xr.Dataset | Failure:
-        """The same, but the point's own errors are returned; those of the environment are raised.
+        """Run as `run`, but return the point's own errors; those of the environment are raised.
 
         elsewhere: in a process that reports to another.
         """
@@ -115,7 +116,7 @@ class Work:
         raise portable
 
     def finish(self, point: Point, elsewhere: bool, wait: bool = False) -> Outcome:
-        """Without a store `run`; with one, a new outcome is stored as soon as it is known, and failures are returned.
+        """Run without a store as `run`; with one, store a new outcome as soon as it is known, and return failures.
 
         A point that another sweep is running is BUSY, or with `wait` it is awaited.
         """
@@ -197,7 +198,7 @@ def _parallel(
 
 
 def in_parallel(jobs: int, tasks: Iterable[Any], **settings: Any) -> Generator[Any, None, None]:
-    """What joblib's tasks return, in their order, from so many processes that end with this one."""
+    """Yield what joblib's tasks return, in their order, from so many processes that end with this one."""
     parallel = joblib.Parallel(
         jobs, return_as="generator", batch_size=1, idle_worker_timeout=IDLE_TIME, initializer=end_with,
         initargs=(os.getpid(),), **settings,
@@ -216,7 +217,7 @@ def in_parallel(jobs: int, tasks: Iterable[Any], **settings: Any) -> Generator[A
 
 @contextmanager
 def without_interrupts() -> Iterator[None]:
-    """Processes that start within this context never see Ctrl-C, which a terminal sends to all processes of a command.
+    """Keep processes that start within this context from Ctrl-C, which a terminal sends to all processes of a command.
 
     Each of them would print where it was, as it loads modules or runs. The one that started them sees it when the
     context ends, and ends them.
@@ -278,7 +279,7 @@ def _run_alone(work: Work, store: Store, point: Point) -> None:
 
 
 def _portable(error: Exception) -> RuntimeError:
-    """An error that can be pickled, with the type, text and notes of one that cannot."""
+    """Return an error that can be pickled, with the type, text and notes of one that cannot."""
     portable = RuntimeError(f"{type(error).__name__}: {error}")
     for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
         portable.add_note(note)
@@ -286,7 +287,7 @@ def _portable(error: Exception) -> RuntimeError:
 
 
 def _travels(error: Exception) -> bool:
-    """Whether an error can be sent to another process."""
+    """Return whether an error can be sent to another process."""
     try:
         pickle.loads(dumps(error))
     except Exception:  # noqa: BLE001 - the error's own code runs here, its constructor among it

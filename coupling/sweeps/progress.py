@@ -103,12 +103,12 @@ class Progress:
             log.info(self.text())
 
     def stage(self, name: str) -> None:
-        """What the next runs are for."""
+        """Say what the next runs are for."""
         self._stage = name
         self._bar.set_description_str(self.text())
 
     def text(self) -> str:
-        """How far it is, and about how long it takes where that is known."""
+        """Return how far it is, and about how long it takes where that is known."""
         left = self.left()
         failed = f", {self.failed} failed" if self.failed else ""
         about = "" if np.isnan(left) else f", about {tqdm.format_interval(left)} left"
@@ -139,7 +139,7 @@ class Progress:
 
 @contextmanager
 def one_bar(label: str, expected: int) -> Iterator[None]:
-    """All sweeps within count on one labelled bar of about so many points."""
+    """Count all sweeps within on one labelled bar of about so many points."""
     with Progress(expected, label=label) as progress:
         _shared.append(progress)
         try:
@@ -159,7 +159,7 @@ def labelled(words: str) -> Iterator[None]:
 
 
 def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
-    """The items, each of which counts once the next one is asked for. total: their number, where they have no len."""
+    """Yield items, each of which counts once the next one is asked for. total: their number, where they have no len."""
     with Progress(len(items) if isinstance(items, Sized) else total or 0) as progress:
         for item in items:
             yield item
@@ -167,7 +167,7 @@ def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
 
 
 def _bar(label: str, total: int, done: int) -> Any:
-    """Of tqdm; in a notebook its widget where there are widgets, otherwise text."""
+    """Return a bar of tqdm; in a notebook its widget where there are widgets, otherwise text."""
     options: dict[str, Any] = {"total": total, "initial": done, "leave": False, "desc": label, "bar_format": FORMAT}
     if not _in_notebook():
         return tqdm(disable=None, **options)
@@ -179,7 +179,7 @@ def _bar(label: str, total: int, done: int) -> Any:
 
 
 def _in_notebook() -> bool:
-    """Whether this process is the kernel of a notebook."""
+    """Return whether this process is the kernel of a notebook."""
     shell = sys.modules.get("IPython")
     running = shell.get_ipython() if shell is not None else None
     return running is not None and "IPKernelApp" in running.config

@@ -1,4 +1,4 @@
-"""Where to sample a curve of amplitude ratios next, until the bracket of its last crossing is short enough."""
+"""Refinement of a curve of amplitude ratios: next samples, until the bracket of its last crossing is short enough."""
 
 from math import inf
 
@@ -28,7 +28,7 @@ class Refinement:
         self.before: dict[tuple[int, float], float] = {}
 
     def wanted(self, number: int, curve: Curve) -> set[float]:
-        """Further distances for the curve of this number."""
+        """Return the further distances for the curve of this number."""
         distances, ratios = as_arrays(curve)
         wanted: set[float] = set()
         for tolerance in self.tolerances:
@@ -42,7 +42,7 @@ class Refinement:
         return {round(distance, 9) for distance in wanted}
 
     def found(self, curves: list[Curve], shape: tuple[int, ...], names: list[str]) -> xr.Dataset:
-        """The crossings of all curves for all tolerances."""
+        """Return the crossings of all curves for all tolerances."""
         arrays = [(*as_arrays(curve), far) for curve, far in zip(curves, self.far, strict=True)]
         crossings = np.array(
             [
@@ -68,7 +68,8 @@ class Refinement:
 def next_distances(
     distances: Vector, ratios: Vector, low: float, high: float, level: float, bracket: float, bisect: bool = False
 ) -> list[float]:
-    """Where to sample between low and high for a bracket of this length, or shorter, around AR = level. All in m.
+    """Return where to sample between low and high for a bracket of this length, or shorter, around AR = level. All in
+    m.
 
     The midpoint if it is sufficient, or if `bisect` is true. Otherwise two samples close to the crossing of a cubic
     spline through the neighbours, or one if the other would lie outside the bracket.

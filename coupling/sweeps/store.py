@@ -70,11 +70,11 @@ class Store:
     findings: tuple[str, ...] = ()
 
     def holds(self, point: Point) -> bool:
-        """Whether the point has been run, or failed."""
+        """Return whether the point has been run, or failed."""
         return self._path(point, ".point").exists()
 
     def claim(self, point: Point, wait: bool = False) -> Lock | None:
-        """The right to run a point, to be released; None if another process has it. wait: until it is free.
+        """Return the right to run a point, to be released; None if another process has it. wait: until it is free.
 
         A claim ends with its process. After it was taken, the point may have been run: `holds` says so.
         """
@@ -90,7 +90,7 @@ class Store:
             raise ValueError(f"store: {self.folder} cannot be written; {error.strerror}") from error
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
-        """The outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
+        """Return outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
         path = self._path(point, ".point")
         if not path.exists():
             return None
@@ -102,7 +102,7 @@ class Store:
         return outcome
 
     def failure(self, point: Point) -> Failure | None:
-        """Why a point failed; None if it did not fail or has not been run; raises ValueError as `load`."""
+        """Return why a point failed; None if it did not fail or has not been run; raises ValueError as `load`."""
         outcome = self.load(point)
         return outcome if isinstance(outcome, Failure) else None
 
@@ -130,7 +130,7 @@ class Store:
 def open_store(
     path: str | os.PathLike[str], build: Callable[..., Any], until: float, measure: Callable[..., Any] | None
 ) -> Store:
-    """The store in a folder. The folder is created if necessary, in a parent folder that exists.
+    """Return the store in a folder. The folder is created if necessary, in a parent folder that exists.
 
     Its manifest holds what fixes the numbers, except the point: the names of build and measure, what they use from
     outside, until (s), and the version of hertzlink. Raises ValueError if these differ, for a folder that holds
@@ -174,13 +174,13 @@ def open_store(
 
 
 def describe_point(point: Point) -> str:
-    """A point as a unique text, the same in every process; raises ValueError as `describe`."""
+    """Return a point as a unique text, the same in every process; raises ValueError as `describe`."""
     plain = {name: describe(name, value) for name, value in point.items()}
     return json.dumps(plain, sort_keys=True, ensure_ascii=False)
 
 
 def describe(name: str, value: object) -> Any:
-    """A value as plain data that identifies it; for an object its class and the arguments that build it.
+    """Return a value as plain data that identifies it; for an object its class and the arguments that build it.
 
     Raises ValueError for an object whose state cannot be described, such as a function or a Structure.
     """
@@ -216,7 +216,7 @@ def _named(name: str, function: Callable[..., Any]) -> str:
 
 
 def _compare(path: Path, manifest: Mapping[str, Any]) -> tuple[str, ...]:
-    """Findings where only the code has changed; a ValueError for all else that has."""
+    """Return the findings where only the code has changed; raise a ValueError for all else that has."""
     stored = _read_json(path)
     if stored.get("format") == FORMAT:
         _same(path, "version", stored.get("version"), VERSION)
@@ -263,13 +263,13 @@ def _digest(record: Mapping[str, Any]) -> str:
 
 
 def _as_record(run: xr.Dataset) -> dict[str, Any]:
-    """A Dataset as plain data."""
+    """Return a Dataset as plain data."""
     variables = {name: _as_parts(variable) for name, variable in run.variables.items()}
     return {"variables": variables, "coordinates": list(run.coords), "attrs": dict(run.attrs)}
 
 
 def _as_parts(variable: xr.Variable) -> tuple[Any, ...]:
-    """Dimensions, numbers and attributes; text of any length as a list."""
+    """Return the dimensions, numbers and attributes; text of any length as a list."""
     values = np.asarray(variable.values)
     is_text = values.dtype == object and all(isinstance(text, str) for text in values.flat)
     content = (values.shape, list(values.flat)) if is_text else values
@@ -289,7 +289,7 @@ def _as_dataset(record: Any) -> xr.Dataset:
 
 
 def _read(path: Path) -> tuple[str, xr.Dataset | Failure]:
-    """The description of a point and its outcome."""
+    """Return the description of a point and its outcome."""
     try:
         data = read_regular(path)
     except OSError as error:

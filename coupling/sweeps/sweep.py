@@ -157,7 +157,8 @@ def sweep(
 
 
 def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
-    """The axes as lists; a ValueError for one that is empty, has two values of the same name, or has a name in use."""
+    """Return the axes as lists; raise a ValueError for one that is empty, has two values of the same name, or has a
+    name in use."""
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
@@ -188,7 +189,7 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
 
 
 def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
-    """The points that the store holds, by their place."""
+    """Return the points that the store holds, by their place."""
     outcomes: dict[int, Outcome] = {}
     for i, point in enumerate(points):
         outcome = store.load(point)
@@ -208,7 +209,8 @@ def _finished(
     together: int,
     run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
 ) -> dict[int, Outcome]:
-    """Outcomes by place: those found, and those of the remaining points; points with the same text are run once."""
+    """Return the outcomes by place: those found, and those of the remaining points; points with the same text are run
+    once."""
     left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in stored}
     groups = groupby(sorted(left.values()), lambda i: i // together)
     batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
@@ -239,7 +241,7 @@ def _report_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
 
 
 def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.Dataset:
-    """One Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
+    """Return one Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
     places, runs = zip(*((i, run) for i, run in enumerate(outcomes) if isinstance(run, xr.Dataset)), strict=True)
     aligned: Sequence[xr.Dataset] = runs
     if "time" in runs[0].sizes:
@@ -276,18 +278,18 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
 
 
 def _named(values: dict[str, list[Any]], place: int) -> str:
-    """A point by its place, as text for messages."""
+    """Return a point by its place, as text for messages."""
     where = np.unravel_index(place, [len(axis) for axis in values.values()])
     return named({name: axis[i] for (name, axis), i in zip(values.items(), where, strict=True)})
 
 
 def named(point: Point) -> str:
-    """A point as text for messages."""
+    """Return a point as text for messages."""
     return ", ".join(f"{name} = {_shown(axis_labels([value])[0])}" for name, value in point.items())
 
 
 def _shown(label: Any) -> str:
-    """A number with six digits; anything else as a short text."""
+    """Return a number with six digits; anything else as a short text."""
     plain = isinstance(label, float | int | np.number) and not isinstance(label, bool)
     return f"{label:.6g}" if plain else short(label)
 
@@ -302,7 +304,7 @@ def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
-    """Rows of the points that were run, among those of all points; the others are NaN, or empty text."""
+    """Return the rows of the points that were run, among those of all points; the others are NaN, or empty text."""
     if len(places) == count:
         return data
     if data.dtype.kind in "biu":
@@ -313,7 +315,7 @@ def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
 
 
 def axis_labels(axis: list[Any]) -> list[Any]:
-    """Numbers and strings unchanged; other objects by their name, or as text."""
+    """Return the numbers and strings unchanged; other objects by their name, or as text."""
     return [
         v if isinstance(v, str | int | float | np.number | np.bool_) else getattr(v, "name", None) or str(v)
         for v in axis

@@ -175,7 +175,7 @@ class Varied:
 
     @cached_property
     def _bodies(self) -> list[Any]:
-        """The same with arrays where their quantities vary."""
+        """The bodies with arrays where their quantities vary."""
         chain, bodies = self._chain, self._usual
         for name, path in self.paths.items():
             column = self.columns[name]
@@ -196,7 +196,7 @@ class Varied:
         return np.array([np.broadcast_to(mass, self.count) for mass in masses])
 
     def _stiffness(self) -> Vector:
-        """Stiffnesses of the contacts, contacts × runs."""
+        """Return the stiffnesses of the contacts, contacts × runs."""
         moving, bodies, usual = self.simulation.interface.chains[0], self._bodies, self._usual
         rows = [np.full(self.count, value) for value in moving.model.law.stiffness]
         stiffness: dict[tuple[int, int], Vector] = {}

@@ -93,7 +93,7 @@ class BeadField:
         self.grid = self._whole_grid()
 
     def at(self, struck: Push, far: Push, amplitude: Vector) -> tuple[Vector, Vector]:
-        """Displacement from the unloaded shape about the centre of mass, p × 3, m, and stress, p × 6, Pa.
+        """Return the displacement from the unloaded shape about the centre of mass, p × 3, m, and stress, p × 6, Pa.
 
         struck, far: what presses the two poles, on the struck side and on the other; inwards where positive.
         amplitude: of the modes, √kg·m; see `Vibration`. Stress: xx, yy, zz, xy, yz, xz, where x is r, and y the hoop.
@@ -112,13 +112,13 @@ class BeadField:
         return self._whole(moved, [1.0, 1.0, -1.0]), self._whole(stressed, [1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 
     def at_rest(self, struck: Push, far: Push) -> Vector:
-        """Amplitudes of the modes in a bead that these forces accelerate evenly, √kg·m."""
+        """Return the amplitudes of the modes in a bead that these forces accelerate evenly, √kg·m."""
         modes = self.vibration
         amplitude: Vector = (modes.struck * struck.force - modes.far * far.force) / modes.frequencies**2
         return amplitude
 
     def _load(self, push: Push) -> Vector:
-        """Forces on the nodes of the struck half, N, all along the chain, of Hertz's pressure √(1 − r²/a²).
+        """Return the forces on the nodes of the struck half, N, all along the chain, of Hertz's pressure √(1 − r²/a²).
 
         With r = a sin φ it is smooth up to its edge: 3 sin φ cos² φ dφ of the force lies between φ and φ + dφ.
         """
@@ -139,7 +139,7 @@ class BeadField:
         return load
 
     def _whole_grid(self) -> Grid:
-        """The struck half, and its mirror image, whose cells are turned so that none is inside out."""
+        """Return the struck half, and its mirror image, whose cells are turned so that none is inside out."""
         grid = self.sampler.grid
         far = np.flatnonzero(~self.middle)
         image = np.arange(len(grid.points))
@@ -149,14 +149,14 @@ class BeadField:
         return Grid(points, np.concatenate([grid.cells, turned]), grid.kind, np.tile(grid.part, 2), True)
 
     def _whole(self, parts: list[Vector], mirror: list[float]) -> Vector:
-        """A field of both halves from that with opposite poles and that with poles that move together."""
+        """Return a field of both halves from that with opposite poles and that with poles that move together."""
         opposite, together = parts
         far: Vector = ((opposite - together) * mirror)[~self.middle]
         return np.concatenate([opposite + together, far])
 
 
 def _hung(half: Half) -> Callable[[Vector], Vector]:
-    """Motion relative to the centre of mass under a load, in the frame of a bead that it accelerates evenly."""
+    """Return motion relative to the centre of mass under a load, in the frame of a bead that it accelerates evenly."""
     held = np.delete(np.arange(half.along.size), half.pole)
     solve, weight = factorise(half.stiffness[held][:, held]), half.weight
     mass = float(half.along @ weight)
@@ -170,9 +170,9 @@ def _hung(half: Half) -> Callable[[Vector], Vector]:
 
 
 def _mesh(body: Spheroid, coarsest: float, widest: float) -> tuple[Any, Vector, Vector]:
-    """The struck half, z into it and 0 at the mid-plane: quadratic cells, even at the contact, beyond it growing up to
-    `coarsest`, m. And of each node where it is along the surface, and how deep below it, m; see `Spheroid.place`.
-    """
+    """Return the struck half, z into it and 0 at the mid-plane: quadratic cells, even at the contact, beyond it growing
+    up to `coarsest`, m. And of each node where it is along the surface, and how deep below it, m; see
+    `Spheroid.place`."""
     width, height = body.extents
     finest = min(max(widest, NARROWEST * body.radius) / CELLS, coarsest)
     even = np.linspace(0.0, BEYOND * widest, ceil(BEYOND * widest / finest) + 1)
@@ -186,7 +186,7 @@ def _mesh(body: Spheroid, coarsest: float, widest: float) -> tuple[Any, Vector, 
 
 
 def _growing(length: float, first: float, last: float) -> Vector:
-    """Nodes from 0 to a length, m: cells of the size first + GROWTH · distance, and of `last` at most."""
+    """Return the nodes from 0 to a length, m: cells of the size first + GROWTH · distance, and of `last` at most."""
     far = min((last - first) / GROWTH, length)
     near = log1p(GROWTH * far / first) / GROWTH
     cells = near + (length - far) / last

@@ -216,7 +216,7 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def _damping_times(self) -> tuple[float, float]:
-        """Of contacts, whose poles are lighter than their bodies, and of vibrations."""
+        """The times of contacts, whose poles are lighter than their bodies, and of vibrations."""
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
         in_contacts = self._damping_of_contacts() * float((inverse / (inverse + behind + ahead)).min())
@@ -235,19 +235,20 @@ class MovingDeformableChain(MovingChain):
         return 2.0 * pi / fastest if fastest > 0.0 else inf
 
     def amplitudes(self, coordinates: Vector) -> Vector:
-        """Those of the modes in positions or velocities, saved times × bodies × modes."""
+        """Return those of the modes in positions or velocities, saved times × bodies × modes."""
         bodies, (_, elastic) = self.mass.size, self.vibrations.struck.shape
         return coordinates[:, bodies : bodies * (1 + elastic)].reshape(len(coordinates), bodies, elastic)
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
-        """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
+        """Return where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see
+        `ChainState`."""
         bodies = self.mass.size
         amplitude = self.amplitudes(position)
         struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
         return position[:, :bodies] + struck, position[:, :bodies] + far
 
     def section_force(self, contact_force: Vector, position: Vector, velocity: Vector) -> Vector:
-        """Compressive force through the central section of each body, saved times × bodies, N.
+        """Return the compressive force through the central section of each body, saved times × bodies, N.
 
         contact_force, position and velocity: saved times × contacts, and × coordinates. From the momentum of the struck
         half.
@@ -271,7 +272,7 @@ class MovingDeformableChain(MovingChain):
         return force
 
     def vibration_energy(self, position: Vector, velocity: Vector) -> Vector:
-        """Kinetic and elastic energy of each body's modes beyond the rigid one, saved times × bodies, J."""
+        """Return the kinetic and elastic energy of each body's modes beyond the rigid one, saved times × bodies, J."""
         amplitude, rate = self.amplitudes(position), self.amplitudes(velocity)
         energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
         if self.vibrations.arm.size:
@@ -279,12 +280,13 @@ class MovingDeformableChain(MovingChain):
         return energy
 
     def _stretch(self, position: Vector) -> Vector:
-        """Of the arms' springs, q − z, saved times × bodies × modes."""
+        """Return the stretch q − z of the arms' springs, saved times × bodies × modes."""
         amplitude = self.amplitudes(position)
         return amplitude - position[:, -amplitude[0].size :].reshape(amplitude.shape)
 
     def _found_law(self, bead: Any, facing: Any) -> ContactLaw:
-        """By finite elements; by formulas for surfaces of structures that are curved in one direction only."""
+        """Return the law by finite elements; by formulas for surfaces of structures that are curved in one direction
+        only."""
         analytic = contact_law(bead, facing)
         if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
             return analytic
@@ -299,13 +301,13 @@ class MovingDeformableChain(MovingChain):
             ) from error
 
     def _deepest(self, law: ContactLaw) -> float:
-        """The approach, m, at which one contact would hold all energy, on top of the greatest static force."""
+        """Return the approach, m, at which one contact would hold all energy, on top of the greatest static force."""
         beads = sum(bead.mass for bead in self.chain.beads)
         static = self.chain.preload + abs(self.chain.gravity_along) * beads
         return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
 
     def _at_rest(self) -> Vector:
-        """Positions and amplitudes in static equilibrium."""
+        """Return the positions and amplitudes in static equilibrium."""
         force, vibrations = self.static_force, self.vibrations
         behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
         rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
@@ -329,7 +331,7 @@ class MovingDeformableChain(MovingChain):
 
 
 def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
-    """What moves a chain, of rigid or of deformable beads; see MovingChain for what else it takes."""
+    """Return what moves a chain, of rigid or of deformable beads; see MovingChain for what else it takes."""
     kind = MovingDeformableChain if isinstance(chain, DeformableChain) else MovingChain
     return kind(chain, *facts, **more)
 
@@ -340,13 +342,13 @@ def _law_up_to(first: Any, second: Any, approach: float) -> ContactLaw:
 
 
 def _even(approach: float) -> float:
-    """The next power of √2, so that the runs of a sweep share their laws."""
+    """Return the next power of √2, so that the runs of a sweep share their laws."""
     return float(2.0 ** (ceil(2.0 * log2(approach)) / 2.0))
 
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables
 def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, as_stated: bool) -> ContactLaw:
-    """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
+    """Return the law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
 
     as_stated: whether it is the user's, which may be at fault itself.
     """

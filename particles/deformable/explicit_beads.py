@@ -65,7 +65,7 @@ class HalfBead:
 
 
 def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
-    """The bead in quadratic elements, touched up to `reach` (m) from its poles by cells of the size `spacing` (m).
+    """Return bead in quadratic elements, touched up to `reach` (m) from its poles by cells of the size `spacing` (m).
 
     Masses are lumped by Hinton, Rock and Zienkiewicz's rule and scaled to the bead's own mass. Raises ValueError for
     bodies that are none of revolution about the chain's axis, and for meshes too fine.
@@ -100,7 +100,7 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
 
 
 def _stiffness(mesh: Any, material: Material) -> sparse.csr_array:
-    """Of a half, 2n × 2n, N/m: the motions of a node across and along the axis one after the other."""
+    """Return the stiffness of a half, 2n × 2n, N/m: a node's motions across and along the axis follow each other."""
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
     across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
     order = np.column_stack([across, along]).ravel()
@@ -123,7 +123,8 @@ def _in_threes(rows: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]
 
 
 def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
-    """The half of a bead that faces the structure; nodes at equal steps of r up to `reach`, m, all on the true arc."""
+    """Return the half of a bead that faces the structure; nodes at equal steps of r up to `reach`, m, all on the true
+    arc."""
     if body.hollow > 0.0:
         plane = half_plane(body, reach, spacing)
         return HalfBead(plane.mesh, plane.surface, plane.along == plane.along.max())
@@ -150,7 +151,7 @@ def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
 
 
 def _rings_plane(deep: int, wide: int, rings: int) -> Any:
-    """Cells in the plane that `_in_half_ball` maps: the unit square, and rings about it."""
+    """Return the cells in the plane that `_in_half_ball` maps: the unit square, and rings about it."""
     down, up, out = np.linspace(0.0, 1.0, deep + 1), np.linspace(0.0, 1.0, wide + 1), np.arange(1.0, rings + 2.0)
     outer, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
     outer = MeshQuad(np.stack([outer.p[0], outer.p[0] * outer.p[1]]), outer.t)
@@ -162,7 +163,7 @@ def _rings_plane(deep: int, wide: int, rings: int) -> Any:
 
 
 def _in_half_ball(inwards: Vector, outwards: Vector, reach: float, rings: int) -> Vector:
-    """(r, z) in the half-plane of half a unit ball, of points in the rings' plane.
+    """Return (r, z) in the half-plane of half a unit ball, of points in the rings' plane.
 
     There the unit square is the patch that may touch, and the ring k, on which max(inwards, outwards) is 1 + k, turns
     from the patch's square edge to the quarter of a circle that Möbius' map makes the mid-plane.
@@ -179,7 +180,7 @@ def _in_half_ball(inwards: Vector, outwards: Vector, reach: float, rings: int) -
 
 
 def lumped_weights(mesh: Any) -> Vector:
-    """What each node has of the volume of a body of revolution, m³: each cell's, shared as its consistent mass's
+    """Return what each node has of the volume of a body of revolution, m³: each cell's, shared as its consistent mass's
     diagonal (Hinton, Rock and Zienkiewicz, Earthquake Eng. Struct. Dyn. 4 (1976) 245)."""
     basis = Basis(mesh, ElementQuad2(), intorder=INTEGRATION_ORDER)
     ring = 2.0 * pi * np.asarray(basis.global_coordinates())[0] * basis.dx
@@ -191,7 +192,8 @@ def lumped_weights(mesh: Any) -> Vector:
 
 
 def _with_mirror_image(half: Any, middle: NDArray[np.bool_]) -> tuple[sparse.csr_array, Whole, Whole]:
-    """Stiffness of a half and its mirror image, and the numbers of the nodes of both, which share the mid-plane's."""
+    """Return the stiffness of a half and its mirror image, and the numbers of the nodes of both, which share the
+    mid-plane's."""
     right = np.arange(middle.size)
     left = np.where(middle, right, middle.size - 1 + np.cumsum(~middle))
     size = 2 * (middle.size + np.count_nonzero(~middle))
@@ -205,7 +207,7 @@ def _with_mirror_image(half: Any, middle: NDArray[np.bool_]) -> tuple[sparse.csr
 
 
 def stable_step(stiffness: sparse.csr_array, mass: Vector, held: NDArray[np.bool_]) -> float:
-    """The longest stable step, s, of central differences: 2/ω of the highest frequency.
+    """Return the longest stable step, s, of central differences: 2/ω of the highest frequency.
 
     Nodes that touch are held together, which raises no frequency: the step is that of the free bead.
     """

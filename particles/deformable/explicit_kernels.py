@@ -34,7 +34,7 @@ class Model(NamedTuple):
 
 
 class Saved(NamedTuple):
-    """What is saved: times × bodies, times × contacts, or times alone. closing, J: what nodes lost as they closed."""
+    """Saved arrays: times × bodies, times × contacts, or times alone. closing, J: what nodes lost as they closed."""
 
     displacement: np.ndarray
     velocity: np.ndarray
@@ -48,7 +48,8 @@ class Saved(NamedTuple):
 
 @njit(cache=True, fastmath={"contract"})
 def run(model, u, v, step, stride, bodies, wall, saved):
-    """All steps of a run; every `stride`-th (odd) is saved. Forces are means over the stride about the saved step.
+    """Return all steps of a run; every `stride`-th (odd) is saved. Forces are means over the stride about the saved
+    step.
 
     Contact forces come with zeros. Returns FINISHED, NON_FINITE or TOO_WIDE, where the outermost node touches.
     """
@@ -92,7 +93,7 @@ def run(model, u, v, step, stride, bodies, wall, saved):
 
 @njit(cache=True, fastmath={"contract"})
 def _accelerate(starts, columns, blocks, kick, u, v, pull, lanes):
-    """v −= h M⁻¹ K u, three blocks at a time: their sums are then loaded and stored a third as often."""
+    """Return v −= h M⁻¹ K u, three blocks at a time: their sums are then loaded and stored a third as often."""
     across, along = pull[0], pull[1]
     for i in range(starts.size - 1):
         across[:lanes] = 0.0
@@ -113,7 +114,8 @@ def _accelerate(starts, columns, blocks, kick, u, v, pull, lanes):
 
 @njit(cache=True)
 def _touch(model, u, v, step, share, awake, bodies, wall, before, forces):
-    """Multipliers that close each predicted overlap of two nodes that face each other, and the velocities they leave.
+    """Return the multipliers that close each predicted overlap of two nodes that face each other, and the velocities
+    they leave.
 
     Adds their `share` to the contacts' forces. before: gaps a step ago, m. Returns how many bodies are awake, −1 where
     the outermost node touches, and what the nodes lost, J: multiplier times half the change of the gap in two steps.
@@ -147,7 +149,8 @@ def _touch(model, u, v, step, share, awake, bodies, wall, before, forces):
 
 @njit(cache=True)
 def _gaps(model, u, v, step, bodies):
-    """Between the nodes that face each other, a step before the first, m; the last contact's are those of the wall."""
+    """Return the gaps between nodes that face each other, a step before the first, m; the last contact's are those of
+    the wall."""
     gaps = np.empty((bodies, model.drop.size))
     for c in range(bodies):
         for k in range(model.drop.size):
@@ -160,7 +163,8 @@ def _gaps(model, u, v, step, bodies):
 
 @njit(cache=True)
 def _save(model, u, earlier, predicted, v, step, row, bodies, saved):
-    """Motions and energies of each body at a whole step; products of both neighbouring half steps, as they are kept.
+    """Return the motions and energies of each body at a whole step; products of both neighbouring half steps, as they
+    are kept.
 
     Kinetic: the mean of v⁻M v⁻/2 and v⁺M v⁺/2. Strain: u K (u⁻ + u⁺)/4 with the displacements a step before and after.
     """
@@ -186,7 +190,7 @@ def _save(model, u, earlier, predicted, v, step, row, bodies, saved):
 
 @njit(cache=True)
 def _save_section(model, v, momentum, span, row, bodies, saved):
-    """Mean force through each body's mid-plane: what the contact gives the struck half, less what that keeps."""
+    """Return mean force through each body's mid-plane: what the contact gives the struck half, less what that keeps."""
     for b in range(bodies):
         now = 0.0
         for i in range(model.mass.size):

@@ -34,7 +34,8 @@ Rows = NDArray[np.float64]
 
 
 def vibration_of_solid(bead: Sphere, modes: int, spacing: float | None = None) -> Vibration:
-    """The lowest elastic modes of a free sphere about the chain's axis, as `vibration` gives them, in three dimensions.
+    """Return the lowest elastic modes of a free sphere about the chain's axis, as `vibration` gives them, in three
+    dimensions.
 
     spacing, m: size of the cells; by default a fifth of the radius, which leaves the six lowest frequencies of a steel
     sphere 0.4 % too high at most, and what moves the poles by 1 % off, but where two frequencies nearly meet.
@@ -53,7 +54,7 @@ def vibration_of_solid(bead: Sphere, modes: int, spacing: float | None = None) -
 
 
 def _lowest_round(part: Eighth, opposite: SolidEighth, together: SolidEighth, pole: int, modes: int) -> Rows:
-    """The lowest modes about the axis, modes × 4: ω², motion of the pole, momentum of the half, and −1 or 1."""
+    """Return the lowest modes about the axis, modes × 4: ω², motion of the pole, momentum of the half, and −1 or 1."""
     shift = (shear_speed(part.bead.material) / part.bead.radius) ** 2
     turned, count = turning(part), 4 * modes + 8
     while modes:
@@ -73,7 +74,8 @@ def _lowest_round(part: Eighth, opposite: SolidEighth, together: SolidEighth, po
 
 
 def _round(half: SolidEighth, turned: Any, pole: int, count: int, shift: float) -> tuple[Rows, float]:
-    """ω², motion of the pole and momentum of the half of the modes about the axis among the lowest; and the highest ω².
+    """Return ω², motion of the pole and momentum of the half of the modes about the axis among the lowest; and the
+    highest ω².
 
     shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
     """
@@ -91,14 +93,15 @@ def _round(half: SolidEighth, turned: Any, pole: int, count: int, shift: float) 
 
 
 def _squeeze(half: SolidEighth, pole: int) -> float:
-    """Motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is refined."""
+    """Return the motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is
+    refined."""
     force, place = np.zeros(half.weight.size), half.motions[2, pole]
     force[place] = 1.0 / QUARTERS
     return float(factorise(half.stiffness)(force)[place])
 
 
 def _drift(half: SolidEighth, pole: int) -> float:
-    """Motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
+    """Return the motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
 
     In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
     """

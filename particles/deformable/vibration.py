@@ -70,7 +70,7 @@ class Vibration:
 
 
 def vibration(bead: Bead, modes: int, spacing: float | None = None) -> Vibration:
-    """The lowest elastic modes of a free bead about its axis, mass-normalised; as many as `modes`, which may be 0.
+    """Return lowest elastic modes of a free bead about its axis, mass-normalised; as many as `modes`, which may be 0.
 
     bead: Sphere, HollowSphere or Ellipsoid(axis="along"). Quadratic elements, consistent mass, scaled to the bead's.
     spacing, m: size of the elements; by default a sixteenth of the radius, less in hollow spheres and where more than
@@ -96,8 +96,8 @@ def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
 
 
 def of_modes(modes: Vector, between: float) -> Vibration:
-    """From a row for each mode: ω², motion of the struck pole, momentum of the half, and −1 where poles move oppositely
-    or 1; and b, m/N, from one pole to the other."""
+    """Return a Vibration from a row for each mode: ω², motion of the struck pole, momentum of the half, and −1 where
+    poles move oppositely or 1; and from b, m/N, from one pole to the other."""
     square, struck, momentum, same = modes.T
     return Vibration(
         np.sqrt(square),
@@ -110,12 +110,13 @@ def of_modes(modes: Vector, between: float) -> Vibration:
 
 
 def lowest_rate(body: Spheroid) -> float:
-    """The scale of the lowest ω², 1/s²."""
+    """Return the scale of the lowest ω², 1/s²."""
     return (shear_speed(body.material) / body.half) ** 2
 
 
 def mode_spacing(body: Spheroid, modes: int) -> float:
-    """Size of the elements, m, for wavelengths that fall as the root of the modes' number, or in a wall as that."""
+    """Return the size of the elements, m, for wavelengths that fall as the root of the modes' number, or in a wall as
+    that."""
     many, across = max(modes / TYPICAL, 1.0), sqrt(body.radius * body.half)
     if body.hollow == 0.0:
         return across / CELLS / sqrt(many)
@@ -123,7 +124,7 @@ def mode_spacing(body: Spheroid, modes: int) -> float:
 
 
 class Half(NamedTuple):
-    """What the supports leave free of half a bead: mass, kg, and stiffness, N/m, n × n.
+    """The part of half a bead that the supports leave free: mass, kg, and stiffness, N/m, n × n.
 
     along: n, 1 for motions along the chain, else 0; weight: n, kg: momentum along the chain by unit rates; pole: which
     of the n is the pole's motion along the chain; spread: what gives all degrees of freedom of the half from these.
@@ -155,8 +156,8 @@ class Section:
         self.mass = unscaled * (0.5 * mass / unscaled[self.along][:, self.along].sum())
 
     def half(self, opposite: bool) -> Half:
-        """The half whose poles move oppositely, with a mid-plane that slides sideways, or together, with one that does
-        not. All nodes at the centre of a solid bead share one place, and so one motion."""
+        """Return the half whose poles move oppositely, with a mid-plane that slides sideways, or together, with one
+        that does not. All nodes at the centre of a solid bead share one place, and so one motion."""
         axis, middle = self.angle == 0.0, self.angle == self.angle.max()
         held = [self.across[axis | self.centre], self.along[middle | self.centre] if opposite else self.across[middle]]
         joined = np.arange(self.mass.shape[0])
@@ -173,8 +174,8 @@ class Section:
 
 
 def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
-    """Quadratic cells, of even size on each circle about the centre; and of each node the angle from the pole, rad, and
-    the depth over that of the centre."""
+    """Return the quadratic cells, of even size on each circle about the centre; and of each node the angle from the
+    pole, rad, and the depth over that of the centre."""
     longest = max(body.radius, body.half) / spacing * (1.0 - 1e-9)
     rows = max(ceil(longest * (1.0 - body.hollow)), FEWEST)
     columns = max(ceil(0.5 * pi * longest), FEWEST)
@@ -188,14 +189,15 @@ def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
 
 
 def _lowest(half: Half, count: int, shift: float) -> list[tuple[float, float, float]]:
-    """The lowest modes of the whole bead in this half: ω², motion of the pole, momentum of the half."""
+    """Return the lowest modes of the whole bead in this half: ω², motion of the pole, momentum of the half."""
     squares, shapes = lowest_modes(half, count, shift)
     momenta = half.weight @ shapes
     return list(zip(squares.tolist(), shapes[half.pole].tolist(), momenta.tolist(), strict=True))
 
 
 def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
-    """ω² of the lowest modes of the whole bead in this half, ascending, and their shapes, n × count, mass-normalised.
+    """Return ω² of the lowest modes of the whole bead in this half, ascending, and their shapes, n × count,
+    mass-normalised.
 
     Their poles move inwards. shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
     """
@@ -212,14 +214,15 @@ def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
 
 
 def _squeeze(half: Half) -> float:
-    """Motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is refined."""
+    """Return the motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is
+    refined."""
     force = np.zeros(half.weight.size)
     force[half.pole] = 1.0
     return float(factorise(half.stiffness)(force)[half.pole])
 
 
 def _drift(half: Half) -> float:
-    """Motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
+    """Return the motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
 
     In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
     """

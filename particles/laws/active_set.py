@@ -23,7 +23,7 @@ class ActiveSetNotConverged(RuntimeError):
 
 
 def contact_forces(compliance: Vector, gap: Vector, approach: float, touching: Nodes) -> tuple[Vector, Nodes]:
-    """Forces of the m nodes, N, at an approach, m, and which of them touch.
+    """Return the forces of the m nodes, N, at an approach, m, and which of them touch.
 
     compliance: of both bodies together, m × m, m/N; gap: between the undeformed surfaces, m numbers, m; touching: which
     nodes to begin with, best those of an approach nearby. No node pulls, none overlaps (Hintermüller, Ito and Kunisch,
@@ -48,7 +48,7 @@ def contact_forces(compliance: Vector, gap: Vector, approach: float, touching: N
 
 
 def forces_of_steps(compliance: Vector, gap: Vector, approaches: Vector) -> Vector:
-    """Force at each of ascending approaches, N, m; each active set begins with the last.
+    """Return the force at each of ascending approaches, N, m; each active set begins with the last.
 
     Raises ActiveSetNotConverged.
     """
@@ -61,7 +61,7 @@ def forces_of_steps(compliance: Vector, gap: Vector, approaches: Vector) -> Vect
 
 
 def edge_approach(compliance: Vector, gap: Vector, last: int) -> float:
-    """The approach, m, at which the edge of a round contact is the node `last`: its force is then just zero."""
+    """Return the approach, m, at which the edge of a round contact is the node `last`: its force is then just zero."""
     inside = slice(0, last + 1)
     right = np.stack([gap[inside], np.ones(last + 1)], axis=1)
     by_gap, by_approach = np.linalg.solve(compliance[inside, inside], right)[last]

@@ -60,7 +60,7 @@ def contact_law_fem(
     midplane: str = "roller",
     spacing: float | None = None,
 ) -> ComputedLaw:
-    """The law of two bodies of revolution that touch at their poles, by finite elements.
+    """Return the law of two bodies of revolution that touch at their poles, by finite elements.
 
     Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
     active set. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
@@ -93,12 +93,12 @@ class _Contact(ComputedContact):
         self.theory = contact_law(first, second)
 
     def widest(self, approach: float) -> float:
-        """Radius of the contact at an approach, m, by Hertz's law, less the approach that goes into shells."""
+        """Return radius of the contact at an approach, m, by Hertz's law, less the approach that goes into shells."""
         overlap = float(self.below.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
     def up_to(self, approach: float) -> ComputedLaw:
-        """The law up to an approach, m."""
+        """Return the law up to an approach, m."""
         size = self._good(approach) if self.spacing is None else self.spacing
         if size * FEWEST > self.widest(approach):
             raise self._too_coarse(approach, size)
@@ -112,7 +112,7 @@ class _Contact(ComputedContact):
         return self.made(fine, approach, error, order, doubts)
 
     def up_to_force(self, force: float) -> ComputedLaw:
-        """The law up to a force, N: a rough law shows how far the bodies approach."""
+        """Return the law up to a force, N: a rough law shows how far the bodies approach."""
         approach = float(self.theory.approach(np.array(force)))
         for _ in range(TRIES):
             approach *= STEP_OUT
@@ -122,7 +122,8 @@ class _Contact(ComputedContact):
         raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
-        """Approaches, m, at which the contact's edge meets a corner of the mesh, past `approach` by one; forces, N.
+        """Return the approaches, m, at which the contact's edge meets a corner of the mesh, past `approach` by one;
+        forces, N.
 
         size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
         """
@@ -133,7 +134,8 @@ class _Contact(ComputedContact):
         return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
 
     def _wide_enough(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
-        """Compliance and gap of a mesh that lets the bodies touch as far as they do at an approach, and how far, m."""
+        """Return the compliance and gap of a mesh that lets the bodies touch as far as they do at an approach, and how
+        far, m."""
         reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
             compliance, gap = self._condensed(reach, size, coarser)
@@ -145,7 +147,8 @@ class _Contact(ComputedContact):
         )
 
     def _good(self, approach: float) -> float:
-        """Size of the elements, m, where none is asked for: thin shells, which touch far beyond Hertz, have larger."""
+        """Return the size of the elements, m, where none is asked for: thin shells, which touch far beyond Hertz, have
+        larger."""
         size = self.widest(approach) / ELEMENTS
         if not any(isinstance(bead, HollowSphere) for _, bead in self.beads):
             return size
@@ -158,7 +161,7 @@ class _Contact(ComputedContact):
         )
 
     def _condensed(self, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
-        """Compliance of both bodies together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
+        """Return compliance of both bodies together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
         compliances, drops = {}, []
         for name, bead in self.beads:
             body = body_of(bead, reach, name)
@@ -172,7 +175,7 @@ class _Contact(ComputedContact):
         return compliance + compliance_of_second, drops[0] + drops[1]
 
     def _doubts(self, approach: float) -> list[str]:
-        """Where strains or turns are no longer small."""
+        """Return where strains or turns are no longer small."""
         doubts, radius = [], self.widest(approach)
         if radius * self.sharpest > SMALL_CONTACT:
             doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")

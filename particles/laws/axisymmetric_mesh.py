@@ -42,11 +42,12 @@ class Spheroid:
 
     @property
     def extents(self) -> tuple[float, float]:
-        """How far the mesh reaches along the surface, and along the axis, m."""
+        """The reach of the mesh along the surface, and along the axis, m."""
         return self.radius * (sin(STEEPEST) + (0.5 * pi - STEEPEST) * cos(STEEPEST)), self.half * (1.0 - self.hollow)
 
     def place(self, along: Vector, depth: Vector) -> Vector:
-        """(r, z), m, of points on the surface, at `along` (m; r itself near the pole), and below it, at `depth`."""
+        """Return (r, z), m, of points on the surface, at `along` (m; r itself near the pole), and below it, at
+        `depth`."""
         steps = along / self.radius
         steep = STEEPEST + (steps - sin(STEEPEST)) / cos(STEEPEST)
         angle = np.where(steps < sin(STEEPEST), np.arcsin(np.minimum(steps, 1.0)), steep)
@@ -54,7 +55,8 @@ class Spheroid:
         return np.stack([self.radius * inwards * np.sin(angle), self.half * inwards * np.cos(angle)])
 
     def drop(self, r: Vector) -> Vector:
-        """How far the surface falls away from the plane that touches it at its pole, m: the arc, without expansion."""
+        """Return how far the surface falls away from the plane that touches it at its pole, m: the arc, without
+        expansion."""
         x = r / self.radius
         fall: Vector = self.half * x**2 / (1.0 + np.sqrt(1.0 - x**2))
         return fall
@@ -62,7 +64,7 @@ class Spheroid:
 
 @dataclass(frozen=True)
 class Block:
-    """What stands for a half-space, whose surface may be an arc for the gap: extent in m, curvature in 1/m."""
+    """A block that stands for a half-space, whose surface may be an arc for the gap: extent in m, curvature in 1/m."""
 
     material: Material
     extent: float
@@ -70,15 +72,16 @@ class Block:
 
     @property
     def extents(self) -> tuple[float, float]:
-        """How far the mesh reaches along the surface, and along the axis, m."""
+        """The reach of the mesh along the surface, and along the axis, m."""
         return self.extent, self.extent
 
     def place(self, along: Vector, depth: Vector) -> Vector:
-        """(r, z), m, of points at a radius and a depth, m."""
+        """Return (r, z), m, of points at a radius and a depth, m."""
         return np.stack([along, -depth])
 
     def drop(self, r: Vector) -> Vector:
-        """How far the surface falls away from the plane that touches it at its pole, m: the arc, without expansion."""
+        """Return how far the surface falls away from the plane that touches it at its pole, m: the arc, without
+        expansion."""
         fall: Vector = self.curvature * r**2 / (1.0 + np.sqrt(1.0 - (self.curvature * r) ** 2))
         return fall
 
@@ -107,7 +110,7 @@ class HalfPlane:
 
 
 def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
-    """The body of revolution that a bead or a surface is, for contacts up to a radius `widest`, m.
+    """Return the body of revolution that a bead or a surface is, for contacts up to a radius `widest`, m.
 
     Raises ValueError, with the argument's name, for bodies that are none about the chain's axis.
     """
@@ -126,7 +129,7 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
 
 
 def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> HalfPlane:
-    """Mesh of a body: nodes at equal steps of r up to `reach`, m, from there and downwards growing by GROWTH.
+    """Return mesh of a body: nodes at equal steps of r up to `reach`, m, from there and downwards growing by GROWTH.
 
     spacing, m: size of the cells that may touch. coarser: a factor on the size of all cells. The nodes up to `reach`
     are those of every body, whatever its size, so that those of two bodies face each other; all lie on the arc.
@@ -148,7 +151,7 @@ def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -
 
 
 def _growing(length: float, first: float, coarser: float) -> Vector:
-    """Nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance)."""
+    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance)."""
     cells = log1p(GROWTH * length / first)
     count = max(ceil(cells / GROWTH / coarser), 2)
     nodes: Vector = first / GROWTH * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))

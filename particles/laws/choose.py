@@ -37,7 +37,7 @@ def computed_law(
     method: str | None = None,
     **options: Any,
 ) -> ComputedLaw:
-    """The law of two bodies by the numerical method that suits them.
+    """Return the law of two bodies by the numerical method that suits them.
 
     Bodies of revolution that touch at their poles: axisymmetric finite elements. Parallel cylinders: tetrahedra if they
     are equal and shorter than ten radii, else plane strain. All others: boundary elements on half-spaces, with the
@@ -105,7 +105,7 @@ def computed_law(
 
 
 def method_for(first: Bead, second: Bead | Surface) -> str:
-    """The name of the method that suits two bodies."""
+    """Return the name of the method that suits two bodies."""
     if _is_round(first) and _is_round(second):
         return "axisymmetric"
     if isinstance(first, Cylinder) and isinstance(second, Cylinder):
@@ -117,7 +117,7 @@ def method_for(first: Bead, second: Bead | Surface) -> str:
 
 
 def _is_round(body: Bead | Surface) -> bool:
-    """Whether a body is one of revolution about the chain's axis."""
+    """Return whether a body is one of revolution about the chain's axis."""
     if isinstance(body, Surface):
         return body.second_curvature == body.curvature
     return isinstance(body, Sphere | HollowSphere) or (isinstance(body, Ellipsoid) and body.axis == "along")

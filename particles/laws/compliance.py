@@ -16,7 +16,7 @@ MIDPLANES = ("roller", "clamped")
 
 
 def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
-    """Displacements along the axis of the m nodes that may touch, by unit forces there, m × m, m/N; symmetric.
+    """Return displacements along the axis of the m nodes that may touch, by unit forces there, m × m, m/N; symmetric.
 
     A node's force is that on its whole ring. The body is factorised once. midplane: see `supported_stiffness`.
     """
@@ -27,7 +27,8 @@ def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
 
 
 def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sparse.csr_array, Whole]:
-    """Stiffness of what the supports leave free, n × n, N/m; and where in it the axial motions of `plane.surface` are.
+    """Return the stiffness of what the supports leave free, n × n, N/m; and where in it the axial motions of
+    `plane.surface` are.
 
     midplane: "roller", free to slide sideways, or "clamped". The far sides of a half-space are held. All nodes at the
     centre of a solid bead share one place, which neither axis nor mid-plane lets move: held, they may share it.

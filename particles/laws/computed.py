@@ -85,7 +85,7 @@ class ComputedLaw(TabulatedLaw):
     formula: ContactForce = 0.0
 
     def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:
-        """The nearest power law, by default over the whole computed range; see `fit_power_law`.
+        """Return the nearest power law, by default over the whole computed range; see `fit_power_law`.
 
         Raises ValueError for a range that was not computed.
         """
@@ -115,7 +115,7 @@ class ComputedContact(ABC):
     least: float = LEAST_PART
 
     def law(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
-        """The law up to one of the two, N or m."""
+        """Return the law up to one of the two, N or m."""
         check_range(max_force, max_approach, self.theory, self.radius, self.least)
         if max_approach is not None:
             return self.up_to(float(max_approach))
@@ -125,14 +125,14 @@ class ComputedContact(ABC):
 
     @abstractmethod
     def up_to(self, approach: float) -> ComputedLaw:
-        """The law up to an approach, m."""
+        """Return the law up to an approach, m."""
 
     @abstractmethod
     def up_to_force(self, force: float) -> ComputedLaw:
-        """A law that reaches this force, N."""
+        """Return a law that reaches this force, N."""
 
     def made(self, points: Points, largest: float, error: float, order: float, doubts: Sequence[str]) -> ComputedLaw:
-        """The law through computed points; the user is warned of doubts."""
+        """Return the law through computed points; the user is warned of doubts."""
         words = "; ".join(doubts)
         if words:
             caution(f"contact law: {words}")
@@ -142,13 +142,14 @@ class ComputedContact(ABC):
 
 
 def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:
-    """The force of two bodies by `contact_law` at an approach, m, in N."""
+    """Return the force of two bodies by `contact_law` at an approach, m, in N."""
     with collected():  # the doubts of the formula do not matter where a number only tells bodies apart
         return float(contact_law(*bodies).force(np.array(approach)))
 
 
 def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: float = ORDER) -> tuple[float, float]:
-    """Largest relative error of the finest law's force, and the observed order, from meshes of cells twice as large.
+    """Return the largest relative error of the finest law's force, and the observed order, from meshes of cells twice
+    as large.
 
     The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
     observed orders above the `highest` are not trusted to last: the error is then that of this order.
@@ -164,7 +165,7 @@ def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: 
 
 
 def continued_to_zero(points: Points, theory: ContactLaw) -> Points:
-    """The points, and before them a theory's law in series with the spring that leads to the first one."""
+    """Return the points, and before them a theory's law in series with the spring that leads to the first one."""
     approach, force = points[0][0], points[1][0]
     forces = force * PARTS_BELOW
     softness = (approach - float(theory.approach(np.array(force)))) / force
@@ -174,7 +175,7 @@ def continued_to_zero(points: Points, theory: ContactLaw) -> Points:
 def check_range(
     max_force: float | None, max_approach: float | None, theory: ContactLaw, radius: float, least: float = LEAST_PART
 ) -> None:
-    """A ValueError unless exactly one of the two, N and m, gives the end of a law's range, and a reasonable one.
+    """Raise a ValueError unless exactly one of the two, N and m, gives the end of a law's range, and a reasonable one.
 
     Approaches are, from the part `least` of the bodies' smallest radius, m, to all of it; forces are, as theory's.
     """

@@ -38,7 +38,7 @@ PART_OF_LIMIT = 0.9
 
 
 def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") -> ContactLaw:
-    """The law between two bodies by formulas; its `name` states which one was picked.
+    """Return the law between two bodies by formulas; its `name` states which one was picked.
 
     Spheres, ellipsoids, crossed cylinders and a user's bodies, any two of them: Hertz. Parallel cylinders: Johnson's
     line contact over the shorter length. Hollow spheres: Hertz in series with the compliance of Reissner's shell.
@@ -118,7 +118,7 @@ _known_contact_law = lru_cache(maxsize=4096)(_contact_law)
 
 
 def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
-    """The largest curvatures, 1/m, along the flattest direction of two surfaces that touch, and across it.
+    """Return the largest curvatures, 1/m, along the flattest direction of two surfaces that touch, and across it.
 
     They are the relative ones, or that of a body itself where it is more, as it is where the other is hollow.
     Raises ValueError as `relative_curvatures` does.
@@ -138,7 +138,8 @@ def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
 
 
 def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
-    """Force per length F*, N/m, of parallel cylinders: δ = C F* (B − ln F*), by the Lambert function's branch −1.
+    """Return the force per length F*, N/m, of parallel cylinders: δ = C F* (B − ln F*), by the Lambert function's
+    branch −1.
 
     F* = −(δ/C) / W₋₁(−(δ/C) e^{−B}); its limit is δ = C e^{B−1}, where the contact would be as wide as the bodies.
     For two equal cylinders C = 2(1 − ν²)/(πE) and B = ln(4πER/(1 − ν²)) − 1, and this is the thesis's equation 5.8 with
@@ -152,7 +153,7 @@ def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
 
 
 def _line_contact(first: Any, second: Any) -> TabulatedLaw:
-    """Cylinders side by side, or one on a flat.
+    """Return the cylinders side by side, or one on a flat.
 
     A cylinder's part is F*c [2 ln(4R/w) − 1] with c = (1 − ν²)/(πE), from its contact to its middle (Johnson, equation
     5.57); a flat has no middle; its compliance is c [2 ln(2L/w) + 1] under a line of length L. w² = 4F*RC with the
@@ -196,7 +197,7 @@ def _line_contact(first: Any, second: Any) -> TabulatedLaw:
 
 
 def _in_series(law: PowerLaw, flexibility: float) -> TabulatedLaw:
-    """A law in series with a linear compliance, m/N."""
+    """Return a law in series with a linear compliance, m/N."""
     overlaps = np.geomspace(NARROWEST, WIDEST, SAMPLES)
     forces = law.force(overlaps)
     approaches = overlaps + flexibility * forces
@@ -205,7 +206,8 @@ def _in_series(law: PowerLaw, flexibility: float) -> TabulatedLaw:
 
 
 def _bounded(law: PowerLaw, bound: TabulatedLaw) -> TabulatedLaw:
-    """The lesser force of two laws: cylinders that cross at a small angle touch on no more than their whole length."""
+    """Return the lesser force of two laws: cylinders that cross at a small angle touch on no more than their whole
+    length."""
     approaches = np.geomspace(NARROWEST, bound.approaches[-1], SAMPLES)
     forces = np.minimum(law.force(approaches), bound.force(approaches))
     return TabulatedLaw(approaches, forces, law.name, law.caution, min(law.largest, bound.largest))  # type: ignore[arg-type]

@@ -87,7 +87,7 @@ def contact_law_bem(
     midplane: bool = False,
     cells: int = CELLS,
 ) -> ComputedLaw:
-    """The law of two bodies that touch at a point, by boundary elements on two half-spaces.
+    """Return the law of two bodies that touch at a point, by boundary elements on two half-spaces.
 
     The grid covers the contact that Hertz expects, in its shape; each load step has its own. The force converges by the
     square of the cells' side, but scatters with how the ellipse cuts cells, so the `order` of three grids means little.
@@ -105,12 +105,12 @@ def contact_law_bem(
 def contact_pressures(
     first: Bead, second: Bead | Surface | None, approach: float, cells: int = CELLS
 ) -> ContactPressures:
-    """Pressures between two half-spaces at one approach, m, without correction; see `contact_law_bem`."""
+    """Return the pressures between two half-spaces at one approach, m, without correction; see `contact_law_bem`."""
     return _Pair(first, first if second is None else second).pressed(positive("approach", approach, "m"), _cells(cells))
 
 
 def _cells(cells: int) -> int:
-    """A whole number from FEWEST to MOST, or a ValueError."""
+    """Return a whole number from FEWEST to MOST, or raise a ValueError."""
     if whole("cells", cells, FEWEST) > MOST:
         raise ValueError(f"cells = {cells!r}: must be at most {MOST}")
     return int(cells)
@@ -148,11 +148,11 @@ class _Pair(ComputedContact):
         self.modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
 
     def up_to(self, approach: float) -> ComputedLaw:
-        """The law up to an approach, m."""
+        """Return the law up to an approach, m."""
         return self._over(None, approach)
 
     def up_to_force(self, force: float) -> ComputedLaw:
-        """A law that reaches this force, N."""
+        """Return a law that reaches this force, N."""
         return self._over(force, None)
 
     def _over(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
@@ -168,7 +168,7 @@ class _Pair(ComputedContact):
         return self.made(points, largest, error, log2(far / near), self.doubts(overlap))
 
     def softness(self, correction: float | Sequence[float] | None, midplane: bool) -> float:
-        """What is taken off the approach for both bodies, m/N."""
+        """Return what is taken off the approach for both bodies, m/N."""
         if midplane and correction is None:
             return sum(self.at_midplane(body) for body in self.bodies)
         value = 0.0 if correction is None else correction
@@ -179,13 +179,13 @@ class _Pair(ComputedContact):
         return sum(share for share, body in zip(shares, self.bodies, strict=True) if not isinstance(body, Surface))
 
     def at_midplane(self, body: Bead | Surface) -> float:
-        """The correction of a body, m/N; a Surface has no mid-plane."""
+        """Return the correction of a body, m/N; a Surface has no mid-plane."""
         if not isinstance(body, Surface | Sphere | Cylinder):
             raise ValueError(f"correction = None: must be given, in m/N, for the mid-plane of {short(body)}")
         return 0.0 if isinstance(body, Surface) else midplane_correction(body)
 
     def overlap(self, max_force: float | None, max_approach: float | None, softness: float) -> float:
-        """The approach of the half-spaces, m, that Hertz expects at the end of the law.
+        """Return the approach of the half-spaces, m, that Hertz expects at the end of the law.
 
         Raises ValueError where softness, m/N, the correction of both bodies, takes off too much there.
         """
@@ -208,7 +208,8 @@ class _Pair(ComputedContact):
         return float(brentq(excess, 0.0, bound, xtol=1e-12 * bound))
 
     def ellipse(self, approach: float) -> tuple[float, float]:
-        """Semi-axes of Hertz's contact at an approach, m: along the flattest direction, and across (Johnson, 4.2)."""
+        """Return the semi-axes of Hertz's contact at an approach, m: along the flattest direction, and across (Johnson,
+        4.2)."""
         ratio, square = self.sharp / self.flat, 1.0
         if ratio - 1.0 > NEARLY_ROUND:
 
@@ -222,7 +223,7 @@ class _Pair(ComputedContact):
         return along, sqrt(square) * along
 
     def pressed(self, approach: float, cells: int, begin: Vector | None = None) -> ContactPressures:
-        """Pressures at an approach, m; begin: those to begin with, Pa."""
+        """Return the pressures at an approach, m; begin: those to begin with, Pa."""
         numbers = (2.0 * np.arange(cells) + 1.0) / cells - 1.0
         along, across = (MARGIN * axis * numbers for axis in self.ellipse(approach))
         gap = 0.5 * (self.flat * along[:, None] ** 2 + self.sharp * across**2)
@@ -231,7 +232,7 @@ class _Pair(ComputedContact):
         return ContactPressures(approach, along, across, unilateral_pressures(coefficients, gap, approach, begin))
 
     def forces(self, steps: Vector, cells: int) -> Vector:
-        """Force at each approach, N, m; each step begins with the pressures of the last one."""
+        """Return the force at each approach, N, m; each step begins with the pressures of the last one."""
         forces, begin = [], None
         for before, step in zip([steps[0], *steps], steps, strict=False):
             contact = self.pressed(float(step), cells, None if begin is None else begin * sqrt(step / before))
@@ -240,7 +241,7 @@ class _Pair(ComputedContact):
         return np.array(forces)
 
     def doubts(self, approach: float) -> list[str]:
-        """Where bodies are no half-spaces."""
+        """Return where bodies are no half-spaces."""
         doubts = []
         along, across = self.ellipse(approach)
         ratio = self.sharp / self.flat
@@ -259,7 +260,8 @@ class _Pair(ComputedContact):
 
 
 def influence(cells: int, along: float, across: float) -> Vector:
-    """Displacement in the middle of each rectangle of a grid, m, by an even pressure of π E* on the first one, n × n.
+    """Return the displacement in the middle of each rectangle of a grid, m, by an even pressure of π E* on the first
+    one, n × n.
 
     along, across: sides of a rectangle, m (Love, Phil. Trans. R. Soc. A 228 (1929) 377; Johnson, Contact Mechanics,
     equation 3.25).
@@ -271,7 +273,7 @@ def influence(cells: int, along: float, across: float) -> Vector:
 
 
 def displacements(coefficients: Vector) -> Callable[[Vector], Vector]:
-    """A function that gives the displacement of each cell by pressures, n × n each; see `influence`.
+    """Return a function that gives the displacement of each cell by pressures, n × n each; see `influence`.
 
     The convolution is exact: by fast Fourier transforms of twice as many cells, half of them empty.
     """
@@ -288,7 +290,7 @@ def displacements(coefficients: Vector) -> Callable[[Vector], Vector]:
 
 
 def unilateral_pressures(coefficients: Vector, gap: Vector, approach: float, begin: Vector) -> Vector:
-    """Pressures, n × n, Pa, at an approach, m: none pulls, no bodies overlap.
+    """Return the pressures, n × n, Pa, at an approach, m: none pulls, no bodies overlap.
 
     coefficients: displacement of each cell by a unit pressure on the first, m/Pa; gap: between the undeformed
     surfaces, m; begin: pressures to begin with, Pa. Conjugate gradients, projected on pressures that do not pull

@@ -1,4 +1,4 @@
-"""What a contact law is, and the two that hold any curve: a power law, and a table.
+"""The protocol of contact laws, and the two that hold any curve: a power law, and a table.
 
 Every law reaches the compiled loops as a stiffness times a shape: Hertz's δ√δ, or a table of cubics (`kernel_table`).
 """
@@ -104,10 +104,10 @@ class ContactLaw(ABC):
 
     @abstractmethod
     def force(self, approach: Vector) -> Vector:
-        """F(δ), N, at approaches of zero or more, m."""
+        """Return F(δ), N, at approaches of zero or more, m."""
 
     def tangent(self, approach: Vector) -> Vector:
-        """dF/dδ, N/m: by central differences, if a subclass gives no formula."""
+        """Return dF/dδ, N/m: by central differences, if a subclass gives no formula."""
         middle = np.maximum(approach, SMALLEST_APPROACH)
         step = DIFFERENCE * middle
         slope: Vector = (np.asarray(self.force(middle + step)) - self.force(middle - step)) / (2.0 * step)
@@ -119,16 +119,16 @@ class ContactLaw(ABC):
         return 1.0, self._table
 
     def energy(self, approach: Vector) -> Vector:
-        """∫F dδ, J."""
+        """Return ∫F dδ, J."""
         work: Vector = kernels.table_energies(self._table, np.asarray(approach, float))
         return work
 
     def approach(self, force: Vector) -> Vector:
-        """δ(F), m, the inverse of the law."""
+        """Return δ(F), m, the inverse of the law."""
         return _inverse(self.force, np.asarray(force, float))
 
     def overlap(self, energy: Vector) -> Vector:
-        """The approach, m, at which the contact holds this energy (J)."""
+        """Return the approach, m, at which the contact holds this energy (J)."""
         return _inverse(self.energy, np.asarray(energy, float))
 
     @cached_property
@@ -169,7 +169,7 @@ SHOWN = (1e-6, 1e-5)
 
 
 def check_contact_law(name: str, law: Any, what: str = "a contact law such as PowerLaw(k, n)") -> ContactLaw:
-    """`law`, or a ValueError where it is none, has no hash to find equal laws by, or gives wrong answers."""
+    """Return `law`, or a ValueError where it is none, has no hash to find equal laws by, or gives wrong answers."""
     if not isinstance(law, ContactLaw):
         raise ValueError(f"{name} = {short(law)}: must be {what}")
     try:
@@ -184,7 +184,8 @@ def check_contact_law(name: str, law: Any, what: str = "a contact law such as Po
 
 
 def _check_members(name: str, law: ContactLaw) -> None:
-    """A ValueError where a method does not return an array like that it takes, or an attribute is of a wrong kind."""
+    """Raise a ValueError where a method does not return an array like that it takes, or an attribute is of a wrong
+    kind."""
     owner = f"{name}: {type(law).__name__}"
     for attribute in ("name", "caution"):
         if not isinstance(getattr(law, attribute), str):
@@ -200,12 +201,13 @@ def _check_members(name: str, law: ContactLaw) -> None:
 
 
 def filled(piece: Any, laws: Sequence[ContactLaw | None]) -> Any:
-    """A piece whose fields hold the laws' attributes of the same names, a number for each contact; zero without law."""
+    """Return a piece whose fields hold the laws' attributes of the same names, a number for each contact; zero without
+    law."""
     return piece(*(np.array([getattr(law, name) if law else 0.0 for law in laws]) for name in piece._fields))
 
 
 def _check_piece(owner: str, law: ContactLaw) -> None:
-    """A ValueError where the law's piece is none, or contradicts the law."""
+    """Raise a ValueError where the law's piece is none, or contradicts the law."""
     piece: Any = law.piece
     if not isinstance(piece, type) or not hasattr(piece, "_fields"):
         raise ValueError(f"{owner}.piece = {short(piece)}: must be a NamedTuple with static methods {', '.join(PIECE)}")
@@ -245,7 +247,7 @@ def _check_answer(name: str, method: Callable[[Vector], Vector], values: Vector)
 
 
 def unchanging(law: ContactLaw) -> ContactLaw:
-    """A frozen dataclass itself; a copy of any other law, which a user may change later."""
+    """Return a frozen dataclass itself; a copy of any other law, which a user may change later."""
     if is_dataclass(law) and type(law).__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return law
     try:
@@ -298,11 +300,11 @@ class PowerLaw(ContactLaw):
     caution: Annotated[str, CAUTION] = ""
 
     def force(self, approach: Vector) -> Vector:
-        """F(δ), N."""
+        """Return F(δ), N."""
         return self.stiffness * np.maximum(approach, 0.0) ** self.exponent
 
     def tangent(self, approach: Vector) -> Vector:
-        """dF/dδ, N/m."""
+        """Return dF/dδ, N/m."""
         return self.stiffness * self.exponent * np.maximum(approach, 0.0) ** (self.exponent - 1.0)
 
     @property
@@ -311,15 +313,15 @@ class PowerLaw(ContactLaw):
         return self.stiffness, None if self.exponent == 1.5 else _shape_table(self.exponent)
 
     def energy(self, approach: Vector) -> Vector:
-        """∫F dδ, J."""
+        """Return ∫F dδ, J."""
         return self.force(approach) * np.maximum(approach, 0.0) / (self.exponent + 1.0)
 
     def approach(self, force: Vector) -> Vector:
-        """δ(F), m."""
+        """Return δ(F), m."""
         return (np.maximum(force, 0.0) / self.stiffness) ** (1.0 / self.exponent)
 
     def overlap(self, energy: Vector) -> Vector:
-        """The approach, m, at which the contact holds this energy (J)."""
+        """Return the approach, m, at which the contact holds this energy (J)."""
         n = self.exponent
         return ((n + 1.0) * np.asarray(energy) / self.stiffness) ** (1.0 / (n + 1.0))
 
@@ -381,16 +383,16 @@ class TabulatedLaw(ContactLaw):
         return f"{type(self).__name__}({self.name!r}, {extent})"
 
     def force(self, approach: Vector) -> Vector:
-        """F(δ), N."""
+        """Return F(δ), N."""
         return self._force_and_slope(approach)[0]
 
     def tangent(self, approach: Vector) -> Vector:
-        """dF/dδ, N/m."""
+        """Return dF/dδ, N/m."""
         force, slope = self._force_and_slope(approach)
         return force * slope / np.maximum(approach, UNDERFLOW)
 
     def _force_and_slope(self, approach: Vector) -> tuple[Vector, Vector]:
-        """Force, and d ln F / d ln δ."""
+        """Return the force, and d ln F / d ln δ."""
         curve, (first, last), (below, above) = self._curve
         asked = np.log(np.maximum(approach, UNDERFLOW))
         inside = np.clip(asked, first, last)
@@ -413,7 +415,8 @@ class TabulatedLaw(ContactLaw):
 
 
 def kernel_table(law: ContactLaw) -> Vector:
-    """A law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of cubics in δ − δ₀, Hermite's between kernels.BUCKETS in each octave.
+    """Return a law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of cubics in δ − δ₀, Hermite's between kernels.BUCKETS in each
+    octave.
 
     F is continuous with its slope, and the error for a power law is 2e-9. The first row is a straight line through
     zero.
@@ -437,7 +440,7 @@ def kernel_table(law: ContactLaw) -> Vector:
 
 
 def _check_curve(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) -> None:
-    """A ValueError where a user's law is not finite, does not rise from zero, or contradicts its own slope."""
+    """Raise a ValueError where a user's law is not finite, does not rise from zero, or contradicts its own slope."""
     faults = {
         "force is not finite": not np.isfinite(force).all(),
         "force is not zero at zero": force[0] > 1e-6 * force.max(),
@@ -456,7 +459,7 @@ def _shape_table(exponent: float) -> Vector:
 
 
 def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
-    """Where an increasing function of the approach has these values, by dividing an interval of ln δ.
+    """Return where an increasing function of the approach has these values, by dividing an interval of ln δ.
 
     All ends of the parts are asked at once: a function takes hardly longer for many approaches than for one.
     """

@@ -53,7 +53,7 @@ def contact_law_plane(
     max_approach: float | None = None,
     spacing: float | None = None,
 ) -> ComputedLaw:
-    """The law of two parallel cylinders by plane finite elements.
+    """Return the law of two parallel cylinders by plane finite elements.
 
     Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
     active set. Load steps are the approaches at which the contact's edge meets a corner of the mesh.
@@ -93,15 +93,15 @@ class _Line(ComputedContact):
         self.softness = sum(1.0 / body.material.contact_modulus for body in (first, second))
 
     def half_width(self, force: float) -> float:
-        """Of the contact under a force, m (Johnson, Contact Mechanics, equation 4.43)."""
+        """Return half the width of the contact under a force, m (Johnson, Contact Mechanics, equation 4.43)."""
         return sqrt(4.0 * force * self.softness / (pi * self.length * self.curvature))
 
     def up_to(self, approach: float) -> ComputedLaw:
-        """The law up to an approach, m."""
+        """Return the law up to an approach, m."""
         return replace(self.up_to_force(float(self.theory.force(np.array(approach)))), largest=approach)
 
     def up_to_force(self, force: float) -> ComputedLaw:
-        """The law up to a force, N, and somewhat beyond."""
+        """Return the law up to a force, N, and somewhat beyond."""
         widest = self.half_width(force)
         size = widest / ELEMENTS if self.spacing is None else self.spacing
         if size * COARSEST > widest * (1.0 + 1e-9):
@@ -118,7 +118,7 @@ class _Line(ComputedContact):
         return self.made(fine, float(fine[0][-1]), error, order, doubts)
 
     def steps(self, reach: float, size: float, coarser: float = 1.0) -> Points:
-        """Approaches, m, at which the contact's edge meets a corner of the mesh, and forces, N.
+        """Return the approaches, m, at which the contact's edge meets a corner of the mesh, and forces, N.
 
         reach, m: how far the cylinders may touch; size: of the cells there, m; coarser: a factor on all cells.
         """
@@ -129,7 +129,8 @@ class _Line(ComputedContact):
         return rising, forces_of_steps(compliance, gap, rising)
 
     def _condensed(self, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
-        """Compliance of both cylinders together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
+        """Return the compliance of both cylinders together, m × m, m/N, and the gap between their surfaces, m numbers,
+        m."""
         compliances: dict[Spheroid, Vector] = {}
         discs = [Spheroid(body.material, body.radius, body.radius) for body in self.cylinders]
         gap = np.zeros(1)
@@ -144,7 +145,7 @@ class _Line(ComputedContact):
 
 
 def section_compliance(material: Material, plane: HalfPlane, state: str, length: float) -> Vector:
-    """Displacements of the m nodes that may touch by unit forces there, m × m, m/N; symmetric.
+    """Return the displacements of the m nodes that may touch by unit forces there, m × m, m/N; symmetric.
 
     plane: a quarter of the disc, x ≥ 0; a node's force is that on both sides of x = 0, over the length, m, of the
     cylinder. The mid-plane may slide sideways. All nodes at the centre share one place, which neither x = 0 nor the

@@ -49,7 +49,7 @@ class PowerFit:
 
 
 def fit_power_law(law: ContactLaw, lowest: float, highest: float, weighting: str = "relative") -> PowerFit:
-    """The power law nearest to a law over a range of approaches.
+    """Return the power law nearest to a law over a range of approaches.
 
     Parameters
     ----------

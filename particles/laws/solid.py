@@ -78,7 +78,7 @@ def contact_law_solid(
     max_approach: float | None = None,
     spacing: float | None = None,
 ) -> ComputedLaw:
-    """The law of two equal cylinders side by side, or two equal spheres, by three-dimensional finite elements.
+    """Return the law of two equal cylinders side by side, or two equal spheres, by three-dimensional finite elements.
 
     Cylinders touch along a line as long as they are, with free ends. Quadratic tetrahedra on the true arc, the gap that
     of the undeformed arcs, no friction, small strains; no node overlaps. Below a contact of two cells the law continues
@@ -106,21 +106,21 @@ class _Pair(ComputedContact):
         self.theory = self.below = contact_law(bead, bead)
 
     def width(self, approach: float) -> float:
-        """Half-width, or radius, of the contact at an approach, m: Johnson's equations 4.43 and 4.22."""
+        """Return the half-width, or radius, of the contact at an approach, m: Johnson's equations 4.43 and 4.22."""
         if isinstance(self.bead, Sphere):
             return sqrt(0.5 * approach * self.bead.radius)
         force = float(self.theory.force(np.array(approach))) / self.bead.length
         return sqrt(4.0 * force * self.bead.radius / (pi * self.bead.material.contact_modulus))
 
     def approach(self, width: float) -> float:
-        """The approach, m, at which the contact has a half-width, or radius, m."""
+        """Return the approach, m, at which the contact has a half-width, or radius, m."""
         if isinstance(self.bead, Sphere):
             return 2.0 * width**2 / self.bead.radius
         force = width**2 * pi * self.bead.material.contact_modulus / (4.0 * self.bead.radius) * self.bead.length
         return float(self.theory.approach(np.array(force)))
 
     def up_to(self, approach: float) -> ComputedLaw:
-        """The law up to an approach, m."""
+        """Return the law up to an approach, m."""
         good = self.width(approach) / ELEMENTS[type(self.bead)]
         size = good if self.spacing is None else self.spacing
         if FEWEST * size >= self.width(approach):
@@ -141,7 +141,7 @@ class _Pair(ComputedContact):
         return self.made((approaches, forces), approach, error, nan, doubts)
 
     def up_to_force(self, force: float) -> ComputedLaw:
-        """The law up to a force, N, which may need a larger approach than theory expects."""
+        """Return the law up to a force, N, which may need a larger approach than theory expects."""
         approach = float(self.theory.approach(np.array(force)))
         for _ in range(TRIES):
             approach *= STEP_OUT
@@ -152,7 +152,7 @@ class _Pair(ComputedContact):
         raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
 
     def forces(self, approaches: Vector, size: float, coarser: float) -> Vector:
-        """Force, N, at each of ascending approaches, m; size of the cells at the pole, m, times coarser."""
+        """Return the force, N, at each of ascending approaches, m; size of the cells at the pole, m, times coarser."""
         last = float(approaches[-1])
         reach = MARGIN * self.width(last)
         for _ in range(TRIES):
@@ -169,7 +169,7 @@ class _Pair(ComputedContact):
 
 
 def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
-    """Compliance of two beads to forces on a quarter of their contact, m × m, m/N; and the gap, m, ascending."""
+    """Return compliance of two beads to forces on a quarter of their contact, m × m, m/N; and the gap, m, ascending."""
     part = contact_eighth(bead, reach, size, coarser)
     nodes = part.touching(reach)
     nodes = nodes[np.argsort(part.drop(nodes), kind="stable")]
@@ -181,7 +181,7 @@ def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: floa
 
 
 def midplane_correction(bead: Cylinder | Sphere) -> float:
-    """Difference of the compliances of a half-space and of a bead between its pole and its mid-plane.
+    """Return the difference of the compliances of a half-space and of a bead between its pole and its mid-plane.
 
     Two such bodies under a force F approach by the half-space theory's δ less 2cF, with this c. The bead is pressed
     from both sides on a circle, and its mean displacement is subtracted from that of the half-space.
@@ -196,7 +196,7 @@ def midplane_correction(bead: Cylinder | Sphere) -> float:
 
 @lru_cache(maxsize=256)
 def _midplane_correction(bead: Any) -> float:
-    """Of a solid body, which has a hash."""
+    """Return the correction of a solid body, which has a hash."""
     if isinstance(bead, Cylinder) and bead.length < bead.radius:
         raise ValueError(f"length = {bead.length!r}: must be at least the radius, {bead.radius!r} m")
     wide = PATCH * bead.radius
@@ -205,7 +205,8 @@ def _midplane_correction(bead: Any) -> float:
 
 
 def _by_curvature(bead: Cylinder | Sphere) -> float:
-    """What c gains where the pressed circle is e times as wide, m/N: (1 − 2ν)² (1 + ν) H/(2πE), H the mean curvature.
+    """Return what c gains where the pressed circle is e times as wide, m/N: (1 − 2ν)² (1 + ν) H/(2πE), H the mean
+    curvature.
 
     Boussinesq's half-space under a point force F pulls its surface along itself, by (1 − 2ν)F/(2πr²). A curved surface
     is free of what that pull has across it, H r times as large, which sinks the pole by Cerruti's (1 − 2ν)/(2μ) ∫ dr of
@@ -217,7 +218,7 @@ def _by_curvature(bead: Cylinder | Sphere) -> float:
 
 
 def _patch_displacement(bead: Cylinder | Sphere, radius: float, cells: float) -> float:
-    """Mean displacement, m/N, towards the mid-plane of a circle about the pole; pressure and weights 1 − r²/a².
+    """Return mean displacement, m/N, towards the mid-plane of a circle about the pole; pressure and weights 1 − r²/a².
 
     cells: size of those at the pole over the radius a, m.
     """
@@ -235,5 +236,5 @@ def _patch_displacement(bead: Cylinder | Sphere, radius: float, cells: float) ->
 
 @LinearForm
 def _pressure(v: Any, w: Any) -> Any:
-    """Of a circle, on the part of the surface that lies across the chain."""
+    """Return the pressure of a circle on the part of the surface that lies across the chain."""
     return v[2] * w.n[2] * np.maximum(1.0 - (w.x[0] ** 2 + w.x[1] ** 2) / w.radius**2, 0.0)

@@ -66,12 +66,12 @@ class Eighth:
 
     @cached_property
     def stiffness(self) -> sparse.csr_array:
-        """Of all degrees of freedom, N/m."""
+        """The stiffness of all degrees of freedom, N/m."""
         return part_stiffnesses(self.basis, [self.bead.material], np.zeros(self.mesh.nelements, dtype=np.int64))[0]
 
     @cached_property
     def mass(self) -> sparse.csr_array:
-        """Of all degrees of freedom, kg. Contacts and pressed circles do without."""
+        """The mass of all degrees of freedom, kg. Contacts and pressed circles do without."""
         even = Cells(self.basis, ring=False).mass(np.ones(self.mesh.nelements))
         along = self.motions[2]
         # Curved edges are parabolas, which lack a little of the arc's mass.
@@ -84,7 +84,7 @@ class Eighth:
         return nodes
 
     def drop(self, nodes: Whole) -> Vector:
-        """How far the surface falls away there from the plane that touches it at its pole, m: the arc."""
+        """Return how far the surface falls away there from the plane that touches it at its pole, m: the arc."""
         x, y, z = self.mesh.doflocs[:, nodes]
         square = x**2 if isinstance(self.bead, Cylinder) else x**2 + y**2
         fall: Vector = square / (self.bead.radius + z)
@@ -92,14 +92,14 @@ class Eighth:
 
 
 def solid_body(name: str, bead: Bead) -> Cylinder | Sphere:
-    """`bead`, or a ValueError where it is none whose eighth is meshed here."""
+    """Return `bead`, or raise a ValueError where it is none whose eighth is meshed here."""
     if not isinstance(bead, Cylinder | Sphere):
         raise ValueError(f"{name} = {short(bead)}: must be a Cylinder or a Sphere")
     return bead
 
 
 def eighth(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vector) -> Eighth:
-    """The mesh between nodes across (to R/√2), along (to L/2, of a sphere to R/√2) and of the depth (to R), m.
+    """Return the mesh between nodes across (to R/√2), along (to L/2, of a sphere to R/√2) and of the depth (to R), m.
 
     Each cell of the box is six tetrahedra about the diagonal that ends in the corner on the arc, so that none is flat
     where two sides of the box become one smooth surface. All nodes on the surface lie on the arc, mid-side ones too.
@@ -114,7 +114,8 @@ def eighth(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vector
 
 
 def contact_eighth(bead: Cylinder | Sphere, reach: float, spacing: float, coarser: float = 1.0) -> Eighth:
-    """Mesh of a bead that may touch up to `reach`, m, from its pole or highest line; spacing, m: of the cells there.
+    """Return the mesh of a bead that may touch up to `reach`, m, from its pole or highest line; spacing, m: of the
+    cells there.
 
     coarser: a factor on the size of all cells.
     """
@@ -127,14 +128,15 @@ def contact_eighth(bead: Cylinder | Sphere, reach: float, spacing: float, coarse
 
 
 def even_eighth(bead: Sphere, spacing: float) -> Eighth:
-    """Mesh of a sphere, of cells of about one size, spacing in m, down its axis."""
+    """Return the mesh of a sphere, of cells of about one size, spacing in m, down its axis."""
     cells = max(ceil(bead.radius / spacing * (1.0 - 1e-9)), 2)
     side = np.linspace(0.0, bead.radius, cells + 1)
     return eighth(bead, CORNER * side, CORNER * side, side)
 
 
 def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth:
-    """Mesh of a bead that is pressed on a circle about its pole, radius in m; cells: their size there over it."""
+    """Return the mesh of a bead that is pressed on a circle about its pole, radius in m; cells: their size there over
+    it."""
     size, coarser = 0.5 * radius, 2.0 * cells
     across = _from_the_pole(bead.radius * CORNER, radius, size, coarser)
     end = 0.5 * bead.length if isinstance(bead, Cylinder) else bead.radius * CORNER
@@ -143,7 +145,7 @@ def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth
 
 
 def graded(length: float, first: float, growth: float, coarser: float = 1.0) -> Vector:
-    """Nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance)."""
+    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance)."""
     cells = log1p(growth * length / first)
     count = ceil(cells / growth / coarser)
     nodes: Vector = first / growth * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
@@ -152,14 +154,14 @@ def graded(length: float, first: float, growth: float, coarser: float = 1.0) -> 
 
 
 def _from_the_pole(length: float, reach: float, spacing: float, coarser: float) -> Vector:
-    """Nodes from 0 to a length, m, by the growth inside up to the reach and by that outside beyond."""
+    """Return the nodes from 0 to a length, m, by the growth inside up to the reach and by that outside beyond."""
     inside = graded(reach, spacing, GROWTH_INSIDE, coarser)
     outside = graded(length - reach, spacing + GROWTH_INSIDE * reach, GROWTH_OUTSIDE, coarser)
     return np.append(inside, reach + outside[1:])
 
 
 def _placed(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vector) -> Vector:
-    """(x, y, z), m, of points of the box: a square becomes a quarter of a disc, a cube an eighth of a ball."""
+    """Return (x, y, z), m, of points of the box: a square becomes a quarter of a disc, a cube an eighth of a ball."""
     radius = bead.radius
     s, t = across / (CORNER * radius), 1.0 - depth / radius
     if isinstance(bead, Cylinder):
@@ -200,7 +202,7 @@ class SolidEighth:
 
 
 def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
-    """An eighth of a bead that is free but for its planes of symmetry.
+    """Return an eighth of a bead that is free but for its planes of symmetry.
 
     midplane: "symmetric", which may slide sideways only, or "antisymmetric", which may move along the chain only.
     """
@@ -214,7 +216,8 @@ def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
 
 
 def turning(part: Eighth) -> sparse.csr_array:
-    """What a turn about the chain's axis changes of a motion u, kg: uᵀDu = ∫ρ |∂u/∂φ − ẑ × u|², of all of the mesh's.
+    """Return what a turn about the chain's axis changes of a motion u, kg: uᵀDu = ∫ρ |∂u/∂φ − ẑ × u|², of all of the
+    mesh's.
 
     It is m² uᵀMu where u goes around the axis as cos mφ or sin mφ, so 0 for motions of a body of revolution.
     """

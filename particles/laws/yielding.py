@@ -39,7 +39,7 @@ ONSET = 1.9
 
 
 class RoundContact(NamedTuple):
-    """What a yielding law takes of two bodies.
+    """The properties of two bodies that a yielding law takes.
 
     radius: relative radius of curvature, m; modulus: contact modulus E*, 1/E* = Σ(1 − ν²)/E, Pa; material: the one that
     yields first, with its strength, Pa, and the pressure at which it begins, Pa.
@@ -89,18 +89,18 @@ class YieldingLaw(ABC):
 
     @abstractmethod
     def overlap(self, bodies: RoundContact) -> float:
-        """δ_y, m, at which a contact begins to yield."""
+        """Return δ_y, m, at which a contact begins to yield."""
 
     @abstractmethod
     def loading(self, bodies: RoundContact, x: Vector) -> Vector:
-        """(F − F_y)/F_y beyond yield; it rises with x."""
+        """Return (F − F_y)/F_y beyond yield; it rises with x."""
 
     @abstractmethod
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
-        """δ_r/δ_y that is left after a largest overlap; less than 1 + x."""
+        """Return δ_r/δ_y that is left after a largest overlap; less than 1 + x."""
 
     def contact(self, first: Bead, second: Bead | Surface) -> "YieldingContact | None":
-        """How two bodies yield.
+        """Return how two bodies yield.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class YieldingLaw(ABC):
         return self.of_law(first, second, contact_law(first, second))
 
     def of_law(self, first: Bead, second: Bead | Surface, law: ContactLaw) -> "YieldingContact | None":
-        """The same, where their elastic law is known."""
+        """Return how two bodies yield whose elastic law is known."""
         surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
         bodies = self._bodies(surface, facing)
         if bodies is None:
@@ -138,7 +138,7 @@ class YieldingLaw(ABC):
         return _yielding(self, bodies, law)
 
     def _bodies(self, surface: Surface, facing: Surface) -> RoundContact | None:
-        """The pair; None where nothing is known of its strength."""
+        """Return the pair; None where nothing is known of its strength."""
         material = min((surface.material, facing.material), key=yield_pressure)
         strength = self.yield_strength or material.yield_strength
         if strength is None:
@@ -241,7 +241,7 @@ class JacksonGreen(YieldingLaw):
         return np.where(1.0 + x < ONSET, hertz, np.minimum(hertz, fit - 1.0))
 
     def _fit(self, bodies: RoundContact, y: Vector) -> Vector:
-        """F/F_c beyond y = 1.9."""
+        """Return F/F_c beyond y = 1.9."""
         factor = 1.295 * np.exp(0.736 * bodies.material.poisson_ratio)
         hardness = 2.84 * -np.expm1(-0.82 * self._radius(bodies, y) ** -0.7)
         elastic = y**HERTZ * np.exp(-0.25 * y ** (5.0 / 12.0))
@@ -254,7 +254,7 @@ class JacksonGreen(YieldingLaw):
         return np.minimum(part, DEEPEST_DENT) * (1.0 + np.asarray(x))
 
     def _radius(self, bodies: RoundContact, y: Vector) -> Vector:
-        """a/R of the contact."""
+        """Return a/R of the contact."""
         widening = 0.14 * np.exp(23.0 * bodies.strength / bodies.modulus)
         radius: Vector = np.sqrt(self.overlap(bodies) / bodies.radius * y) * (y / ONSET) ** (0.5 * widening)
         return radius
@@ -290,7 +290,8 @@ class YieldingContact:
         return float(self.elastic.force(np.array(self.overlap)))
 
     def force(self, overlap: Vector, largest: Vector = 0.0) -> Vector:  # type: ignore[assignment]
-        """Force, N, at overlaps, m, after the largest overlap before, m: on loading where there was none larger."""
+        """Return the force, N, at overlaps, m, after the largest overlap before, m: on loading where there was none
+        larger."""
         overlap = np.asarray(overlap, float)
         most = np.maximum(overlap, np.asarray(largest, float))
         elastic = np.maximum(overlap - self.dent(most), 0.0)
@@ -299,13 +300,14 @@ class YieldingContact:
         return np.where(most > self.overlap, plastic, self.elastic.force(elastic))
 
     def dent(self, largest: Vector) -> Vector:
-        """The overlap δ_r, m, that is left after a largest overlap, m."""
+        """Return the overlap δ_r, m, that is left after a largest overlap, m."""
         if self.overlap == inf:
             return np.zeros_like(largest, float)
         return np.asarray(self.overlap * self.law.dent(self.bodies, self._beyond(largest)))
 
     def dissipated(self, largest: Vector) -> Vector:
-        """Energy, J, that the contact has lost after a largest overlap, m: the work of loading less that returned."""
+        """Return the energy, J, that the contact has lost after a largest overlap, m: the work of loading less that
+        returned."""
         largest = np.asarray(largest, float)
         if self.overlap == inf:
             return np.zeros_like(largest)
@@ -316,7 +318,7 @@ class YieldingContact:
         return np.where(depth > 0.0, work - returned, 0.0)
 
     def approach(self, force: Vector) -> Vector:
-        """The overlap, m, at a force on loading, N."""
+        """Return the overlap, m, at a force on loading, N."""
         force = np.asarray(force, float)
         elastic = self.elastic.approach(force)
         if self.overlap == inf or not np.any(force > self.yield_force):
@@ -345,7 +347,7 @@ class YieldingContact:
         return kernel_table(rise), kernel_table(dent)
 
     def _beyond(self, overlap: Vector) -> Vector:
-        """x, zero before yield."""
+        """Return x, zero before yield."""
         excess: Vector = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
         return excess
 
@@ -370,12 +372,12 @@ class _Curve(ContactLaw):
 
 @lru_cache(maxsize=256)
 def _yielding(law: YieldingLaw, bodies: RoundContact, elastic: PowerLaw) -> YieldingContact:
-    """Kept with its tables, as thousands of runs have the same beads."""
+    """Return the kept with its tables, as thousands of runs have the same beads."""
     return YieldingContact(law, bodies, elastic)
 
 
 @lru_cache(maxsize=256)
 def _onset(modulus: float, poisson: float, density: float, name: str, strength: float) -> float:
-    """Pressure of the first yield for this strength, Pa, of which the user was warned if it is improbable."""
+    """Return pressure of the first yield for this strength, Pa, of which the user was warned if it is improbable."""
     with collected():
         return yield_pressure(Material(modulus, poisson, density, name, strength))

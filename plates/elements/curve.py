@@ -30,7 +30,7 @@ class Curve(NamedTuple):
 
 
 def curve(mesh: Any, facets: Numbers, parts: Vector) -> Curve:
-    """The curve of one edge at parts (0 … 1) of the way from the first to the second vertex of its facets.
+    """Return the curve of one edge at parts (0 … 1) of the way from the first to the second vertex of its facets.
 
     Between the ends of a side the curve is a cubic. At each end its direction is the mean of those of the two sides.
     """
@@ -57,7 +57,8 @@ def curve(mesh: Any, facets: Numbers, parts: Vector) -> Curve:
 def _sides(
     start: Numbers, end: Numbers, along: Vector, lengths: Vector
 ) -> tuple[Numbers, Vector, tuple[Vector, Vector]]:
-    """For each facet its side, and how far from the side's start it begins; for each side the turns at its two ends.
+    """Return for each facet its side, and how far from the side's start it begins; for each side the turns at its two
+    ends.
 
     Left turns are positive. At corners, and where the edge ends, the turn is zero.
     """

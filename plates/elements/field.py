@@ -38,7 +38,7 @@ SAME = 1e-7
 
 
 class Sampled(Protocol):
-    """What a field needs of a plate's shape functions."""
+    """The shape functions of a plate, as far as a field needs them."""
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
         """Read w, and the three curvatures, at places of the reference cell, 2 × places, in each cell in turn."""
@@ -63,24 +63,25 @@ class PlateSampler:
         return Grid(flat, self.cells, "quad9", np.zeros(len(self.cells), dtype=np.int64), False)
 
     def displacement(self, u: Vector) -> Vector:
-        """p × 3, m."""
+        """Return p × 3, m."""
         sinking = self.deflection @ u
         return np.column_stack([np.zeros((sinking.size, 2)), -sinking])
 
     def stress(self, u: Vector) -> Vector:
-        """p × 6, Pa, at the struck face."""
+        """Return p × 6, Pa, at the struck face."""
         moments = (self.curvature @ u).reshape(-1, 3) @ self.section.bending.T
         face = np.zeros((len(moments), 6))
         face[:, [0, 1, 3]] = 6.0 / self.section.thickness**2 * moments
         return face
 
     def stiffness_parts(self) -> list[Matrix]:
-        """The stiffness of the wall: one part."""
+        """Return the stiffness of the wall: one part."""
         return [self.stiffness]
 
 
 def mesh_sampler(mesh: Any, functions: Sampled, expansion: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
-    """The sampler of a plate on a mesh of scikit-fem. expansion: all degrees of freedom from those of a Structure."""
+    """Return the sampler of a plate on a mesh of scikit-fem. expansion: all degrees of freedom from those of a
+    Structure."""
     corners = mesh.t.shape[0]
     quads = THREE_QUADS if corners == 3 else FOUR_QUADS
     places, local = np.unique(np.round(_bilinear(quads), 12), axis=0, return_inverse=True)
@@ -108,7 +109,7 @@ def mesh_sampler(mesh: Any, functions: Sampled, expansion: Matrix, section: Sect
 def product_sampler(
     x: Vector, y: Vector, along_x: Sequence[Matrix], along_y: Sequence[Matrix], section: Section, stiffness: Matrix
 ) -> PlateSampler:
-    """The sampler of a rectangular plate that is a tensor product of beams, of which w(x, y) = Σ f(x) g(y).
+    """Return the sampler of a rectangular plate that is a tensor product of beams, of which w(x, y) = Σ f(x) g(y).
 
     x, y: odd numbers of ascending points, m. along_x, along_y: what reads f, f′ and f″ (g, g′, g″) there from the
     degrees of freedom of the beams; those of the plate count y fastest.
@@ -129,14 +130,14 @@ def product_sampler(
 
 
 def _bilinear(quads: Vector) -> Vector:
-    """The nine points of quadrilaterals, … × 2."""
+    """Return the nine points of quadrilaterals, … × 2."""
     x, y = NINE.T
     shares = np.stack([(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
     return np.asarray(np.einsum("qik,in->qnk", quads, shares).reshape(-1, 2))
 
 
 def _upright(points: Vector, cells: Numbers) -> Numbers:
-    """The cells anticlockwise."""
+    """Return the cells anticlockwise."""
     at = points[cells[:, [0, 1, 3]]]
     first_side, second_side = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
     inverted = first_side[:, 0] * second_side[:, 1] < first_side[:, 1] * second_side[:, 0]

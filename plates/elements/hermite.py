@@ -67,15 +67,15 @@ class Hermite:
     unknowns: ClassVar[float] = 4.0
 
     def described(self) -> dict[str, Any]:
-        """Parameters of its own, for results."""
+        """Return the parameters of its own, for results."""
         return {}
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """2π (D/m)^¼ / √ω, m."""
+        """Return 2π (D/m)^¼ / √ω, m."""
         return thin_wavelength(section, rigidity, frequency)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
-        """Lines where additions make the curvature jump."""
+        """Return the lines where additions make the curvature jump."""
         places = [extent(addition) for addition in additions]
         xs, ys = (tuple(place for both in places for place in both[axis]) for axis in (0, 1))
         return Cells(wavelength / FINEST, GROWTH, wavelength / COARSEST, geometric=True, lines=(xs, ys))
@@ -89,7 +89,7 @@ class Hermite:
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
     ) -> Assembled:
-        """The tensor product of the beams along x and y; a ValueError for other meshes."""
+        """Return the tensor product of the beams along x and y; raise a ValueError for other meshes."""
         x, y = (_beam(mesh, supports, axis) for axis in (0, 1))
         if mesh.mesh.t.shape[0] != 4 or mesh.mesh.nelements != (x.nodes.size - 1) * (y.nodes.size - 1):
             raise ValueError("mesh: must consist of rows and columns of rectangles parallel to x and y")
@@ -112,7 +112,7 @@ class Hermite:
         return Assembled(sparse.csr_array(mass), sparse.csr_array(stiffness), read, draw, gaps)
 
     def flexibility(self, wall: Section) -> float:
-        """0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
+        """Return 0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
         return 0.0
 
 
@@ -165,7 +165,7 @@ class Beam:
         return self._entries[1]
 
     def integrals(self, start: float = -inf, end: float = inf) -> Integrals:
-        """P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ for i, j = 0, 1, 2, from `start` to `end` (m) as far as the beam goes; exact."""
+        """Return P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ for i, j = 0, 1, 2, from `start` to `end` (m) as far as the beam goes; exact."""
         left, right = self.nodes[:-1], self.nodes[1:]
         low, high = np.clip(left, start, end), np.clip(right, start, end)
         place, weight = GAUSS
@@ -175,7 +175,7 @@ class Beam:
         return {(i, j): self._gathered(np.einsum("qcp,rcp,cp->cqr", shapes[i], shapes[j], weights)) for i, j in ORDERS}
 
     def at(self, position: float, derivative: int = 0) -> Vector:
-        """The values of all kept shape functions, or of a derivative of theirs, at a position, m."""
+        """Return the values of all kept shape functions, or of a derivative of theirs, at a position, m."""
         cell = int(np.clip(np.searchsorted(self.nodes, position) - 1, 0, self.nodes.size - 2))
         left, right = self.nodes[cell], self.nodes[cell + 1]
         values = np.zeros(2 * self.nodes.size)
@@ -183,19 +183,19 @@ class Beam:
         return values[self.kept]
 
     def has_lines(self, *places: float) -> bool:
-        """Whether nodes lie at all places, m."""
+        """Return whether nodes lie at all places, m."""
         near = SAME * (self.nodes[-1] - self.nodes[0])
         return all(abs(self.nodes - place).min() <= near for place in places)
 
     def inside(self, start: float, end: float) -> Whole:
-        """The degrees of freedom of nodes between two places, m."""
+        """Return the degrees of freedom of nodes between two places, m."""
         near = SAME * (self.nodes[-1] - self.nodes[0])
         places = self.nodes[self.kept // 2]
         return np.flatnonzero((places > start + near) & (places < end - near))
 
     def reading(self) -> tuple[Vector, list[sparse.csr_array]]:
-        """Nodes and midpoints of cells, m, mirror images included, and the matrices that read deflection, slope and
-        curvature there, points × size each."""
+        """Return the nodes and midpoints of cells, m, mirror images included, and the matrices that read deflection,
+        slope and curvature there, points × size each."""
         points = np.sort(np.concatenate([self.nodes, 0.5 * (self.nodes[1:] + self.nodes[:-1])]))
         readings = [np.array([self.at(point, derivative) for point in points]) for derivative in range(3)]
         if self.mirrored:
@@ -207,7 +207,7 @@ class Beam:
         return points, [sparse.csr_array(reading) for reading in readings]
 
     def point(self, position: float, derivative: int = 0) -> Vector:
-        """v⁽ⁱ⁾ u⁽ⁱ⁾ at a position as a beam matrix; i: the derivative."""
+        """Return v⁽ⁱ⁾ u⁽ⁱ⁾ at a position as a beam matrix; i: the derivative."""
         values = self.at(position, derivative)
         return np.asarray(values[self.row] * values[self.column])
 
@@ -226,7 +226,7 @@ class Beam:
 
 
 def _beam(mesh: PlateMesh, supports: Supported, axis: int) -> Beam:
-    """The beam along x (0) or y (1) between two sides of a mesh of rows and columns."""
+    """Return the beam along x (0) or y (1) between two sides of a mesh of rows and columns."""
     nodes = np.unique(mesh.mesh.p[axis])
     start, end = (_end(mesh, supports, axis, place) for place in (nodes[0], nodes[-1]))
     first, last = ("free" if name is None else supports[name] for name in (start, end))
@@ -234,7 +234,7 @@ def _beam(mesh: PlateMesh, supports: Supported, axis: int) -> Beam:
 
 
 def _end(mesh: PlateMesh, supports: Supported, axis: int, place: float) -> Tag | None:
-    """The name of the held edge that fills the side of a mesh at a place; None where the side is free."""
+    """Return the name of the held edge that fills the side of a mesh at a place; None where the side is free."""
     side = np.flatnonzero((mesh.mesh.p[axis][mesh.mesh.facets] == place).all(axis=0))
     for name in supports:
         held = np.isin(side, mesh.edges[name])
@@ -246,7 +246,7 @@ def _end(mesh: PlateMesh, supports: Supported, axis: int, place: float) -> Tag |
 
 
 def _contact(x: Beam, y: Beam, front: sparse.csr_array | None, back: sparse.csr_array | None, touch: Touch) -> Vector:
-    """front, back: the motion of either face from all degrees of freedom; None: these are that motion."""
+    """Return the front, back: the motion of either face from all degrees of freedom; None: these are that motion."""
     values = np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
     face = front if touch.face == "front" else back
     return values if face is None else np.asarray(face.T @ values)
@@ -255,7 +255,7 @@ def _contact(x: Beam, y: Beam, front: sparse.csr_array | None, back: sparse.csr_
 def _sampler(
     x: Beam, y: Beam, section: Section, front: sparse.csr_array | None, stiffness: sparse.csr_array
 ) -> PlateSampler:
-    """The fields of the whole plate, on its front."""
+    """Return the fields of the whole plate, on its front."""
     (xs, along), (ys, across) = x.reading(), y.reading()
     drawn = product_sampler(xs, ys, along, across, section, stiffness)
     if front is None:
@@ -264,7 +264,7 @@ def _sampler(
 
 
 def _openings(x: Beam, y: Beam, split: Sequence[Delamination]) -> sparse.csr_array:
-    """Which of the plate's degrees of freedom each opening motion of a delamination is, as columns of ones."""
+    """Return which of the plate's degrees of freedom each opening motion of a delamination is, as columns of ones."""
     inside = []
     for addition in split:
         left, right, bottom, top = addition.region
@@ -282,7 +282,7 @@ def _openings(x: Beam, y: Beam, split: Sequence[Delamination]) -> sparse.csr_arr
 def _front_parts(
     x: Beam, y: Beam, section: Section, split: Sequence[Delamination]
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """M and K of the front parts of all delaminations alone."""
+    """Return M and K of the front parts of all delaminations alone."""
     inertia: list[Term] = []
     elastic: list[Term] = []
     for addition in split:
@@ -296,7 +296,7 @@ def _front_parts(
 def plate_matrices(
     x: Beam, y: Beam, section: Section, additions: Sequence[Addition] = ()
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """M and K of the plate that two beams span, additions included."""
+    """Return M and K of the plate that two beams span, additions included."""
     along, across = x.integrals(), y.integrals()
     inertia: list[Term] = [(section.mass, along[0, 0], across[0, 0])]
     elastic = _bending(section.bending, along, across)
@@ -324,7 +324,8 @@ def _held(kind: Support) -> tuple[int, ...]:
 
 
 def _hermite(left: Vector, length: Vector, points: Vector) -> list[Vector]:
-    """The four shape functions of a cell, their slopes and their curvatures at points; 4 × the points' shape, each."""
+    """Return the four shape functions of a cell, their slopes and their curvatures at points; 4 × the points' shape,
+    each."""
     s, h = (points - left) / length, length
     values = [1.0 - 3.0 * s**2 + 2.0 * s**3, h * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, h * (s**3 - s**2)]
     slopes = [6.0 * (s**2 - s) / h, 1.0 - 4.0 * s + 3.0 * s**2, 6.0 * (s - s**2) / h, 3.0 * s**2 - 2.0 * s]
@@ -333,7 +334,7 @@ def _hermite(left: Vector, length: Vector, points: Vector) -> list[Vector]:
 
 
 def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
-    """The terms of K for a bending stiffness 3 × 3, over the rectangle of the integrals."""
+    """Return the terms of K for a bending stiffness 3 × 3, over the rectangle of the integrals."""
     d = stiffness
     terms = [
         (d[0, 0], x[2, 2], y[0, 0]), (d[1, 1], x[0, 0], y[2, 2]), (4.0 * d[2, 2], x[1, 1], y[1, 1]),
@@ -348,7 +349,7 @@ def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
 
 
 def _stiffener(stiffener: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
-    """Inertia, and bending and twist, of a stiffener along x or along y: it bends and twists with the plate."""
+    """Return inertia, and bending and twist, of a stiffener along x or along y: it bends and twists with the plate."""
     (x1, y1), (x2, y2) = stiffener.start, stiffener.end
     if stiffener.along_x:
         line, value, slope = x.integrals(min(x1, x2), max(x1, x2)), y.point(y1), y.point(y1, 1)
@@ -362,7 +363,7 @@ def _stiffener(stiffener: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]
 
 
 def _assembled(x: Beam, y: Beam, *sums: Sequence[Term]) -> list[sparse.csr_array]:
-    """Σ factor · x⊗y for each list of terms. All share one sparsity pattern.
+    """Return Σ factor · x⊗y for each list of terms. All share one sparsity pattern.
 
     Each sum is one dense product, entries of x by entries of y. The rest computes where the entries belong.
     """

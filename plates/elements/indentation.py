@@ -27,14 +27,14 @@ MEAN_OF_BENDING = -0.2373162
 
 
 def bending_by_poisson(section: Section, radius: float) -> float:
-    """e − a²/8, m²: the contact reads w + (e − a²/8) ∇·s, in the mean over a disc of radius a, m."""
+    """Return e − a²/8, m²: the contact reads w + (e − a²/8) ∇·s, in the mean over a disc of radius a, m."""
     nu = section.struck.poisson_ratio
     return nu * section.thickness**2 / (10.0 * (1.0 - nu)) - radius**2 / 8.0
 
 
 def remaining_flexibility(section: Section, radius: float) -> float:
-    """The compliance of the layer in three dimensions, less those of the half-space and of Mindlin's plate under a disc
-    of this radius, m; in m/N.
+    """Return the compliance of the layer in three dimensions, less those of the half-space and of Mindlin's plate under
+    a disc of this radius, m; in m/N.
 
     2J₁(ka)/ka is the disc's mean. The stiffness of anisotropic walls is averaged over all directions.
     """
@@ -48,5 +48,5 @@ def remaining_flexibility(section: Section, radius: float) -> float:
 
 
 def _rigidity(section: Section) -> float:
-    """The harmonic mean of D over all directions, N m, which governs the deflection under a point force."""
+    """Return the harmonic mean of D over all directions, N m, which governs the deflection under a point force."""
     return float(1.0 / (1.0 / all_around(section)).mean())

@@ -70,16 +70,17 @@ class Mindlin:
         return 3.0 * self.degree**2
 
     def described(self) -> dict[str, Any]:
-        """Parameters of its own, for results."""
+        """Return the parameters of its own, for results."""
         return {"degree": self.degree}
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """Of the softest direction in shear, m."""
+        """Return the wavelength of the softest direction in shear, m."""
         shear = float(np.linalg.eigvalsh(section.shear)[0])
         return thick_wavelength(section.mass, rigidity, frequency, section.rotary_inertia, shear)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
-        """As small as the patch at the contact; lines where regions end and along stiffeners parallel to a side."""
+        """Return cells as small as the patch at the contact, with lines where regions end and along stiffeners parallel
+        to a side."""
         finest = min(self.patch_radius, wavelength)
         return Cells(finest, GROWTH, LONGEST * wavelength, lines=cell_lines(additions))
 
@@ -90,17 +91,17 @@ class Mindlin:
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
     ) -> Assembled:
-        """The plate on a mesh of triangles or quadrilaterals."""
+        """Return the plate on a mesh of triangles or quadrilaterals."""
         functions = MindlinFunctions(mesh.mesh, section, self.degree)
         force = partial(self._patch_force, mesh, functions)
         return on_mesh(functions, mesh, section, supports, additions, force, functions.stiffener)
 
     def flexibility(self, wall: Section) -> float:
-        """What bending and shear under the patch, and Hertz's half-space, leave out of the indentation, m/N."""
+        """Return what bending and shear under the patch, and Hertz's half-space, leave out of the indentation, m/N."""
         return remaining_flexibility(wall, self.patch_radius)
 
     def _patch_force(self, mesh: PlateMesh, functions: "MindlinFunctions", expansion: Matrix, touch: Touch) -> Vector:
-        """The force spread over the patch, and the displacement's mean over it."""
+        """Return the force spread over the patch, and the displacement's mean over it."""
         if (size := cell_size(mesh, touch.place)) > COARSEST_PATCH * self.patch_radius:
             caution(
                 f"mesh: cells of {readable(size, 'm')} at the contact are too large for a patch of "
@@ -121,7 +122,7 @@ class MindlinFunctions:
         self.size = 3 * self.space.size
 
     def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
-        """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
+        """Return M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
         values, (along_x, along_y), weight, points = self.space.inside()
         inertia = (weight[:, None] * values) @ values.swapaxes(1, 2)
         slopes = {"x": along_x, "y": along_y}
@@ -144,14 +145,14 @@ class MindlinFunctions:
         return self._assembled(self.space.cell_dofs, mass), self._assembled(self.space.cell_dofs, stiffness)
 
     def tension(self, forces: Vector) -> Matrix:
-        """Stiffness of constant forces in the plane, N/m: they act on ∇w."""
+        """Return the stiffness of constant forces in the plane, N/m: they act on ∇w."""
         _, slopes, weight, _ = self.space.inside()
         pairs = [(i, j) for i in (0, 1) for j in (0, 1)]
         block = sum((forces[i, j] * weight)[:, None] * slopes[i] @ slopes[j].swapaxes(1, 2) for i, j in pairs)
         return self._assembled(self.space.cell_dofs, {(0, 0): np.asarray(block)})
 
     def _assembled(self, dofs: Numbers, blocks: Blocks) -> Matrix:
-        """The matrix of blocks for (row, column) of w, s_x and s_y, each cells × functions × functions."""
+        """Return the matrix of blocks for (row, column) of w, s_x and s_y, each cells × functions × functions."""
         rows, columns, entries = [], [], []
         for (i, j), block in blocks.items():
             row, column = np.broadcast_arrays(3 * dofs[:, :, None] + i, 3 * dofs[:, None, :] + j)
@@ -164,7 +165,7 @@ class MindlinFunctions:
         return matrix
 
     def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
-        """Stiffness of springs along facets: ½ ∫ translation w² + rotation (s·n)² over their length."""
+        """Return the stiffness of springs along facets: ½ ∫ translation w² + rotation (s·n)² over their length."""
         mesh = self.space.mesh
         samples = self.space.along(facets)
         normal = tangents(mesh, facets) @ QUARTER_TURN
@@ -176,7 +177,8 @@ class MindlinFunctions:
         return self._assembled(self.space.cell_dofs[mesh.f2t[0, facets]], blocks)
 
     def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
-        """size × n: the motions that the supports leave; at held edges s has components along and across the edge.
+        """Return the size × n: the motions that the supports leave; at held edges s has components along and across the
+        edge.
 
         On simple edges that are polygons of curves, w vanishes on the curve: w = −(its distance) s·n on the facets.
         """
@@ -198,15 +200,15 @@ class MindlinFunctions:
         return _remaining(still, held, follows)
 
     def deflection(self, points: Vector) -> Matrix:
-        """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
+        """Return what reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
         return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
 
     def stiffener(self, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
-        """M and K of a beam that bends and twists with the plate, size × size."""
+        """Return M and K of a beam that bends and twists with the plate, size × size."""
         return beam_on_space(self.space, stiffener)
 
     def mean(self, points: Vector, weights: Vector, bend: float) -> Vector:
-        """The mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""
+        """Return the mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""
         reading, mean = self.space.at(points), np.zeros(self.size)
         mean[0::3], mean[1::3], mean[2::3] = (
             weights @ values for values in (reading.value, bend * reading.slope_x, bend * reading.slope_y)
@@ -214,7 +216,8 @@ class MindlinFunctions:
         return mean
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """What reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in turn."""
+        """Return what reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in
+        turn."""
         reading = self.space.sampled(places)
         along_x = sparse.kron(reading.slope_x, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
         along_y = sparse.kron(reading.slope_y, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
@@ -223,7 +226,7 @@ class MindlinFunctions:
 
 
 def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
-    """Blocks of ∫ κᵀ B κ: the strain of s_x is (∂x, 0, ∂y), that of s_y (0, ∂y, ∂x)."""
+    """Return the blocks of ∫ κᵀ B κ: the strain of s_x is (∂x, 0, ∂y), that of s_y (0, ∂y, ∂x)."""
     strains = {1: ((0, "x"), (2, "y")), 2: ((1, "y"), (2, "x"))}
     return {
         (i, j): np.asarray(sum(bending[m, n] * products[a + b] for m, a in strains[i] for n, b in strains[j]))
@@ -233,7 +236,7 @@ def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
 
 
 def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector) -> Matrix:
-    """The motions that remain where w follows s. held: the sum of d dᵀ over the directions d in which s is held."""
+    """Return motions that remain where w follows s. held: the sum of d dᵀ over the directions d in which s is held."""
     strength, axes = np.linalg.eigh(held)
     free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
     axes[free.all(axis=1)] = np.eye(2)

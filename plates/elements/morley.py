@@ -57,18 +57,18 @@ class Morley:
     """Two for each triangle, of which 2.3 make a square of the coarsest side."""
 
     def described(self) -> dict[str, Any]:
-        """Parameters of its own, for results."""
+        """Return the parameters of its own, for results."""
         return {}
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """2π (D/m)^¼ / √ω, m.
+        """Return 2π (D/m)^¼ / √ω, m.
 
         In the form of the thick plate's: gmsh's meshes depend on the last digit, and so keep those of earlier versions.
         """
         return thick_wavelength(section.mass, rigidity, frequency)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
-        """Triangles of an eighth of the shortest wave, and a third of that at the contact."""
+        """Return the triangles of an eighth of the shortest wave, and a third of that at the contact."""
         return Cells(wavelength / FINEST, GROWTH, wavelength / COARSEST)
 
     def objection(self, addition: Addition) -> str:
@@ -80,13 +80,13 @@ class Morley:
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
     ) -> Assembled:
-        """The plate on a mesh of triangles; a ValueError for quadrilaterals."""
+        """Return the plate on a mesh of triangles; raise a ValueError for quadrilaterals."""
         if mesh.mesh.t.shape[0] != 3:
             raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
         return on_mesh(MorleyFunctions(mesh.mesh, section), mesh, section, supports, additions)
 
     def flexibility(self, wall: Section) -> float:
-        """0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
+        """Return 0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
         return 0.0
 
 
@@ -108,7 +108,7 @@ class MorleyFunctions:
         self.functions = np.linalg.inv(np.concatenate([values, slopes], axis=1))
 
     def _powers(self, points: Vector, cells: Any = slice(None)) -> tuple[Vector, Vector]:
-        """1, x, y, x²/2, y²/2, xy of coordinates in units of the cell, from its middle; and their slopes, 2 × …
+        """Return 1, x, y, x²/2, y²/2, xy of coordinates in units of the cell, from its middle; and their slopes, 2 × …
 
         points: cells × points × 2, m.
         """
@@ -121,13 +121,13 @@ class MorleyFunctions:
         return values, np.stack([along_x, along_y]) / extent[:, :, None]
 
     def _curvatures(self) -> Vector:
-        """w_xx, w_yy, 2 w_xy of the functions, cells × 3 × functions."""
+        """Return w_xx, w_yy, 2 w_xy of the functions, cells × 3 × functions."""
         twice = np.array([1.0, 1.0, 2.0])[:, None]
         curved: Vector = twice * self.functions[:, 3:] / self.extent[:, None, None] ** 2
         return curved
 
     def _inside(self) -> tuple[Vector, Vector]:
-        """Points in all cells, cells × points × 2, m, and their weights, m²."""
+        """Return the points in all cells, cells × points × 2, m, and their weights, m²."""
         places, weights = get_quadrature(RefTri, 4)
         corners = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0)
         shares = np.stack([1.0 - places.sum(axis=0), *places])
@@ -136,14 +136,14 @@ class MorleyFunctions:
         return points, np.abs(right[:, :1] * left[:, 1:] - right[:, 1:] * left[:, :1]) * weights
 
     def tension(self, forces: Vector) -> Matrix:
-        """Stiffness of constant forces in the plane, N/m."""
+        """Return the stiffness of constant forces in the plane, N/m."""
         points, weight = self._inside()
         slopes = self._powers(points)[1] @ self.functions
         blocks = np.einsum("ij,icqm,cq,jcqn->cmn", forces, slopes, weight, slopes, optimize=True)
         return self._assembled(self.cell_dofs, blocks)
 
     def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
-        """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there.
+        """Return M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there.
 
         K holds Morley's energy, ½ ∫ κᵀ D κ, and JUMPS ½ Σ [κ]ᵀ D [κ] w over the sides between triangles of equal
         stiffness, with [κ] the difference of their curvatures. w is such that the sum is the energy of the variation of
@@ -161,7 +161,8 @@ class MorleyFunctions:
         return self._assembled(self.cell_dofs, mass), plain + self._jumps(curved, weight.sum(axis=1), factors)
 
     def _jumps(self, curved: Vector, area: Vector, factors: Vector) -> Matrix:
-        """Stiffness of the curvature's jumps; see `matrices`. area, m², and factor of the stiffness of each cell."""
+        """Return the stiffness of the curvature's jumps; see `matrices`. area, m², and factor of the stiffness of each
+        cell."""
         cell, neighbour = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
         equal = np.abs(factors[cell] - factors[neighbour]) <= SAME_STIFFNESS * factors[cell]
         cell, neighbour = cell[equal], neighbour[equal]
@@ -179,7 +180,7 @@ class MorleyFunctions:
         return sum_of_cells(dofs, blocks, self.size)
 
     def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
-        """Stiffness of springs along facets: ½ ∫ translation w² + rotation w_n² over their length."""
+        """Return the stiffness of springs along facets: ½ ∫ translation w² + rotation w_n² over their length."""
         cells = self.mesh.f2t[0, facets]
         part, weights = np.polynomial.legendre.leggauss(3)
         ends = self.mesh.p[:, self.mesh.facets[:, facets]].transpose(2, 1, 0)
@@ -193,7 +194,7 @@ class MorleyFunctions:
         return self._assembled(self.cell_dofs[cells], blocks)
 
     def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
-        """size × n: the motions that the supports leave.
+        """Return the size × n: the motions that the supports leave.
 
         On simple edges that are polygons of curves, w vanishes on the curve: at a vertex it is −(the curve's distance)
         times the mean slope across the two facets there.
@@ -220,13 +221,14 @@ class MorleyFunctions:
         return sparse.csr_array((sparse.eye_array(self.size, format="csr") + follows)[:, ~held])
 
     def deflection(self, points: Vector) -> Matrix:
-        """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
+        """Return what reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
         cells = find_cells(self.mesh, points)
         values = (self._powers(points[:, None], cells)[0] @ self.functions[cells])[:, 0]
         return self._reading(cells, values[:, None])
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """What reads w, and the curvatures in three rows, at places of the reference cell, 2 × places, in each cell."""
+        """Return what reads w, and the curvatures in three rows, at places of the reference cell, 2 × places, in each
+        cell."""
         count, cells = places.shape[1], np.arange(self.mesh.nelements)
         shares = np.stack([1.0 - places.sum(axis=0), *places])
         points = np.einsum("jic,iq->cqj", self.mesh.p[:, self.mesh.t], shares)
@@ -235,7 +237,7 @@ class MorleyFunctions:
         return self._reading(cells, values), self._reading(cells, curved)
 
     def _reading(self, cells: Numbers, functions: Vector) -> Matrix:
-        """The matrix of rows for each point, points × rows × functions of its cell."""
+        """Return the matrix of rows for each point, points × rows × functions of its cell."""
         count = functions.shape[0] * functions.shape[1]
         rows = np.broadcast_to(np.arange(count).reshape(functions.shape[:2])[:, :, None], functions.shape)
         columns = np.broadcast_to(self.cell_dofs[cells][:, None], functions.shape)

@@ -1,4 +1,4 @@
-"""What a force's own displacement gains between the nodes of a mesh of Bogner–Fox–Schmit elements.
+"""The gain of a force's own displacement between the nodes of a mesh of Bogner–Fox–Schmit elements.
 
 A mesh lacks c·h²/D of the displacement of a point force under itself; c depends on the place in the cell (0.0021 at a
 node of square cells, 0.0058 in the middle). Between the nodes of equal cells this would make results ripple with the
@@ -35,7 +35,7 @@ class SelfDisplacement:
     compliance: Vector
 
     def missing(self, x: float, y: float) -> float:
-        """At a place in any of the cells, which repeat in x and y from this one; m/N."""
+        """Return what is missing, m/N, at a place in any of the cells, which repeat in x and y from this one."""
         place = [
             ends[0] + (coordinate - ends[0]) % (ends[1] - ends[0]) for coordinate, ends in ((x, self.x), (y, self.y))
         ]
@@ -47,7 +47,7 @@ class SelfDisplacement:
 
 
 def self_displacement(section: Section, x: Vector, y: Vector) -> SelfDisplacement:
-    """From a patch of nodes x and y, m, equally far apart around the middle cell, which is the loaded one.
+    """Return it from a patch of nodes x and y, m, equally far apart around the middle cell, which is the loaded one.
 
     The patch has inertia forces at a real Laplace frequency, so that its displacement decays before its edges.
     """
@@ -64,7 +64,8 @@ def self_displacement(section: Section, x: Vector, y: Vector) -> SelfDisplacemen
 
 
 def patch(nodes: Vector, low: float, high: float) -> Vector:
-    """Nodes of a patch along one axis: equal cells as in the range from low to high, or the mesh around one place.
+    """Return the nodes of a patch along one axis: equal cells as in the range from low to high, or the mesh around one
+    place.
 
     The middle cell begins at the place, or at low.
     """
@@ -83,6 +84,6 @@ def patch(nodes: Vector, low: float, high: float) -> Vector:
 
 
 def _extended(distances: Vector) -> Vector:
-    """Ascending distances of nodes; where they are too few, the last cell is repeated."""
+    """Return the ascending distances of nodes; where they are too few, the last cell is repeated."""
     last = np.diff(np.concatenate([[0.0], distances]))[-1]
     return np.concatenate([distances, distances[-1] + last * np.arange(1, REACH + 2)])

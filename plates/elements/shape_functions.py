@@ -69,13 +69,14 @@ class Space:
                 self.signs[np.ix_(backwards, 4 + side * (degree - 1) + odd)] = -1.0
 
     def inside(self) -> Samples:
-        """All cells, at the points of a quadrature that is exact for the masses of triangles and parallelograms."""
+        """Return all cells, at the points of a quadrature that is exact for the masses of triangles and
+        parallelograms."""
         places, weights = get_quadrature(self.element.refdom, 2 * self.degree)
         count = self.mesh.nelements
         return self._sampled(np.arange(count), np.repeat(places[:, None], count, axis=1), weights)
 
     def along(self, facets: Numbers) -> Samples:
-        """The cells next to the facets, at points of the facets."""
+        """Return the cells next to the facets, at points of the facets."""
         cells = self.mesh.f2t[0, facets]
         part, weights = np.polynomial.legendre.leggauss(self.degree + 1)
         part, weights = (part + 1.0) / 2.0, weights / 2.0
@@ -86,7 +87,8 @@ class Space:
         return self._sampled(cells, places, weights)._replace(weight=np.hypot(*step)[:, None] * weights)
 
     def on(self, facets: Numbers) -> tuple[Numbers, Curve]:
-        """The functions that do not vanish on the facets, functions × facets, and the edge's curve there, … × facets.
+        """Return the functions that do not vanish on the facets, functions × facets, and the edge's curve there, … ×
+        facets.
 
         On quadrilaterals the functions of a side belong to no single point; for them the curve is the side itself.
         """
@@ -122,7 +124,7 @@ class Space:
         return Reading(matrix(values), matrix(slopes[0]), matrix(slopes[1]))
 
     def find(self, points: Vector) -> tuple[Numbers, Vector]:
-        """The cell of each point, and its place in the reference cell, 2 × points."""
+        """Return the cell of each point, and its place in the reference cell, 2 × points."""
         cells = find_cells(self.mesh, points)
         corners = self.corners[:, :, cells]
         places = np.repeat(self.linear.doflocs.mean(axis=0)[:, None], len(cells), axis=1)
@@ -137,13 +139,13 @@ class Space:
         return cells, places
 
     def _linear(self, places: Vector) -> tuple[Vector, Vector]:
-        """Values, corners × …, and slopes, 2 × corners × …, of the map from the reference cell to the mesh."""
+        """Return values, corners × …, and slopes, 2 × corners × …, of the map from the reference cell to the mesh."""
         pairs = [self.linear.lbasis(places, i) for i in range(self.corners.shape[1])]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
         return values, np.stack([np.broadcast_to(_column(slope, places), places.shape) for _, slope in pairs], axis=1)
 
     def _sampled(self, cells: Numbers, places: Vector, weights: Vector) -> Samples:
-        """The functions of cells at places in the reference cell, 2 × cells × points."""
+        """Return the functions of cells at places in the reference cell, 2 × cells × points."""
         flat = places.reshape(2, -1)
         pairs = [self.element.lbasis(flat, i) for i in range(self.cell_dofs.shape[1])]
         values = np.stack([np.broadcast_to(value, flat.shape[1:]) for value, _ in pairs])

@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 
 
 def beam_on_space(space: Space, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
-    """M and K of a beam that bends and twists with the plate: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it.
+    """Return M and K of a beam that bends and twists with the plate: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it.
 
     Degrees of freedom 3 i, 3 i + 1 and 3 i + 2 are w, s_x and s_y of function i.
     """

@@ -1,4 +1,4 @@
-"""What a plate asks of a theory and its finite elements, and what the elements on meshes share.
+"""The protocol of a plate's theory and its finite elements, and the code that elements on meshes share.
 
 A new element is one file with one class that meets `Element`: `Plate(shape, section, supports, MyElement())` takes it
 as it is. An element with shape functions on a mesh of scikit-fem need not handle supports and additions itself: it
@@ -66,7 +66,7 @@ class Element(Protocol):
 
     @property
     def thin(self) -> bool:
-        """Whether the theory neglects shear and rotary inertia, as Kirchhoff's does."""
+        """True if the theory neglects shear and rotary inertia, as Kirchhoff's does."""
         ...
 
     @property
@@ -80,30 +80,30 @@ class Element(Protocol):
         ...
 
     def described(self) -> dict[str, Any]:
-        """The element's own parameters as plain data, for results."""
+        """Return the element's own parameters as plain data, for results."""
         ...
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """Length of flexural waves of a frequency, Hz, in a wall of a bending stiffness, N m; in m."""
+        """Return the length of flexural waves of a frequency, Hz, in a wall of a bending stiffness, N m; in m."""
         ...
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
-        """The cells that resolve flexural waves of a length, m."""
+        """Return the cells that resolve flexural waves of a length, m."""
         ...
 
     def objection(self, addition: Addition) -> str:
-        """Why the element cannot carry an addition; empty where it can."""
+        """Return why the element cannot carry an addition; empty where it can."""
         ...
 
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
     ) -> Assembled:
-        """The plate on a mesh, with all edges that are named in supports held; a ValueError for a mesh that it
-        cannot use."""
+        """Return the plate on a mesh, with all edges that are named in supports held; raise a ValueError for a mesh
+        that it cannot use."""
         ...
 
     def flexibility(self, wall: Section) -> float:
-        """The part of the local indentation that neither the element nor Hertz's law contains, m/N."""
+        """Return the part of the local indentation that neither the element nor Hertz's law contains, m/N."""
         ...
 
 
@@ -116,19 +116,19 @@ class ShapeFunctions(Protocol):
         ...
 
     def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
-        """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
+        """Return M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
         ...
 
     def tension(self, forces: Vector) -> Matrix:
-        """Stiffness ½ ∫ N_ij w,i w,j of constant forces in the plane, 2 × 2, N/m."""
+        """Return the stiffness ½ ∫ N_ij w,i w,j of constant forces in the plane, 2 × 2, N/m."""
         ...
 
     def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
-        """Stiffness of springs along facets."""
+        """Return the stiffness of springs along facets."""
         ...
 
     def kept(self, edges: Mapping[Tag, Numbers], supports: Supported) -> Matrix:
-        """size × n: all degrees of freedom from those that the supports leave."""
+        """Return the size × n: all degrees of freedom from those that the supports leave."""
         ...
 
     def deflection(self, points: Vector) -> Matrix:
@@ -141,14 +141,15 @@ class ShapeFunctions(Protocol):
 
 
 def thin_wavelength(section: Section, rigidity: float, frequency: float) -> float:
-    """Length of flexural waves in Kirchhoff's theory, 2π (D/m)^¼ / √ω, m; frequency in Hz."""
+    """Return the length of flexural waves in Kirchhoff's theory, 2π (D/m)^¼ / √ω, m; frequency in Hz."""
     return float(2.0 * np.pi * (rigidity / section.mass) ** 0.25 / (2.0 * np.pi * frequency) ** 0.5)
 
 
 def thick_wavelength(
     mass: float, rigidity: float, frequency: float, rotary_inertia: float = 0.0, shear: float = np.inf
 ) -> float:
-    """Length of flexural waves in Mindlin's theory, m; frequency in Hz, rotary inertia J in kg, shear stiffness in N/m.
+    """Return the length of flexural waves in Mindlin's theory, m; frequency in Hz, rotary inertia J in kg, shear
+    stiffness in N/m.
 
     2π/k with the larger root k of D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0.
     """
@@ -168,7 +169,7 @@ def on_mesh(
     force: Callable[[Matrix, Touch], Vector] | None = None,
     stiffener: Callable[[Stiffener], tuple[Matrix, Matrix]] | None = None,
 ) -> Assembled:
-    """A plate of shape functions on a mesh: weakened regions, springs, point masses, prestress and held edges.
+    """Return a plate of shape functions on a mesh: weakened regions, springs, point masses, prestress and held edges.
 
     force: returns the contact vector of a Touch; takes what `kept` returned as well; None for a force at a point.
     stiffener: returns M and K of a stiffener, size × size each; None for elements that object to stiffeners.
@@ -204,18 +205,18 @@ def _point_force(functions: ShapeFunctions, expansion: Matrix, touch: Touch) -> 
 
 
 def one_part_only(addition: Addition) -> str:
-    """The objection of elements that keep both parts of a delamination together."""
+    """Return the objection of elements that keep both parts of a delamination together."""
     return "must be in a kirchhoff_plate; here a Weakened stands for it" if isinstance(addition, Delamination) else ""
 
 
 def check_free(count: int) -> None:
-    """A ValueError where the supports leave no degree of freedom."""
+    """Raise a ValueError where the supports leave no degree of freedom."""
     if count == 0:
         raise ValueError("cells, mesh: too few cells, the supports hold every degree of freedom; use smaller ones")
 
 
 def weakening(additions: Sequence[Addition]) -> Callable[[Vector], Vector] | None:
-    """The factor of the bending stiffness at points 2 × …, m; None where there is no weakened region."""
+    """Return the factor of the bending stiffness at points 2 × …, m; None where there is no weakened region."""
     regions = [addition for addition in additions if isinstance(addition, Weakened)]
 
     def factor(points: Vector) -> Vector:

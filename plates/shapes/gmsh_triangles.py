@@ -34,7 +34,7 @@ class Ring(NamedTuple):
 
 
 def triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[Place], cells: Cells) -> PlateMesh:
-    """The mesh of the first ring less the others, and its edges by name.
+    """Return the mesh of the first ring less the others, and its edges by name.
 
     fine: places (x, y), m, at which cells are finest. corners: those of them that are corners of the mesh.
     """
@@ -91,7 +91,7 @@ def _drawn(gmsh: ModuleType, rings: Sequence[Ring], corners: Sequence[Place]) ->
 
 
 def _set_size(gmsh: ModuleType, fine: Sequence[Place], cells: Cells) -> None:
-    """Sizes grow with the distance from the nearest of the fine places; they are the finest where there is none."""
+    """Let sizes grow with the distance from the nearest of the fine places; they are the finest where there is none."""
     field = gmsh.model.mesh.field.add("MathEval")
     distances = [f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)" for x, y in fine]
     away = reduce(lambda nearer, other: f"Min({nearer},{other})", distances or ["0"])
@@ -100,7 +100,7 @@ def _set_size(gmsh: ModuleType, fine: Sequence[Place], cells: Cells) -> None:
 
 
 def _read(gmsh: ModuleType, lines: dict[str, list[int]]) -> PlateMesh:
-    """gmsh's mesh, and the facets on its lines."""
+    """Return the gmsh's mesh, and the facets on its lines."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     cells = gmsh.model.mesh.getElementsByType(2)[1].astype(np.int64).reshape(-1, 3)
     used = np.unique(cells)

@@ -21,8 +21,8 @@ SAMPLES = 200
 
 
 def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequence[float] = ()) -> Vector:
-    """Ascending nodes from 0 to `side`, m: about the wanted size apart, which grows with the distance from the nearest
-    position.
+    """Return the ascending nodes from 0 to `side`, m: about the wanted size apart, which grows with the distance from
+    the nearest position.
 
     There is a node at each position, halfway between neighbours, and at the lines, as far as they lie within. Where
     these cut a stretch short, all its cells shrink by the same factor.
@@ -35,7 +35,8 @@ def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequenc
 
 
 def stops(side: float, positions: Sequence[float], finest: float, lines: Sequence[float] = ()) -> list[float]:
-    """From 0 to `side`: the positions, the middles between them, and the lines; those that nearly coincide merged."""
+    """Return places from 0 to `side`: the positions, the middles between them, and the lines; those that nearly
+    coincide merged."""
     middles = [0.5 * (low + high) for low, high in pairwise(sorted(positions))]
     places = np.unique(np.concatenate([[0.0, *positions, *middles, side], np.asarray(lines, dtype=float)]))
     places = places[(places >= 0.0) & (places <= side)]
@@ -46,7 +47,7 @@ def stops(side: float, positions: Sequence[float], finest: float, lines: Sequenc
 
 
 def nearest(positions: Sequence[float], left: float, right: float) -> float:
-    """The position that is nearest to a stretch between two stops; its start where there is none."""
+    """Return the position that is nearest to a stretch between two stops; its start where there is none."""
     return min(positions, key=lambda position: abs(left + right - 2.0 * position), default=left)
 
 
@@ -64,7 +65,7 @@ def _geometric(start: float, end: float, position: float, cells: Cells) -> Vecto
 
 
 def _count(distance: float, cells: Cells) -> float:
-    """How many cells, parts of them included, lie within a distance of the position."""
+    """Return how many cells, parts of them included, lie within a distance of the position."""
     ratio = 1.0 + cells.growth
     growing, reach = _growing(cells)
     if distance <= reach:
@@ -73,7 +74,7 @@ def _count(distance: float, cells: Cells) -> float:
 
 
 def _distance(count: Vector, cells: Cells) -> Vector:
-    """The distance within which so many cells lie."""
+    """Return the distance within which so many cells lie."""
     ratio = 1.0 + cells.growth
     growing, reach = _growing(cells)
     near = cells.finest * (ratio ** np.minimum(count, growing) - 1.0) / (ratio - 1.0)
@@ -81,7 +82,7 @@ def _distance(count: Vector, cells: Cells) -> Vector:
 
 
 def _growing(cells: Cells) -> tuple[float, float]:
-    """How many cells grow before they are the coarsest, and how far these reach."""
+    """Return how many cells grow before they are the coarsest, and how far these reach."""
     ratio = 1.0 + cells.growth
     growing = log(cells.coarsest / cells.finest) / log(ratio)
     return growing, (cells.coarsest - cells.finest) / (ratio - 1.0)
@@ -92,7 +93,7 @@ def _smooth(start: float, end: float, position: float, cells: Cells) -> Vector:
     near, far = sorted((abs(start - position), abs(end - position)))
 
     def passed(distance: Vector) -> Vector:
-        """∫ dx/size from the position on."""
+        """Return ∫ dx/size from the position on."""
         finest, coarsest, growth = cells.finest, cells.coarsest, cells.growth
         growing = min((coarsest - finest) / growth, far) if coarsest > finest else 0.0
         inner = np.log1p(np.minimum(distance, growing) * growth / finest) / growth

@@ -76,12 +76,12 @@ class FlatMesh:
         self._mesh = PlateMesh(mesh, self._tags.groups)
 
     def check_edge(self, name: Tag) -> None:
-        """A ValueError for an edge that does not exist or has no side; a warning where it leaves sides out."""
+        """Raise a ValueError for an edge that does not exist or has no side; warn where it leaves sides out."""
         self._tags.of("supports", name)
 
     @property
     def quadrilateral(self) -> bool:
-        """Whether its cells have four corners."""
+        """True if its cells have four corners."""
         return bool(self._mesh.mesh.t.shape[0] == 4)
 
     @property
@@ -96,7 +96,7 @@ class FlatMesh:
 
     @property
     def fixed(self) -> bool:
-        """Whether one mesh serves all contacts."""
+        """True if one mesh serves all contacts."""
         return True
 
     @property
@@ -113,12 +113,12 @@ class FlatMesh:
         return float(np.abs((x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum(axis=0)).sum() / 2.0)
 
     def directions(self, name: Tag) -> Vector:
-        """Angles of the sides of an edge from the x axis, rad."""
+        """Return the angles of the sides of an edge from the x axis, rad."""
         along = tangents(self._mesh.mesh, self._mesh.edges[name])
         return np.asarray(np.arctan2(along[:, 1], along[:, 0]))
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """The same mesh for all contact points; a warning where it is coarser than the waves require."""
+        """Return the same mesh for all contact points; warn where it is coarser than the waves require."""
         mesh = self._mesh.mesh
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
         if longest > TOO_LONG * cells.coarsest:
@@ -129,7 +129,7 @@ class FlatMesh:
         return self._mesh
 
     def described(self) -> dict[str, Any]:
-        """The source of the mesh, as plain data."""
+        """Return the source of the mesh, as plain data."""
         edges = {str(name): self._sides(name) for name in self._mesh.edges}
         said: dict[str, Any] = {
             "mesh": self.source, "scale": self.scale, "cells": self._mesh.mesh.nelements, "edges": edges,
@@ -137,12 +137,12 @@ class FlatMesh:
         return said | {name: value for name, value in (("merge", self.merge), ("tags", self.tags)) if value is not None}
 
     def _sides(self, name: Tag) -> str:
-        """The number of sides of an edge, and their length."""
+        """Return the number of sides of an edge, and their length."""
         ends = self._mesh.mesh.p[:, self._mesh.mesh.facets[:, self._mesh.edges[name]]]
         return f"{ends.shape[2]} sides, {np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum():.4g} m"
 
     def summary(self) -> str:
-        """Size and mesh in a few words."""
+        """Return the size and mesh in a few words."""
         left, right, bottom, top = self.box
         return f"{right - left:.4g} × {top - bottom:.4g} m, {self._mesh.mesh.nelements} cells"
 
@@ -151,7 +151,7 @@ class FlatMesh:
 
 
 def _faces(source: Any) -> Numbers:
-    """The corners of the cells that fill the plate; triangles where the file has quadrilaterals as well."""
+    """Return the corners of the cells that fill the plate; triangles where the file has quadrilaterals as well."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
     solid = sorted(kinds - set(CELLS))
     if solid:
@@ -172,7 +172,7 @@ def _faces(source: Any) -> Numbers:
 
 
 def _edges(points: Vector, cells: Numbers) -> Vector:
-    """Lengths of the sides of each cell, m."""
+    """Return the lengths of the sides of each cell, m."""
     return np.asarray(np.linalg.norm(points[cells] - points[np.roll(cells, 1, axis=1)], axis=2))
 
 
@@ -190,7 +190,7 @@ def _box(sides: Vector) -> str:
 
 
 def _in_its_plane(points: Vector) -> Vector:
-    """The points with x and y in the plane of the mesh, m; a ValueError where they lie in none.
+    """Return the points with x and y in the plane of the mesh, m; raise a ValueError where they lie in none.
 
     The x axis of the plate is that of the mesh, seen along the normal of the plane, and its y axis points to larger
     coordinates. A plane that is almost normal to the mesh's x axis takes the y axis in its place.
@@ -221,7 +221,7 @@ def _direction(axis: Vector) -> str:
 
 
 def _upright(points: Vector, cells: Numbers) -> Numbers:
-    """The cells anticlockwise; a ValueError where some are flat or folded."""
+    """Return the cells anticlockwise; raise a ValueError where some are flat or folded."""
     at = points[cells][:, :, :2]
     back, ahead = np.roll(at, 1, axis=1) - at, np.roll(at, -1, axis=1) - at
     sine = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]

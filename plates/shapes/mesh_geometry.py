@@ -22,7 +22,7 @@ PAIRS = 2_000_000
 
 
 def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
-    """A ValueError where the sides of an edge meet at small angles, as those of a curve do."""
+    """Raise a ValueError where the sides of an edge meet at small angles, as those of a curve do."""
     ends, ways = mesh.facets[:, facets], tangents(mesh, facets)
     both = np.concatenate([ends[0], ends[1]])
     order = np.argsort(both, kind="stable")
@@ -36,21 +36,21 @@ def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
 
 
 def tangents(mesh: Any, facets: Numbers) -> Vector:
-    """Unit vectors along facets, facets × 2."""
+    """Return the unit vectors along facets, facets × 2."""
     ends = mesh.p[:, mesh.facets[:, facets]]
     step = (ends[:, 1] - ends[:, 0]).T
     return np.asarray(step / np.linalg.norm(step, axis=1, keepdims=True))
 
 
 def distances(starts: Vector, ends: Vector, point: Vector) -> Vector:
-    """From a point to straight sides, whose ends are sides × 2, m."""
+    """Return the distances from a point to straight sides, whose ends are sides × 2, m."""
     step, offset = ends - starts, point - starts
     part = np.clip((offset * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
     return np.asarray(np.linalg.norm(offset - part[:, None] * step, axis=1))
 
 
 def find_cells(mesh: Any, points: Vector) -> Numbers:
-    """The cell of each point, p × 2; a ValueError where one lies outside of the mesh."""
+    """Return the cell of each point, p × 2; raise a ValueError where one lies outside of the mesh."""
     corners = mesh.p[:, mesh.t]
     near = np.ones(mesh.nelements, dtype=bool)
     for axis in (0, 1):
@@ -71,7 +71,8 @@ def find_cells(mesh: Any, points: Vector) -> Numbers:
 
 
 def _depth(corners: Vector, points: Vector) -> Vector:
-    """How far inside of convex cells points lie, points × cells, in units of the cells' heights; negative outside."""
+    """Return how far inside of convex cells points lie, points × cells, in units of the cells' heights; negative
+    outside."""
     count = corners.shape[1]
     depth = np.full((len(points), corners.shape[2]), np.inf)
     for i in range(count):

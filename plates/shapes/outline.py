@@ -91,7 +91,7 @@ class Outline:
 
     @property
     def fixed(self) -> bool:
-        """Whether one mesh serves all contacts: each set of contacts has its own."""
+        """True if one mesh serves all contacts: each set of contacts has its own."""
         return False
 
     @property
@@ -113,22 +113,22 @@ class Outline:
 
     @property
     def area(self) -> float:
-        """Inside the corners, holes included, m²."""
+        """The area inside the corners, holes included, m²."""
         x, y = np.array(self.corners).T
         return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0)
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether a point, m, lies inside, and in no hole; points on an edge may count as either."""
+        """Return whether a point, m, lies inside, and in no hole; points on an edge may count as either."""
         point = np.array([x, y])
         return _within(np.array(self.corners), point) and not any(_within(np.array(hole), point) for hole in self.holes)
 
     def distance(self, x: float, y: float) -> float:
-        """From a point to the nearest edge, m."""
+        """Return the distance from a point to the nearest edge, m."""
         rings = [ring for _, ring in self._rings()]
         return min(float(distances(ring, np.roll(ring, -1, axis=0), np.array([x, y])).min()) for ring in rings)
 
     def directions(self, name: Tag) -> Vector:
-        """Angles of the sides of an edge from the x axis, rad."""
+        """Return the angles of the sides of an edge from the x axis, rad."""
         directions = []
         for ring in self._named_rings():
             corners = np.array(ring.corners)
@@ -139,7 +139,7 @@ class Outline:
         return np.array(directions)
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """Triangles, finest at the contacts (x, y), m, which are corners of them unless they lie near an edge.
+        """Return triangles, finest at the contacts (x, y), m, which are corners of them unless they lie near an edge.
 
         Raises ValueError for a contact outside or in a hole.
         """
@@ -158,11 +158,11 @@ class Outline:
         return triangles(self._named_rings(), places, corners, cells)
 
     def described(self) -> dict[str, Any]:
-        """The outline as plain data."""
+        """Return the outline as plain data."""
         return {"corners": self.corners, "holes": self.holes, "edges": self.edges}
 
     def summary(self) -> str:
-        """Size in a few words."""
+        """Return the size in a few words."""
         left, right, bottom, top = self.box
         holes = f", {len(self.holes)} hole{'s' * (len(self.holes) > 1)}" if self.holes else ""
         return f"polygon of {len(self.corners)} corners{holes}, {right - left:.4g} × {top - bottom:.4g} m"
@@ -207,7 +207,7 @@ class Outline:
 
 
 def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> tuple[Place, ...]:
-    """Corners of a regular polygon with the area of a circle.
+    """Return the corners of a regular polygon with the area of a circle.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def _names(edges: Any, count: int) -> tuple[str, ...]:
 
 
 def _within(ring: Vector, point: Vector) -> bool:
-    """Whether a ray from the point crosses the ring an odd number of times."""
+    """Return whether a ray from the point crosses the ring an odd number of times."""
     start, end = ring, np.roll(ring, -1, axis=0)
     passes = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
     start, end = start[passes], end[passes]
@@ -281,10 +281,10 @@ def _within(ring: Vector, point: Vector) -> bool:
 
 
 def _crossing(starts: Vector, ends: Vector, near: float) -> Any:
-    """Which pairs of sides have a point in common, sides × sides; neighbours do."""
+    """Return which pairs of sides have a point in common, sides × sides; neighbours do."""
 
     def side(a: Vector, b: Vector, c: Vector) -> Vector:
-        """On which side of the line from a to b c lies, 0 within `near` of it."""
+        """Return the side of the line from a to b on which c lies, 0 within `near` of it."""
         step = b - a
         away = (step[..., 0] * (c - a)[..., 1] - step[..., 1] * (c - a)[..., 0]) / np.hypot(step[..., 0], step[..., 1])
         return np.where(np.abs(away) <= near, 0.0, np.sign(away))
@@ -296,7 +296,7 @@ def _crossing(starts: Vector, ends: Vector, near: float) -> Any:
 
 
 def _folds_back(ring: Vector, i: int, j: int) -> bool:
-    """Whether two neighbouring sides lie on each other."""
+    """Return whether two neighbouring sides lie on each other."""
     count = len(ring)
     first, second = (i, j) if (j - i) % count == 1 else (j, i)
     before, corner, after = ring[first], ring[second], ring[(second + 1) % count]

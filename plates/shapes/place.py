@@ -1,4 +1,4 @@
-"""Where a plate is struck: checks of the place, the disc that a force is spread over, and mirror images of both."""
+"""The place where a plate is struck: its checks, the disc that a force is spread over, and mirror images of both."""
 
 from collections.abc import Mapping, Sequence
 from math import pi
@@ -26,7 +26,7 @@ class Mirror(NamedTuple):
 
 
 def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> list[Mirror]:
-    """The lines of symmetry through a place, m; a ValueError where two of them are not at right angles."""
+    """Return the lines of symmetry through a place, m; raise a ValueError where two of them are not at right angles."""
     planes: list[Mirror] = []
     for name, support in supports.items():
         facets = mesh.edges[name] if support == "symmetry" else np.zeros(0, dtype=np.int64)
@@ -43,7 +43,8 @@ def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> 
 
 
 def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> None:
-    """A ValueError where a place, m, lies outside, on an edge that cannot move, or within a radius, m, of an edge."""
+    """Raise a ValueError where a place, m, lies outside, on an edge that cannot move, or within a radius, m, of an
+    edge."""
     try:
         find_cells(mesh.mesh, place[None])
     except ValueError:
@@ -69,13 +70,13 @@ def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector,
 
 
 def cell_size(mesh: PlateMesh, place: Vector) -> float:
-    """The longest side of the cell at a place, m."""
+    """Return the longest side of the cell at a place, m."""
     corners = mesh.mesh.p[:, mesh.mesh.t[:, find_cells(mesh.mesh, place[None])[0]]]
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
 
 
 def disc(place: Vector, radius: float, across: Sequence[Mirror]) -> tuple[Vector, Vector]:
-    """Points, p × 2, m, and their weights, of the mean over a disc; those beyond mirrors are brought back."""
+    """Return points, p × 2, m, and their weights, of the mean over a disc; those beyond mirrors are brought back."""
     part, weights = np.polynomial.legendre.leggauss(RINGS)
     reach, angle = radius * np.sqrt((part + 1.0) / 2.0), 2.0 * pi * (np.arange(SPOKES) + 0.5) / SPOKES
     away = (reach[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)).reshape(-1, 2)
@@ -85,7 +86,7 @@ def disc(place: Vector, radius: float, across: Sequence[Mirror]) -> tuple[Vector
 
 
 def _away(mesh: PlateMesh, facets: Numbers, place: Vector) -> Vector:
-    """From a place to facets, m."""
+    """Return the distances from a place to facets, m."""
     corners = mesh.mesh.p[:, mesh.mesh.facets[:, facets]].transpose(1, 2, 0)
     return distances(corners[0], corners[1], place)
 

@@ -51,15 +51,15 @@ class Rectangle:
 
     @property
     def fixed(self) -> bool:
-        """Whether one mesh serves all contacts."""
+        """True if one mesh serves all contacts."""
         return self.cells is not None
 
     def directions(self, name: Tag) -> Vector:
-        """The angle of a side from the x axis, rad."""
+        """Return the angle of a side from the x axis, rad."""
         return np.array([pi / 2.0 if name in ("left", "right") else 0.0])
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """Of the plate, or of its half or quarter where the contacts lie on lines of symmetry.
+        """Return the mesh of the plate, or of its half or quarter where the contacts lie on lines of symmetry.
 
         Raises ValueError for a contact outside.
         """
@@ -84,17 +84,17 @@ class Rectangle:
         return _meshed([np.linspace(0.0, side, count + 1) for side, count in sides], [False, False])
 
     def described(self) -> dict[str, Any]:
-        """The rectangle as plain data."""
+        """Return the rectangle as plain data."""
         return {"length": self.length, "width": self.width, "cells": self.cells}
 
     def summary(self) -> str:
-        """Size, and mesh where it is fixed, in a few words."""
+        """Return the size, and mesh where it is fixed, in a few words."""
         mesh = "" if self.cells is None else f", {self.cells[0]} × {self.cells[1]} cells"
         return f"{self.length:.4g} × {self.width:.4g} m{mesh}"
 
 
 def _meshed(nodes: list[Vector], halves: list[bool]) -> PlateMesh:
-    """Cells between nodes along x and along y; where only half is meshed, its end is MIRROR."""
+    """Return the cells between nodes along x and along y; where only half is meshed, its end is MIRROR."""
     mesh = MeshQuad.init_tensor(*nodes)
     x, y = mesh.p[:, mesh.facets].mean(axis=1)
     right, top = x == nodes[0][-1], y == nodes[1][-1]

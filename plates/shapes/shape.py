@@ -1,4 +1,4 @@
-"""What the shape of a plate is: named edges, and a mesh for each set of contact points."""
+"""The protocol of a plate's shape: named edges, and a mesh for each set of contact points."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -24,7 +24,7 @@ class PlateMesh(NamedTuple):
 
 @dataclass(frozen=True)
 class Cells:
-    """What a plate asks of its mesh.
+    """The properties of a mesh that a plate asks for.
 
     finest, coarsest: sizes of cells at the contacts and far away, m. growth: increase of the size per distance from the
     contacts. geometric: each cell is exactly 1 + growth times its neighbour nearer to the contact (nodes of beams).
@@ -41,7 +41,7 @@ class Cells:
 
 
 class Shape(Protocol):
-    """What a plate may be made of: something with named edges, and a mesh for each set of contact points."""
+    """A shape that a plate may have: it has named edges, and a mesh for each set of contact points."""
 
     @property
     def kind(self) -> str:
@@ -65,21 +65,21 @@ class Shape(Protocol):
 
     @property
     def fixed(self) -> bool:
-        """Whether one mesh serves all contacts."""
+        """True if one mesh serves all contacts."""
         ...
 
     def directions(self, name: Tag) -> Vector:
-        """Angles of the sides of an edge, from the x axis, rad."""
+        """Return the angles of the sides of an edge, from the x axis, rad."""
         ...
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
-        """Its mesh for a contact at (x, y), m, or for several; a ValueError for a contact outside."""
+        """Return its mesh for a contact at (x, y), m, or for several; raise a ValueError for a contact outside."""
         ...
 
     def described(self) -> dict[str, Any]:
-        """How it was made, as plain data."""
+        """Return how it was made, as plain data."""
         ...
 
     def summary(self) -> str:
-        """Size, and mesh where it is fixed, in a few words."""
+        """Return the size, and mesh where it is fixed, in a few words."""
         ...

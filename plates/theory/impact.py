@@ -75,7 +75,7 @@ class Bead(Protocol):
 
 
 def point_impedance(plate: Plate) -> float:
-    """Point impedance of an infinite thin plate: force over velocity, 8 √(D ρ t).
+    """Return the point impedance of an infinite thin plate: force over velocity, 8 √(D ρ t).
 
     The impedance is real. An impulse I moves the point by I / (8 √(D ρ t)), and the point stays there until an echo
     returns.
@@ -121,7 +121,7 @@ def point_impedance(plate: Plate) -> float:
 
 
 def inelasticity_parameter(bead: Bead, plate: Plate, impact_speed: Number) -> Number:
-    """Zener's inelasticity parameter λ of a bead that hits an infinite thin plate.
+    """Return Zener's inelasticity parameter λ of a bead that hits an infinite thin plate.
 
     λ = m^{3/5} k^{2/5} v^{1/5} / (8 √(D ρ t)): the mass m of the bead over the product of the plate's impedance and the
     time (m²/k²v)^{1/5} of Hertz's collision.
@@ -175,7 +175,7 @@ def inelasticity_parameter(bead: Bead, plate: Plate, impact_speed: Number) -> Nu
 def contact_time(
     bead: Bead, plate: Plate, impact_speed: Number | float, inelasticity: Number | float | None = None
 ) -> Number:
-    """Time in contact T_c of one bead with an infinite thin plate.
+    """Return the time in contact T_c of one bead with an infinite thin plate.
 
     T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5}, where τ_c is `theory.zener_contact_time`.
 
@@ -229,7 +229,7 @@ def contact_time(
 
 
 def amplitude_ratio(inelasticity: Number) -> Number:
-    """Amplitude ratio AR of the primary wave that an infinite thin plate reflects.
+    """Return the amplitude ratio AR of the primary wave that an infinite thin plate reflects.
 
     AR = e^{6/5}, where e is `theory.zener_restitution` of λ.
 
@@ -270,7 +270,7 @@ def amplitude_ratio(inelasticity: Number) -> Number:
 def normalised_time_of_flight(
     beads: float, bead: Bead, plate: Plate, striker_speed: Number | float, impact_speed: Number | float | None = None
 ) -> Number:
-    """Time of flight per bead size, TOF/D, of the primary wave from the sensor to a plate and back.
+    """Return the time of flight per bead size, TOF/D, of the primary wave from the sensor to a plate and back.
 
     TOF = 1.180 (1 + e^{−1/5}) N (m²/k_c² v)^{1/5} + τ_c (m²/k_w² v_in)^{1/5}: the thesis's equation 6.18 with τ_c(λ)
     instead of 3.218. k_c is the stiffness between two beads, k_w that between bead and plate. For given materials and
@@ -333,7 +333,7 @@ def normalised_time_of_flight(
 def critical_distance_bounds(
     bead: Bead, plate: Plate, impact_speed: float, wave_speeds: tuple[float, float] | None = None
 ) -> tuple[float, float]:
-    """The thesis's two estimates of the critical distance: one with the A0 Lamb wave, one with the Rayleigh wave.
+    """Return thesis's two estimates of the critical distance: one with the A0 Lamb wave, one with the Rayleigh wave.
 
     L = c T/2, where T is the Hertzian contact time of the bead on a half-space of the plate's material, and where
     c = 0.2 √(E/ρ) or 0.57 √(E/ρ).
@@ -397,7 +397,7 @@ def critical_distance_bounds(
 
 
 def wall_stiffness(bead: Bead, plate: Plate) -> float:
-    """Stiffness k, N/m^1.5, of the Hertz contact between a bead and a thin plate."""
+    """Return the stiffness k, N/m^1.5, of the Hertz contact between a bead and a thin plate."""
     if not instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or kirchhoff_panel make").thin:
         raise ValueError(f"plate = {plate!r}: must be thin, as kirchhoff_plate or kirchhoff_panel make")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")) or not isinstance(bead.mass, float):
@@ -406,14 +406,14 @@ def wall_stiffness(bead: Bead, plate: Plate) -> float:
 
 
 def _collision_time(bead: Bead, plate: Plate, impact_speed: float | Vector) -> Vector:
-    """Unit of time of Hertz's collision, (m²/k²v)^{1/5}, in s."""
+    """Return the unit of time of Hertz's collision, (m²/k²v)^{1/5}, in s."""
     stiffness, speed = wall_stiffness(bead, plate), each(positive, "impact_speed", impact_speed, "m/s")
     time: Vector = (bead.mass**2 / (stiffness**2 * speed)) ** 0.2
     return time
 
 
 def _inelasticity(bead: Bead, plate: Plate, collision_time: Vector) -> Vector:
-    """λ for a unit of time (m²/k²v)^{1/5} in s."""
+    """Return λ for a unit of time (m²/k²v)^{1/5} in s."""
     return np.asarray(bead.mass / (point_impedance(plate) * collision_time))
 
 

@@ -47,7 +47,7 @@ would lose digits by cancellation.
 
 
 def rayleigh_speed(material: Material) -> float:
-    """Speed c_R of Rayleigh waves along the face of a half-space.
+    """Return the speed c_R of Rayleigh waves along the face of a half-space.
 
     ξ = (c_R/c_s)² is the only root in (0, 1) of ξ³ − 8ξ² + (24 − 16η)ξ − 16(1 − η) = 0 with η = (c_s/c_p)².
 
@@ -285,7 +285,8 @@ class _Curve(NamedTuple):
     eta: float
 
     def below(self, waves: Vector, pulse: Vector) -> Vector:
-        """Number of frequencies of the family below Ω at κ. The count is exact, so no root is missed or confused.
+        """Return the number of frequencies of the family below Ω at κ. The count is exact, so no root is missed or
+        confused.
 
         If the normal motion of the faces is constrained, pressure and shear waves decouple. Their frequencies are at
         √x = πm and √y = π(m + 1) or, in antisymmetric motion, at √x and √y = π(m + ½), m = 0, 1 … Without this one
@@ -308,7 +309,7 @@ class _Curve(NamedTuple):
         return count
 
     def slope(self, waves: Vector, pulse: Vector) -> Vector:
-        """Slope dΩ²/dκ² of the curve: minus the ratio of the two derivatives of the equation."""
+        """Return the slope dΩ²/dκ² of the curve: minus the ratio of the two derivatives of the equation."""
         square = waves**2
         x, y = self.eta * pulse**2 - square, pulse**2 - square
         u, v, a, b = (x, y, self.eta, 1.0) if self.symmetric else (y, x, 1.0, self.eta)
@@ -328,7 +329,7 @@ class _Curve(NamedTuple):
 
 
 def _bisected(beyond: Callable[[Vector], NDArray[np.bool_]], low: Vector, high: Vector) -> Vector:
-    """The places between `low` and `high` where `beyond` changes from False to True."""
+    """Return the places between `low` and `high` where `beyond` changes from False to True."""
     while (high - low > 4e-16 * high + 1e-30).any():
         middle = (low + high) / 2.0
         there = beyond(middle)
@@ -337,13 +338,13 @@ def _bisected(beyond: Callable[[Vector], NDArray[np.bool_]], low: Vector, high: 
 
 
 def _speed_ratio(material: Material) -> float:
-    """η = (c_s/c_p)² = (1 − 2ν)/2(1 − ν)."""
+    """Return η = (c_s/c_p)² = (1 − 2ν)/2(1 − ν)."""
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     return (1.0 - 2.0 * material.poisson_ratio) / (2.0 * (1.0 - material.poisson_ratio))
 
 
 def _waves(x: Vector) -> tuple[Vector, Vector]:
-    """C(x) and S(x), both times exp(−√−x) for x < 0, which prevents overflow."""
+    """Return C(x) and S(x), both times exp(−√−x) for x < 0, which prevents overflow."""
     root = np.sqrt(np.abs(x))
     some = np.where(root > 0.0, root, 1.0)
     sine = np.where(x > 0.0, np.sin(root), -np.expm1(-2.0 * root) / 2.0) / some
@@ -351,7 +352,7 @@ def _waves(x: Vector) -> tuple[Vector, Vector]:
 
 
 def _long_bending(square: Vector, eta: float) -> tuple[Vector, Vector]:
-    """Ω² of A0 at a small κ², and dΩ²/dκ² by a complex step.
+    """Return Ω² of A0 at a small κ², and dΩ²/dκ² by a complex step.
 
     Divided by its factor Ω², the equation is Ω² S(x) C(y) + 4 κ² y (1 − η) D = 0, where
     D = (S(y) C(x) − S(x) C(y)) / (y − x) is a series in x + y and x y. It is solved for the first Ω² by fixed-point
@@ -371,7 +372,7 @@ def _long_bending(square: Vector, eta: float) -> tuple[Vector, Vector]:
 
 
 def _sine_slope(x: Vector, cosine: Vector, sine: Vector) -> Vector:
-    """S′(x) = (C − S)/2x, or its series where the difference would lose digits by cancellation."""
+    """Return S′(x) = (C − S)/2x, or its series where the difference would lose digits by cancellation."""
     near = np.abs(x) < 1e-3
     series = -1.0 / 6.0 + x / 60.0 - x**2 / 1680.0
     scale = np.where(x < 0.0, np.exp(-np.sqrt(np.maximum(-x, 0.0))), 1.0)

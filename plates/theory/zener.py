@@ -28,7 +28,7 @@ LARGEST_SAMPLE = 12.0
 
 
 def restitution(inelasticity: Number) -> Number:
-    """Coefficient of restitution e of a sphere that hits an infinite thin plate.
+    """Return the coefficient of restitution e of a sphere that hits an infinite thin plate.
 
     e is the ratio of rebound speed to approach speed: −σ′ when σ returns to zero.
 
@@ -70,7 +70,7 @@ def restitution(inelasticity: Number) -> Number:
 
 
 def contact_time(inelasticity: Number) -> Number:
-    """Time in contact τ_c of a sphere with an infinite thin plate, in units of Hertz's collision.
+    """Return the time in contact τ_c of a sphere with an infinite thin plate, in units of Hertz's collision.
 
     `theory.plate_contact_time` returns it in seconds.
 
@@ -118,7 +118,7 @@ def contact_time(inelasticity: Number) -> Number:
 
 @cache
 def _small() -> tuple[Chebyshev, Chebyshev]:
-    """ln e and τ_c as functions of λ from 0 to 4."""
+    """Return ln e and τ_c as functions of λ from 0 to 4."""
     return (
         Chebyshev.interpolate(lambda number: _impact(number)[0], 48, domain=[0.0, LARGE_INELASTICITY]),
         Chebyshev.interpolate(lambda number: _impact(number)[1], 48, domain=[0.0, LARGE_INELASTICITY]),
@@ -127,7 +127,7 @@ def _small() -> tuple[Chebyshev, Chebyshev]:
 
 @cache
 def _large() -> Chebyshev:
-    """τ_c/λ − 5 ln λ as a function of x = λ^{−5/3}, from 4^{−5/3} down to 0.
+    """Return τ_c/λ − 5 ln λ as a function of x = λ^{−5/3}, from 4^{−5/3} down to 0.
 
     S = λ⁴σ, Q = λ⁵q and T = τ/λ obey equations without λ, with S = 0 and Q = λ⁵ at the start. For large Q all motions
     approach one slow motion, σ^{3/2} ≈ q/λ, and differ at the end by exp(−4.5/x) only. Therefore e λ⁵ is a constant,
@@ -145,7 +145,8 @@ def _large() -> Chebyshev:
 
 
 def _impact(inelasticity: Vector) -> Vector:
-    """ln e and τ_c, of shape (2, n), of n parameters λ: one integration over the phase φ of the motion, from 0 to π.
+    """Return ln e and τ_c, of shape (2, n), of n parameters λ: one integration over the phase φ of the motion, from 0
+    to π.
 
     With q = σ′ + λσ^{3/2} = R cos φ, √(4/5) σ^{5/4} = R sin φ and g = (5/4)^{3/5} (R sin φ)^{1/5}, the motion is
     d ln R/dφ = −λ g sin²φ / (1 − λ g sin φ cos φ) and dτ/dφ = 1 / (g (1 − λ g sin φ cos φ)); e = R at φ = π. The
