@@ -1,8 +1,8 @@
 """The model of a sensor bead: loss of charge, limited bandwidth, and the gauge's resonance."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from math import pi
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -15,13 +15,15 @@ from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL, kind_of
 from coupling.results.sensor import trace
 from coupling.results.signals import as_signal
-from structures.checks import count_of, instance, listed, positive, whole
+from structures.checks import count_of, instance, listed, whole
+from structures.described import described
+from structures.quantities import Interval, Quantity
 from structures.structure import Vector
 
 Change = Callable[[ArrayLike, ArrayLike], Vector]
 
 
-@dataclass(frozen=True)
+@described
 class SensorModel:
     """A sensor bead: the gauge's resonance, the bandwidth of the electronics, and the loss of charge of a piezo gauge.
 
@@ -59,22 +61,17 @@ class SensorModel:
     10.00 N, 3.68 N
     """
 
-    time_constant: float | None = None
-    bandwidth: float | None = None
-    stiffness: float | None = None
-    mass: float | None = None
-    damping: float = 0.02
+    time_constant: Interval | None = None
+    bandwidth: Annotated[float, Quantity("Hz", "a frequency", "100 kHz")] | None = None
+    stiffness: Annotated[float, Quantity("N/m", "a stiffness", "200 N/m")] | None = None
+    mass: Annotated[float, Quantity("kg", "a mass", "2 g")] | None = None
+    damping: Annotated[float, Quantity()] = 0.02
 
     def __post_init__(self) -> None:
-        units = {"time_constant": "s", "bandwidth": "Hz", "stiffness": "N/m", "mass": "kg"}
-        for name, unit in units.items():
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name), unit)
-        positive("damping", self.damping)
         if (self.stiffness is None) != (self.mass is None):
             lacking = "mass" if self.mass is None else "stiffness"
             raise ValueError(f"{lacking} = None: must be given, because a resonance needs stiffness and mass")
-        if all(getattr(self, name) is None for name in units):
+        if self.time_constant is None and self.bandwidth is None and self.stiffness is None:
             raise ValueError("time_constant = None: give it, or a bandwidth, or stiffness and mass")
 
     @property
