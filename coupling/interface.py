@@ -1,9 +1,8 @@
 """Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,11 @@ from coupling.state import CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
-from structures.checks import count_of, has_members, instance, whole
+from structures.checks import count_of, has_members, instance
 from structures.closing import Closing
+from structures.described import described
 from structures.moving import MovingStructure
+from structures.quantities import Count
 from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
 
@@ -32,7 +33,7 @@ Seats: TypeAlias = NDArray[np.intp]
 PARTICIPANTS = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
 
 
-@dataclass(frozen=True)
+@described
 class ContactPoint:
     """One of the contact points of a structure that has several.
 
@@ -53,10 +54,9 @@ class ContactPoint:
     """
 
     structure: Any
-    number: int
+    number: Annotated[int, Count(0)]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "number", whole("number", self.number, 0))
         _takes_part("structure", self.structure)
         count = points(self.structure)
         if self.number >= count:

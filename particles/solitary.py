@@ -8,23 +8,21 @@ Methods take a number, or an array where the type says so, and return the same k
 the argument if a number is not finite or out of its range.
 """
 
-from dataclasses import dataclass
 from math import pi, sqrt
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 from scipy.special import betainc
 
-from structures.checks import each, finite, not_negative, positive, restitution_coefficient, within
+from structures.checks import each, finite, not_negative, positive, restitution_coefficient
+from structures.described import described
+from structures.quantities import Quantity
 from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 
 HERTZ = 1.5
 """Exponent of Hertz's law F = k δ^1.5."""
-
-SMALLEST_SIZE, LARGEST_SIZE, LARGEST_EXPONENT = 1e-12, 1e12, 10.0
-"""Powers of sizes (m, or of any unit) beyond these leave the range of floating point."""
 
 PARTICLE_TO_STRIKER_SPEED = 0.682
 """Ratio of the greatest speed of a particle to the speed of a striker that equals the particles.
@@ -43,7 +41,7 @@ Thesis, equation 3.2; the "F_{d,e}" printed next to it is a misprint. For equal 
 """
 
 
-@dataclass(frozen=True)
+@described
 class UniformChain:
     """A long chain of identical particles whose contacts obey F = k δⁿ, and closed forms of the waves in it.
 
@@ -82,21 +80,11 @@ class UniformChain:
     (79.1, 4.967)
     """
 
-    size: float
-    mass: float
-    stiffness: float
-    exponent: float = HERTZ
-
-    def __post_init__(self) -> None:
-        within("size", self.size, SMALLEST_SIZE, LARGEST_SIZE, "m")
-        positive("mass", self.mass, "kg")
-        positive("stiffness", self.stiffness, "N/m^n")
-        if finite("exponent", self.exponent) < 1.0:
-            raise ValueError(f"exponent = {self.exponent!r}: must be 1 or more")
-        if self.exponent > LARGEST_EXPONENT:
-            raise ValueError(f"exponent = {self.exponent!r}: must be at most {LARGEST_EXPONENT:g}")
-        for name in ("size", "mass", "stiffness", "exponent"):
-            object.__setattr__(self, name, float(getattr(self, name)))
+    # Powers of sizes beyond the range, and with greater exponents, leave the range of floating point.
+    size: Annotated[float, Quantity("m", "a length", "9.53 mm", 1e-12, 1e12)]
+    mass: Annotated[float, Quantity("kg", "a mass", "2 g")]
+    stiffness: Annotated[float, Quantity("N/m^n", "a stiffness", "1e10")]
+    exponent: Annotated[float, Quantity(low=1.0, high=10.0)] = HERTZ
 
     @property
     def _steep(self) -> float:
