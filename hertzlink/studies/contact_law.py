@@ -92,6 +92,7 @@ SPHERES = "spheres"
 MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "equivalent spheres"
 STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
 SOLID = "parallel cylinders, three-dimensional"
+ELLIPSOIDS = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
 ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)
 """Degrees between cylinders that cross."""
 
@@ -109,9 +110,6 @@ def crossed(angle: float) -> str:
 def hollow(ratio: float) -> str:
     """Name of the contact of hollow spheres with this ratio of inner to outer radius."""
     return f"hollow spheres, Ri/Ro {ratio:g}"
-
-
-LABELS = ("approach (µm)", "contact force (N)")
 
 
 def half_space(angle: float) -> str:
@@ -270,7 +268,7 @@ def _ellipsoids(data: xr.Dataset) -> list[Row]:
         *(
             row(f"F over Hertz's at 5 µm, {name}", _ratio(data, name), _over_theory(data, name),
                 holds=abs(_ratio(data, name) - 1.0) < SIMILAR)
-            for name in (MINOR, MAJOR, EQUIVALENT)
+            for name in ELLIPSOIDS
         ),
     ]  # fmt: skip
 
@@ -347,18 +345,30 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and the convergence with finer meshes."""
     return {
         "spheres": _figure_of_spheres(data),
-        "ellipsoids": _figure_of_ellipsoids(data),
+        "ellipsoids": draw.compared(
+            [_line(data, name, label) for name, label in ELLIPSOIDS.items()], draw.FORCE_OVER_APPROACH,
+            theory="Hertz", simulation="finite and boundary elements",
+        ),
         "cylinders": _figure_of_cylinders(data),
         "exponents": _figure_of_exponents(data),
-        "hollow_spheres": _figure_of_hollow_spheres(data),
+        "hollow_spheres": draw.compared(
+            [_printed_line(data, ratio) for ratio in hollow_spheres.TABLE_5_1], draw.FORCE_OVER_APPROACH, log=True,
+            theory="the thesis's finite elements", simulation="finite elements",
+        ),
         "convergence": _figure_of_convergence(data),
-    }
+    }  # fmt: skip
 
 
 def _line(data: xr.Dataset, name: str, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
     """A curve of `draw.beside_theory`."""
     at = data.sel(contact=name)
     return label, data.approach.values * 1e6, at.force.values, at.theory.values
+
+
+def _printed_line(data: xr.Dataset, ratio: float) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
+    """The same with the law of Table 5.1 as the theory."""
+    label, approach, force, _ = _line(data, hollow(ratio), f"Ri/Ro = {ratio:g}")
+    return label, approach, force, data.printed.sel(ratio=ratio).values
 
 
 def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
@@ -380,21 +390,13 @@ def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
     return figure
 
 
-def _figure_of_ellipsoids(data: xr.Dataset) -> draw.Figure:
-    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
-    named = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
-    lines = [_line(data, name, label) for name, label in named.items()]
-    draw.beside_theory(axis, lines, *LABELS, theory="Hertz", simulation="finite and boundary elements")
-    return figure
-
-
 def _figure_of_cylinders(data: xr.Dataset) -> draw.Figure:
     """With the parallel ones, and without."""
     figure, axes = draw.panels(2, width=3.7, height=3.6, sharey=False)
     crossing = [_line(data, crossed(angle), f"{angle:g}°") for angle in (90.0, 30.0, 10.0, 5.0)]
     parallel = _line(data, SOLID, "0°, finite elements")
-    draw.beside_theory(axes[0], [*crossing, parallel], *LABELS, "theory", "boundary elements")
-    draw.beside_theory(axes[1], crossing, *LABELS, "Hertz", "boundary elements")
+    draw.beside_theory(axes[0], [*crossing, parallel], *draw.FORCE_OVER_APPROACH, "theory", "boundary elements")
+    draw.beside_theory(axes[1], crossing, *draw.FORCE_OVER_APPROACH, "Hertz", "boundary elements")
     return figure
 
 
@@ -417,19 +419,6 @@ def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
     axis.set_xticks([0.0, *ANGLES], ["0", *(f"{angle:g}" for angle in ANGLES)])
     axis.set_xlim(-0.3, 130.0)
     axis.legend(loc="center right")
-    return figure
-
-
-def _figure_of_hollow_spheres(data: xr.Dataset) -> draw.Figure:
-    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
-    draw.logarithmic(axis)
-    printed = data.printed
-    lines = [
-        (f"Ri/Ro = {ratio:g}", data.approach.values * 1e6, data.force.sel(contact=hollow(ratio)).values,
-         printed.sel(ratio=ratio).values)
-        for ratio in hollow_spheres.TABLE_5_1
-    ]  # fmt: skip
-    draw.beside_theory(axis, lines, *LABELS, theory="the thesis's finite elements", simulation="finite elements")
     return figure
 
 

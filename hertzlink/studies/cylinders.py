@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass, replace
+from functools import partial
 from math import radians
 from typing import Annotated, Any
 
@@ -36,6 +37,7 @@ STRIKER_MASS, CYLINDER_MASS = 0.45e-3, 0.68e-3
 """kg, as printed."""
 
 BEADS, FIRST, SECOND = 20, 7, 13
+measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.5
 ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)
 """Degrees between neighbours."""
@@ -121,8 +123,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     data["force"] = (("angle", "approach"), forces, {"units": "N", "long_name": "contact law"})
     data = data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}))
     cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    for name, values in cases.data_vars.items():
-        data[f"case_{name}"] = values
+    data = data.merge(waves.named(cases, "case"))
     data["angle"].attrs["units"] = "degree"
     data["impact_speed"].attrs["units"] = "m/s"
     return data
@@ -166,21 +167,9 @@ def case_of_the_thesis(case: str) -> CoSimulation:
     if reading == "gravity":
         return CoSimulation(replace(struck, gravity=STANDARD_GRAVITY), half_space(STEEL_316))
     if reading == "printed masses":
-        lighter, heavier = (replace(STEEL_316, density=density, name="") for density in printed_densities())
-        beads = [replace(bead, material=heavier) for bead in struck.beads]  # type: ignore[type-var]
-        struck = replace(struck, beads=beads, striker=replace(STRIKER, material=lighter))
+        beads = [waves.of_mass(cylinder(angle * (i % 2)), CYLINDER_MASS) for i in range(BEADS)]
+        struck = replace(struck, beads=beads, striker=waves.of_mass(STRIKER, STRIKER_MASS))
     return CoSimulation(struck, None)
-
-
-def printed_densities() -> tuple[float, float]:
-    """Densities, kg/m³, with which the striker and the cylinders have their printed masses."""
-    density = STEEL_316.density
-    return density * STRIKER_MASS / STRIKER.mass, density * CYLINDER_MASS / cylinder(0.0).mass
-
-
-def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that the study keeps."""
-    return waves.passage(run, FIRST, SECOND)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -260,16 +249,13 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
     if Conditions.read(data).own:
         return waves.curve_figures(data)
-    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
-    chosen = [(f"{angle:.0f}°", data.sel(angle=angle)) for angle in (30.0, 45.0, 90.0)]
-    curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in chosen]
-    draw.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
+    curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
     speeds = [
         (f"F = {force:.0f} N", np.array([_normalised(data, angle, force) for angle in ANGLES])) for force in FORCES
     ]
     laws = [(_named(angle), data.force.sel(angle=angle).values) for angle in (0.0, 5.0, 10.0, 30.0, 90.0)]
     return {
-        "speed_force": figure,
+        "speed_force": draw.compared(curves),
         "angle": draw.against_angle(np.array(ANGLES), speeds, _by_angle(), HERTZ_ANGLE, "wave speed over that at 90°"),
         "laws": draw.contact_laws(data.approach.values, laws),
     }

@@ -16,7 +16,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.explicit_chain import explicit_chain
 from coupling.results.measures import energy_error, sensor_force
 from coupling.sweeps.progress import watched
-from hertzlink.studies import draw
+from hertzlink.studies import draw, waves
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import Sphere
@@ -100,7 +100,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     kept = ["peak_force", "wave_speed", "seconds", "cells"]
     # The explicit chain counts the contacts' strain as vibration.
     models["vibration_share"] = models.vibration_share.sel(model="modes", drop=True)
-    series = [_named(one[kept], name) for one, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
+    series = [waves.named(one[kept], name) for one, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
     data = xr.merge([models, *series, shape(), over_speed(IMPACT_SPEEDS[::every])])
     for name, units in (("spacing", "m"), ("law_spacing", "m"), ("impact_speed", "m/s"), ("shape_time", "s")):
         data[name].attrs["units"] = units
@@ -123,11 +123,6 @@ def explicit_name(spacing: float) -> str:
 def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float]) -> xr.Dataset:
     """Runs along an axis."""
     return xr.concat(runs, axis).assign_coords({axis: list(values)})
-
-
-def _named(data: xr.Dataset, name: str) -> xr.Dataset:
-    """Variables renamed so that they differ from those of other parts."""
-    return data.rename({variable: f"{name}_{variable}" for variable in data.data_vars})
 
 
 def by_elements(spacing: float) -> xr.Dataset:
@@ -220,7 +215,7 @@ def shape() -> xr.Dataset:
     """Section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
     runs = [CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS[:2]]
     measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
-    data = _named(xr.concat(measured, "beads"), "shape")
+    data = waves.named(xr.concat(measured, "beads"), "shape")
     sensed = [xr.concat([sensor_force(run, sensor) for sensor in SENSORS], "sensor") for run in runs]
     data["sensor_force"] = xr.concat(sensed, "beads").assign_attrs(units="N", long_name="mean of a bead's contacts")
     data["section_force"] = runs[1].section_force.sel(bead=list(SENSORS)).rename(bead="sensor").reset_coords(drop=True)
@@ -241,7 +236,7 @@ def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
     data = xr.concat(models, "beads").assign_coords(beads=list(MODELS[:2])).drop_vars("energy_error")
     data["theory"] = (data.peak_force.dims, by_force(data.peak_force.values))
     data["theory"].attrs = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
-    return _named(data, "speed")
+    return waves.named(data, "speed")
 
 
 def by_force(force: Vector) -> Vector:

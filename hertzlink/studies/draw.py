@@ -215,7 +215,7 @@ def logarithmic(axis: Axes) -> None:
 
 def beside_theory(
     axis: Axes, lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], xlabel: str, ylabel: str,
-    theory: str, simulation: str = "simulation",
+    theory: str = "theory of long waves", simulation: str = "simulation",
 ) -> None:  # fmt: skip
     """Curves of (label, x, simulated, theory): markers for what was simulated, a line for the theory.
 
@@ -234,6 +234,22 @@ def beside_theory(
         axis.set_xlim(left=0.0)
         axis.set_ylim(bottom=0.0)
     axis.legend()
+
+
+SPEED_OVER_FORCE = ("peak contact force (N)", "wave speed (m/s)")
+FORCE_OVER_APPROACH = ("approach (µm)", "contact force (N)")
+
+
+def compared(
+    lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], labels: tuple[str, str] = SPEED_OVER_FORCE,
+    log: bool = False, height: float = 3.8, **names: str,
+) -> Figure:  # fmt: skip
+    """A figure of curves beside theory. log: both axes logarithmic; names: of theory and simulation."""
+    figure, (axis,) = panels(1, width=4.6, height=height)
+    if log:
+        logarithmic(axis)
+    beside_theory(axis, lines, *labels, **names)
+    return figure
 
 
 def against_angle(

@@ -1,6 +1,7 @@
 """Thesis sections 5.1 and 5.3.1: waves in chains of spheres of four sizes, and of ellipsoids lying and standing."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from math import pi
 from typing import Annotated, Any
 
@@ -29,6 +30,7 @@ PRINTED_MASS = 0.925e-3
 """kg, of the ellipsoids and of the spherical striker (sections 2.1 and figure 5.5)."""
 
 BEADS, FIRST, SECOND = 20, 7, 12
+measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.626
 DIAMETERS = (2.38e-3, 4.76e-3, 9.53e-3, 19.1e-3)
 FORCES = tuple(np.geomspace(5.0, 100.0, 9))
@@ -99,9 +101,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     sizes = sweep(sized, UNTIL, jobs, measure, diameter=DIAMETERS, aimed_force=forces)
     sizes["theory"] = _theory(sizes.peak_force, [Sphere(diameter / 2.0, STEEL_440C) for diameter in DIAMETERS])
     cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    for prefix, part in (("size", sizes), ("case", cases)):
-        for name, values in part.data_vars.items():
-            data[f"{prefix}_{name}"] = values
+    data = data.merge(waves.named(sizes, "size")).merge(waves.named(cases, "case"))
     data["aimed_force"].attrs["units"] = "N"
     data["diameter"].attrs["units"] = "m"
     return data
@@ -117,8 +117,7 @@ def case_of_the_thesis(case: str) -> CoSimulation:
     """Section 5.3.1 for each interpretation of the masses of beads and striker; gravity needs a floor."""
     bead = Ellipsoid(MINOR / 2.0, MAJOR, STEEL_316)
     if case != "mass from geometry":
-        density = STEEL_316.density * PRINTED_MASS / bead.mass
-        bead = replace(bead, material=replace(STEEL_316, density=density, name=""))
+        bead = waves.of_mass(bead, PRINTED_MASS)
     radius = {"striker of radius 2.38 mm": 2.38e-3, "striker of diameter 2.38 mm": 1.19e-3}.get(case)
     striker = Sphere(radius or printed_radius(), STEEL_316)
     gravity = STANDARD_GRAVITY if case == "gravity" else 0.0
@@ -130,11 +129,6 @@ def case_of_the_thesis(case: str) -> CoSimulation:
 def printed_radius() -> float:
     """Radius, m, of a steel sphere of the printed mass."""
     return float((0.75 * PRINTED_MASS / (pi * STEEL_316.density)) ** (1.0 / 3.0))
-
-
-def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that the study keeps."""
-    return waves.passage(run, FIRST, SECOND)
 
 
 def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
@@ -209,14 +203,8 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
     if Conditions.read(data).own:
         return waves.curve_figures(data)
-    labels = ("peak contact force (N)", "wave speed (m/s)")
-    by_size, (axis,) = draw.panels(1, width=4.6, height=3.8)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]
-    curves = [(label, s.size_peak_force.values, s.size_wave_speed.values, s.size_theory.values) for label, s in sizes]
-    draw.beside_theory(axis, curves, *labels, theory="theory of long waves")
-    by_shape, (axis,) = draw.panels(1, width=4.6, height=3.8)
+    by_size = [(label, s.size_peak_force.values, s.size_wave_speed.values, s.size_theory.values) for label, s in sizes]
     names = ("along the minor axis", "along the major axis", "equivalent sphere")
-    shapes = [(name, data.sel(shape=shape)) for name, shape in zip(names, SHAPES, strict=True)]
-    curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in shapes]
-    draw.beside_theory(axis, curves, *labels, theory="theory of long waves")
-    return {"particle_size": by_size, "ellipsoids": by_shape}
+    by_shape = [waves.line(data.sel(shape=shape), name) for name, shape in zip(names, SHAPES, strict=True)]
+    return {"particle_size": draw.compared(by_size), "ellipsoids": draw.compared(by_shape)}

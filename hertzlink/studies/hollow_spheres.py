@@ -1,6 +1,7 @@
 """Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -39,6 +40,7 @@ PRINTED_MASS = 2.38e-3
 """kg, of a sphere of the ratio THIN (section 2.1)."""
 
 BEADS, FIRST, SECOND = 29, 12, 19
+measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.32
 FORCES = tuple(np.geomspace(2.0, 40.0, 9))
 """N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only."""
@@ -101,8 +103,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     label = {"units": "m/s", "long_name": "wave speed, equation 5.12"}
     data["theory"] = (("ratio", "aimed_force"), [_theory(r, data.peak_force.sel(ratio=r)) for r in TABLE_5_1], label)
     cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    for name, values in cases.data_vars.items():
-        data[f"case_{name}"] = values
+    data = data.merge(waves.named(cases, "case"))
     approach = np.array(APPROACHES)
     data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
     for name, laws in (("force", own_laws()), ("table_force", TABLE_5_1)):
@@ -130,17 +131,11 @@ def case_of_the_thesis(case: str) -> CoSimulation:
     """Figure 5.14a for each interpretation of mass, gravity and law; gravity needs a floor."""
     bead = particle(THIN)
     if case.startswith("printed mass"):
-        density = ALUMINIUM_6061.density * PRINTED_MASS / bead.mass
-        bead = replace(bead, material=replace(ALUMINIUM_6061, density=density, name=""))
+        bead = waves.of_mass(bead, PRINTED_MASS)
     law = None if case == "law of hertzlink" else TABLE_5_1[THIN]
     gravity = STANDARD_GRAVITY if case.endswith("gravity") else 0.0
     chain = Chain([bead] * BEADS, bead, IMPACT_SPEED, gravity, law=law)
     return CoSimulation(chain, half_space(ALUMINIUM_6061) if gravity else None)
-
-
-def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that the study keeps."""
-    return waves.passage(run, FIRST, SECOND)
 
 
 def fit(law: ContactLaw) -> tuple[float, float]:
@@ -222,24 +217,19 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
     if Conditions.read(data).own:
         return waves.curve_figures(data)
-    labels = ("peak contact force (N)", "wave speed (m/s)")
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
-    curves = {r: (_named(r), s.peak_force.values, s.wave_speed.values, s.theory.values) for r, s in walls.items()}
-    by_wall, (axis,) = draw.panels(1, width=4.6, height=3.8)
-    draw.beside_theory(axis, curves.values(), *labels, theory="theory of long waves")
-    scaling, (axis,) = draw.panels(1, width=4.6, height=3.6)
-    slopes = [rf"{_named(r)}: $V \propto F^{{{waves.exponent(walls[r]):.4f}}}$" for r in (0.0, THIN)]
-    two = [(label, *curves[r][1:]) for label, r in zip(slopes, (0.0, THIN), strict=True)]
-    draw.logarithmic(axis)
-    draw.beside_theory(axis, two, *labels, theory="theory of long waves")
-    axis.set_yticks([300, 400, 500, 600, 700])
-    laws, (axis,) = draw.panels(1, width=4.6, height=3.8)
+    slopes = {r: rf"{_named(r)}: $V \propto F^{{{waves.exponent(walls[r]):.4f}}}$" for r in (0.0, THIN)}
+    two = [waves.line(walls[ratio], label) for ratio, label in slopes.items()]
+    scaling = draw.compared(two, log=True, height=3.6)
+    scaling.axes[0].set_yticks([300, 400, 500, 600, 700])
     microns = data.approach.values * 1e6
     forces = [(_named(r), microns, s.force.values, s.table_force.values) for r, s in walls.items()]
-    draw.logarithmic(axis)
-    theirs = "the thesis's finite elements"
-    draw.beside_theory(axis, forces, "approach (µm)", "contact force (N)", theirs, "Hertz and Reissner's shell")
-    return {"speed_force": by_wall, "exponents": scaling, "laws": laws}
+    names = draw.Look(theory="the thesis's finite elements", simulation="Hertz and Reissner's shell")
+    return {
+        "speed_force": draw.compared(waves.line(wall, _named(ratio)) for ratio, wall in walls.items()),
+        "exponents": scaling,
+        "laws": draw.compared(forces, draw.FORCE_OVER_APPROACH, log=True, **names),
+    }
 
 
 def _named(ratio: float) -> str:

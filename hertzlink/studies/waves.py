@@ -1,8 +1,9 @@
 """Waves in chains: speed, peak contact force and width (thesis, chapter 5), over strikers and kinds of particles."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -49,6 +50,17 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
         },
         coords={"level": ("level", list(LEVELS), {"units": "1", "long_name": "part of the peak"})},
     )
+
+
+def of_mass(bead: Any, mass: float) -> Any:
+    """The bead of a material that gives it this mass, kg."""
+    material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
+    return replace(bead, material=material)
+
+
+def named(data: xr.Dataset, prefix: str) -> xr.Dataset:
+    """The variables under names with a prefix."""
+    return data.rename({name: f"{prefix}_{name}" for name in data.data_vars})
 
 
 def widths(wider: float, size: float) -> dict[str, float]:
@@ -206,15 +218,15 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
 
 def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force, and the contact laws."""
-    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
-    curves = [
-        (str(label), one.peak_force.values, one.wave_speed.values, one.theory.values)
-        for label in data.curve.values
-        for one in [data.sel(curve=label).sortby(data.sel(curve=label).peak_force)]
-    ]
-    draw.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
+    curves = [data.sel(curve=label).sortby(data.sel(curve=label).peak_force) for label in data.curve.values]
+    figure = draw.compared(line(curve, str(curve.curve.values)) for curve in curves)
     laws = [(str(label), data.force.sel(curve=label).values) for label in data.curve.values]
     return {"speed_force": figure, "laws": draw.contact_laws(data.approach.values, laws)}
+
+
+def line(curve: xr.Dataset, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
+    """Wave speeds over peak forces, simulated and by theory, for `draw.compared`."""
+    return label, curve.peak_force.values, curve.wave_speed.values, curve.theory.values
 
 
 def check_count(of: Conditions, name: str) -> None:

@@ -10,7 +10,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.progress import watched
-from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, striking
+from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, striking, waves
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
@@ -120,7 +120,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     swept = xr.concat(over, "pair").assign_coords(
         pair=list(PAIRS), law=list(LAWS), impact_speed=("impact_speed", list(speeds), {"units": "m/s"})
     )
-    return data.merge(swept.rename({name: f"swept_{name}" for name in swept.data_vars}))
+    return data.merge(waves.named(swept, "swept"))
 
 
 def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> xr.Dataset:
