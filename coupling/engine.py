@@ -10,12 +10,12 @@ from coupling.interface import FIRST, Interface
 from coupling.kernels import loop
 from coupling.kernels.adaptive import Adaptation, adapt, bend_of_last
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
-from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
+from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
 from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, next_length
 from coupling.state import NotConverged
-from particles.kernels.chain import WORK_ROWS
+from particles.kernels.motion import WORK_ROWS
 from structures.closing import PARTS, Closing
 from structures.kernels.gaps import Gaps, Span
 from structures.kernels.linear import Coupled, joined

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.kernels.agreement import PIECES
-from coupling.kernels.state import REMEMBERED
+from coupling.kernels.records import REMEMBERED
 from coupling.participant import CheckedParticipant, Participant
 from coupling.state import CoupledState, Ledger, Node
 from particles.chain import Chain
-from particles.deformable.chain import moving_chain
+from particles.deformable.deformable_chain import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import count_of, has_members, instance
 from structures.closing import Closing

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run
+from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run
 from particles.moving import ChainState
 from structures.structure import Vector
 

@@ -14,10 +14,10 @@ import numpy as np
 from coupling.recording.frames import Motion, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.waves_of_runs import Series, find_waves
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.laws.yielding import JacksonGreen
 from particles.moving import MovingChain
-from particles.yielding import overloads, slower, unknown_strengths, weaker
+from particles.overloads import overloads, slower, unknown_strengths, weaker
 from structures.structure import Vector
 
 TABLE = "yield_effect.csv"

@@ -55,7 +55,7 @@ from particles.bead import HollowSphere as HollowSphere
 from particles.bead import Sphere as Sphere
 from particles.bead import drop_speed as drop_speed
 from particles.chain import Chain as Chain
-from particles.deformable.chain import DeformableChain as DeformableChain
+from particles.deformable.deformable_chain import DeformableChain as DeformableChain
 from particles.dissipation import Dissipation as Dissipation
 from particles.dissipation import KuwabaraKono as KuwabaraKono
 from particles.dissipation import LinearDashpot as LinearDashpot

@@ -14,7 +14,7 @@ from particles import contacts, statics
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.dissipation import kernel_loss
-from particles.kernels import chain as kernels
+from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED, Driven, Free
 from particles.kernels.losses import NoLoss
 from particles.kernels.vibrations import Rigid

@@ -1,7 +1,7 @@
 """Sparse symmetric factorisations, scaled, and the object that owns those of a body."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +9,6 @@ from scipy import sparse
 
 from structures.ordering import decomposition
 from structures.symmetric import SMALL_MATRIX, check_definite, check_symmetric
-
-if TYPE_CHECKING:
-    from structures.structure import Structure
 
 Vector: TypeAlias = NDArray[np.float64]
 Solve: TypeAlias = Callable[[Vector], Vector]
@@ -89,12 +86,6 @@ class Matrices:
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_solves": {}}
-
-
-def shifted_solve(structure: "Structure", shift: float) -> Solve:
-    """Return a solver of (K + shift² M) x = y, shift in 1/s. Structures that share their Matrices share the
-    factorisation."""
-    return structure.matrices.shifted_solve(shift)
 
 
 def symmetric(name: str, value: Any) -> sparse.csr_array:

@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from structures.caution import caution
 from structures.checks import instance, positive, whole, within
 from structures.damping import maxwell_arms, with_arms
-from structures.factor import Solve, shifted_solve
+from structures.factor import Solve
 from structures.field import Field
 from structures.one_thread import one_thread
 from structures.quantities import Likely
@@ -225,7 +225,7 @@ class _Body:
         self.mass, self.stiffness, self.point = structure.mass, structure.stiffness, point
         self.contact = structure.contact.reshape(structure.size, -1)
         self.solve, damping, arms = (
-            shifted_solve(structure, point),
+            structure.matrices.shifted_solve(point),
             structure.damping,
             maxwell_arms(structure),
         )

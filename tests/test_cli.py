@@ -17,7 +17,8 @@ from click.shell_completion import ShellComplete
 
 from coupling.sweeps.progress import Stopped
 from hertzlink.cases.templates import KINDS
-from hertzlink.cli import check_output, cli, main, write_folder
+from hertzlink.cli import cli, main
+from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import draw, thesis
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp

@@ -15,7 +15,7 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.batch import batch
 from particles.chain import Chain
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.dissipation import (
     FORMS,
     Dissipation,

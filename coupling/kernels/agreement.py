@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from particles.kernels.chain import advance, reach
+from particles.kernels.motion import advance, reach
 from structures.kernel_cache import inner
 from structures.kernels.arrays import copy, solve
 from structures.kernels.pieces import by_type, for_each

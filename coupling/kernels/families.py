@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from coupling.kernels.loop import move_on
-from coupling.kernels.state import Run
+from coupling.kernels.records import Run
 from structures.kernel_cache import entry, inner
 from structures.kernels.families import of_run
 from structures.structure import Vector

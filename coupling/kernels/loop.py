@@ -4,7 +4,7 @@ from typing import Any
 
 from coupling.kernels.agreement import agree
 from coupling.kernels.recorders import reads_structure, record
-from coupling.kernels.state import REMEMBERED
+from coupling.kernels.records import REMEMBERED
 from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import follow, push, read

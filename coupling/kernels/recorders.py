@@ -2,8 +2,8 @@
 
 from typing import Any, NamedTuple
 
-from coupling.kernels.state import Records, record_type
-from particles.kernels.chain import contact_forces, deepen, energies
+from coupling.kernels.records import Records, record_type
+from particles.kernels.motion import contact_forces, deepen, energies
 from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import energies_of_structure

@@ -14,7 +14,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import END_NAMES, OF_RUNS
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.vibration import vibration
 from particles.kernels import drives
 from structures.checks import count_of, instance, listed, short, whole

@@ -16,7 +16,7 @@ from coupling.ports.fmu_content import pack
 from coupling.ports.guest import guest_chain
 from particles.chain import Chain
 from particles.moving import MovingChain
-from particles.yielding import overloads, weaker
+from particles.overloads import overloads, weaker
 from structures.caution import caution
 from structures.checks import instance, short
 from structures.surface import Surface, hertz_stiffness

@@ -10,7 +10,7 @@ from coupling.files import plain
 from coupling.ports.guest import GuestState, guest_chain
 from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere
 from particles.chain import Chain
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.vibration import vibration
 from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional, PowerDashpot, Restitution, Tsuji
 from particles.excitation import Piston, PushedBead, SpringLoaded

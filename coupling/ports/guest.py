@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from particles.chain import Chain
-from particles.deformable.chain import moving_chain
-from particles.kernels.chain import forces_of_chain
+from particles.deformable.deformable_chain import moving_chain
+from particles.kernels.motion import forces_of_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import finite, instance, positive
 from structures.structure import Vector

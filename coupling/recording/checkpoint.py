@@ -19,7 +19,7 @@ from coupling.files import plain
 from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
-from coupling.kernels.state import REMEMBERED, Run
+from coupling.kernels.records import REMEMBERED, Run
 from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
 from coupling.results.provenance import as_text, differences, unfolded, versions

@@ -12,7 +12,7 @@ from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import as_text, provenance
 from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, variable
-from particles.deformable.chain import MovingDeformableChain
+from particles.deformable.deformable_chain import MovingDeformableChain
 from structures.structure import Vector
 
 

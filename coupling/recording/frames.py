@@ -18,9 +18,9 @@ from coupling.kernels.recorders import (
     SensorsAndLedger,
     record_row,
 )
-from coupling.kernels.state import Records
+from coupling.kernels.records import Records
 from coupling.state import Counts, CoupledState, as_run
-from particles.kernels.chain import WORK_ROWS
+from particles.kernels.motion import WORK_ROWS
 from particles.moving import MovingChain
 from structures.checks import listed, whole
 from structures.moving import MovingStructure

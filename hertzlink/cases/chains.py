@@ -24,7 +24,7 @@ from hertzlink.cases.numerical_law import NumericalLaw
 from hertzlink.cases.parts import Length, Part, World, forms, made
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.excitation import Excitation, SpringLoaded
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw

@@ -129,7 +129,7 @@ def _written(
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.faults import of_case
     from hertzlink.cases.pages import page
-    from hertzlink.cli import check_output, write_folder
+    from hertzlink.output_folder import check_output, write_folder
     from hertzlink.reports.page import html
     from structures.caution import collected
 

@@ -17,7 +17,7 @@ from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
-from hertzlink.studies.edge_cases import Pair, measure
+from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, Pair, measure
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.table import Row
@@ -35,33 +35,16 @@ from plates.plate import Plate
 from plates.support import Supports
 from plates.theory.impact import critical_distance_bounds, inelasticity_parameter
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material
+from structures.material import ALUMINIUM_6061, STEEL_440C, Material
 from structures.quantities import OneOf, Quantity
 from structures.structure import Vector
 
 row = Rows("critical_distance")
 
-MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
-"""The thesis's middle bead on aluminium; λ determines the thickness of the plate."""
-
 DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))
 """d/ℓ."""
 
 QUICK_PARAMETERS, QUICK_DISTANCES = (0.12, 0.34, 0.75), (0.2, 0.6, 1.0, 1.4, 1.8, 2.2, 2.6, 3.4)
-
-OTHER_PAIRS = {
-    "4.76 mm beads": Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, 0.31),
-    "1.2 m/s": Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 1.2),
-    "steel 316 beads": Pair(Sphere(4.765e-3, STEEL_316), ALUMINIUM_6061, 0.31),
-    "brass beads": Pair(Sphere(4.765e-3, BRASS_360), ALUMINIUM_6061, 0.31),
-    "glass plate": Pair(Sphere(4.765e-3, STEEL_440C), Material(70e9, 0.22, 2500.0, "glass"), 0.31),
-    "copper plate": Pair(Sphere(4.765e-3, STEEL_440C), COPPER, 0.31),
-    "steel plate": Pair(Sphere(4.765e-3, STEEL_440C), STEEL_440C, 0.31),
-}
-"""Other beads, speeds and materials at the same λ and d/ℓ."""
-
-SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")
-"""The pairs with the materials of MAIN."""
 
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from hertzlink.studies import draw, edge_shear
-from hertzlink.studies.critical_distance import MAIN, SAME_MATERIALS
+from hertzlink.studies.edge_cases import MAIN, SAME_MATERIALS
 from plates.critical_distance import edge_difference
 
 FIGURE_TOLERANCE = 0.02

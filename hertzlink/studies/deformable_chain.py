@@ -21,7 +21,7 @@ from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import Sphere
 from particles.chain import Chain
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.formulas import contact_law

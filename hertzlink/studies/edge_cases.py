@@ -20,7 +20,7 @@ from plates.plate import Plate
 from plates.support import Supports
 from plates.theory.impact import inelasticity_parameter, wall_stiffness
 from structures.layers import contact_time as contact_time_half_space
-from structures.material import STEEL_440C, Material
+from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material
 from structures.structure import Structure, half_space
 from structures.surface import hertz_stiffness
 
@@ -97,6 +97,24 @@ class Pair:
 
     def _plate(self, thickness: float) -> Plate:
         return kirchhoff_plate(1.0, 1.0, thickness, self.wall, Supports())
+
+
+MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
+"""The thesis's middle bead on aluminium; λ determines the thickness of the plate."""
+
+OTHER_PAIRS = {
+    "4.76 mm beads": Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, 0.31),
+    "1.2 m/s": Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 1.2),
+    "steel 316 beads": Pair(Sphere(4.765e-3, STEEL_316), ALUMINIUM_6061, 0.31),
+    "brass beads": Pair(Sphere(4.765e-3, BRASS_360), ALUMINIUM_6061, 0.31),
+    "glass plate": Pair(Sphere(4.765e-3, STEEL_440C), Material(70e9, 0.22, 2500.0, "glass"), 0.31),
+    "copper plate": Pair(Sphere(4.765e-3, STEEL_440C), COPPER, 0.31),
+    "steel plate": Pair(Sphere(4.765e-3, STEEL_440C), STEEL_440C, 0.31),
+}
+"""Other beads, speeds and materials at the same λ and d/ℓ."""
+
+SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")
+"""The pairs with the materials of MAIN."""
 
 
 def tabulated_pair(stiffness_ratio: float) -> Pair:

@@ -23,7 +23,7 @@ from hertzlink.studies.deformable_chain import WALL
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import Bead, Sphere
-from particles.deformable.chain import DeformableChain
+from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.solid_vibration import vibration_of_solid
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem

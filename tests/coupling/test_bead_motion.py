@@ -14,7 +14,7 @@ from scipy.integrate import simpson
 
 import hertzlink as hl
 from coupling.plots.motion import known_motion
-from particles.deformable.chain import MovingDeformableChain, moving_chain
+from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 

@@ -17,7 +17,7 @@ import hertzlink as hl
 from coupling.engine import check_finite
 from coupling.kernels import loop
 from coupling.kernels.agreement import predict
-from coupling.kernels.state import NODE, TOTALS, TRIED, WINDOW, Run
+from coupling.kernels.records import NODE, TOTALS, TRIED, WINDOW, Run
 from coupling.loops import Work
 from structures.damping import StandardLinearSolid
 from structures.rod import rod_parts

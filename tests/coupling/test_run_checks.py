@@ -21,7 +21,7 @@ from coupling.results.findings import findings_of
 from coupling.run_checks import check_before
 from coupling.structure_checks import push_length
 from particles.bead import Bead
-from particles.deformable.chain import moving_chain
+from particles.deformable.deformable_chain import moving_chain
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.computed import ComputedLaw
 from particles.laws.half_spaces import contact_law_bem

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import hertzlink as hl
-from particles.kernels.chain import forces_of_chain
 from particles.kernels.laws import Hertz, overlap_on_spring
+from particles.kernels.motion import forces_of_chain
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

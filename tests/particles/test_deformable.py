@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import hertzlink as hl
 from coupling.loops import Work
-from particles.deformable.chain import MovingDeformableChain, moving_chain
+from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.moving import ChainState

@@ -14,7 +14,7 @@ from scipy.special import gamma
 import hertzlink as hl
 from hertzlink.stepping import MovingChain
 from particles.dissipation import Dissipation
-from particles.kernels import chain as kernels
+from particles.kernels import motion as kernels
 from particles.moving import ChainState
 from structures.surface import hertz_stiffness
 

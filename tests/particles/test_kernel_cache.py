@@ -388,13 +388,13 @@ def test_a_users_class_of_numba_is_no_kernel_of_ours() -> None:
 
 COMPILES = """
 import hertzlink as hl
-from particles.kernels import chain
+from particles.kernels import motion
 bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
 simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.STEEL_440C))
 for _ in range(2):
     simulation.run(2e-5, save_every=1e-6)
 names = "accelerations remember advance contact_forces".split()
-print([name for name in names if getattr(chain, name).signatures])
+print([name for name in names if getattr(motion, name).signatures])
 """
 
 
@@ -428,7 +428,7 @@ def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.Com
 )
 def test_an_environment_in_which_numba_does_not_start(name: str, value: str, said: str) -> None:
     """Variables of Numba give one sentence, at the command line nothing else; they ended in errors of Numba's."""
-    for command in (["-c", "import particles.kernels.chain"], ["-m", "hertzlink", "info"]):
+    for command in (["-c", "import particles.kernels.motion"], ["-m", "hertzlink", "info"]):
         done = subprocess.run(
             [sys.executable, *command], env={**os.environ, name: value}, capture_output=True, text=True, check=False
         )

@@ -10,7 +10,7 @@ from scipy.special import beta
 
 import hertzlink as hl
 from particles.dissipation import Dissipation
-from particles.kernels.chain import DampedVerlet, Verlet
+from particles.kernels.motion import DampedVerlet, Verlet
 from particles.moving import ChainState
 
 STEEL = hl.Sphere(2.38e-3, hl.STEEL_316)

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 import hertzlink as hl
 from particles.kernels import drives, laws, losses, vibrations
-from particles.kernels.chain import Span, Verlet, advance, reach
+from particles.kernels.motion import Span, Verlet, advance, reach
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 

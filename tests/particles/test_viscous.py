@@ -8,9 +8,9 @@ from scipy.linalg import expm
 
 import hertzlink as hl
 from particles.bead import Bead
-from particles.deformable.chain import MovingDeformableChain, moving_chain
+from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import Vibration, vibration
-from particles.kernels.chain import energies_of_chain
+from particles.kernels.motion import energies_of_chain
 from particles.laws.axisymmetric import contact_law_fem
 from particles.moving import ChainState
 from structures.damping import ModeLoss

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 import hertzlink as hl
 from hertzlink import Ply
 from plates.section import homogeneous_section
-from structures.factor import shifted_solve
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
@@ -195,7 +194,7 @@ def test_symmetry_is_not_used_where_the_plate_has_none(more: dict[str, object]) 
 
 
 def receptance(structure: hl.Structure, shift: float = 2.0 * pi * 300.0) -> float:
-    return float(structure.contact @ shifted_solve(structure, shift)(structure.contact))
+    return float(structure.contact @ structure.matrices.shifted_solve(shift)(structure.contact))
 
 
 @pytest.mark.parametrize("cells", [(8, 6), None])

@@ -35,9 +35,7 @@ def test_symmetry_is_used_and_changes_nothing() -> None:
 
 
 def _receptance(structure: hl.Structure, shift: float) -> float:
-    from structures.factor import shifted_solve
-
-    return float(structure.contact @ shifted_solve(structure, shift)(structure.contact))
+    return float(structure.contact @ structure.matrices.shifted_solve(shift)(structure.contact))
 
 
 def test_point_impedance_of_the_thesis_plate() -> None:

@@ -15,7 +15,6 @@ import hertzlink as hl
 from plates.elements.hermite import GROWTH
 from plates.shapes.grading import graded
 from plates.shapes.shape import Cells
-from structures.factor import shifted_solve
 
 Array = NDArray[np.float64]
 
@@ -43,7 +42,7 @@ X, Y = [0.11, 0.26, 0.31], [0.2, 0.07, 0.21]
 def receptance(structure: hl.Structure, shift: float) -> Array:
     """bᵀ(K + s²M)⁻¹b and the contacts' own flexibility, p × p, m/N."""
     contact = structure.contact.reshape(structure.size, -1)
-    solve = shifted_solve(structure, shift)
+    solve = structure.matrices.shifted_solve(shift)
     found = contact.T @ np.column_stack([solve(column) for column in contact.T])
     return np.asarray(found + np.diag(np.broadcast_to(structure.flexibility, len(found))))
 

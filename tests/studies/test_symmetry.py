@@ -11,7 +11,7 @@ from skfem import Basis, ElementTetP2, ElementVector, MeshHex, MeshTet, MeshTet2
 
 import hertzlink as hl
 from hertzlink.studies import symmetry as study
-from particles.deformable.chain import DeformableChain, MovingDeformableChain
+from particles.deformable.deformable_chain import DeformableChain, MovingDeformableChain
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.solid_mesh import CORNER, _placed

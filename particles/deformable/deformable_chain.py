@@ -16,7 +16,7 @@ from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
-from particles.kernels.chain import DampedVerlet, Verlet
+from particles.kernels.motion import DampedVerlet, Verlet
 from particles.kernels.vibrations import Vibrating
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.axisymmetric_mesh import body_of
