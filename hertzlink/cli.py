@@ -21,8 +21,8 @@ from hertzlink.commands.explore_command import explore_case
 from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
-from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
-from hertzlink.study_options import Studies
+from hertzlink.studies.writing import QUICK, Written, read_study
+from hertzlink.study_options import Studies, folder_options
 from hertzlink.terminal import complain, set_up, show, written
 from structures.caution import collected
 
@@ -127,17 +127,11 @@ def run_study(
 cli.add_command(Studies("study", run_study))
 
 
-@cli.command("draw", short_help="Draw a study again from its netCDF file.")
-@click.argument("store", metavar="FILE", type=click.Path(path_type=Path))
-@click.option(
-    "--output",
-    metavar="FOLDER",
-    type=click.Path(path_type=Path),
-    help="Folder for the results; by default STUDY-drawn.",
-)
-@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option(
-    "--figures", "form", type=click.Choice(list(FORMATS)), default="png", help="Format of the figures; by default png."
+STORE = click.Argument(["store"], metavar="FILE", type=click.Path(path_type=Path))
+
+
+@cli.command(
+    "draw", short_help="Draw a study again from its netCDF file.", params=[STORE, *folder_options("STUDY-drawn")]
 )
 def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
     """Draw a study again, without a run: figures, table and report, from the netCDF FILE that the study wrote."""

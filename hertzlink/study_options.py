@@ -16,23 +16,24 @@ by commas, or the option is repeated. Brackets hold the defaults, which are the 
 from the thesis, the table has no column of the thesis, and table, figures and netCDF say what differs."""
 
 
+def folder_options(default: str) -> tuple[click.Parameter, ...]:
+    """Where a study's results go, and in which format its figures. default: the folder, in words."""
+    words = f"Folder for the results; by default {default}."
+    formats = click.Choice(list(FORMATS))
+    return (
+        click.Option(["--output"], metavar="FOLDER", type=click.Path(path_type=Path), help=words),
+        click.Option(["--force"], is_flag=True, help="Replace the output folder if it holds an earlier study."),
+        click.Option(["--figures", "form"], type=formats, default="png", help="Format of the figures; by default png."),
+    )
+
+
 def common_options() -> list[click.Parameter]:
     """The options of every study."""
-    count, formats = click.IntRange(min=1), click.Choice(list(FORMATS))
-    return [
-        click.Option(["--quick"], is_flag=True, help="A coarse version that runs in seconds."),
-        click.Option(
-            ["--output"],
-            metavar="FOLDER",
-            type=click.Path(path_type=Path),
-            help="Folder for the results; by default named as the study.",
-        ),
-        click.Option(["--force"], is_flag=True, help="Replace the output folder if it holds an earlier study."),
-        click.Option(
-            ["--jobs"], metavar="NUMBER", type=count, help="Number of processes; by default a suitable number."
-        ),
-        click.Option(["--figures", "form"], type=formats, default="png", help="Format of the figures; by default png."),
-    ]
+    output, force, form = folder_options("named as the study")
+    quick = click.Option(["--quick"], is_flag=True, help="A coarse version that runs in seconds.")
+    words = "Number of processes; by default a suitable number."
+    jobs = click.Option(["--jobs"], metavar="NUMBER", type=click.IntRange(min=1), help=words)
+    return [quick, output, force, jobs, form]
 
 
 class Studies(click.Group):
@@ -43,13 +44,8 @@ class Studies(click.Group):
 
     def __init__(self, name: str, run: Callable[..., None]) -> None:
         about = "Run a study of the thesis: netCDF, figures, a table and a report."
-        super().__init__(
-            name,
-            help=about,
-            short_help="Run a study of the thesis.",
-            subcommand_metavar="NAME [OPTIONS]",
-            no_args_is_help=False,
-        )
+        short, words = "Run a study of the thesis.", "NAME [OPTIONS]"
+        super().__init__(name, help=about, short_help=short, subcommand_metavar=words, no_args_is_help=False)
         self.run = run
 
     def list_commands(self, ctx: click.Context) -> list[str]:
