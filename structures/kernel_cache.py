@@ -227,6 +227,8 @@ def entry(function: Callable[..., Any]) -> Any:
 
 COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"
 
+NOT_STORED = "compiling kernels of a piece that no module holds, up to a minute at each start; define it in a file"
+
 
 class Announcement(event.Listener):  # type: ignore[misc]
     """Says once that kernels are compiled, which takes long. A kernel from the cache is not compiled."""
@@ -236,7 +238,7 @@ class Announcement(event.Listener):  # type: ignore[misc]
         kernel = event.data["dispatcher"].py_func
         if str(kernel.__module__).partition(".")[0] in ("particles", "structures", "coupling", "plates"):
             stop()
-            log.warning(COMPILING)
+            log.warning(COMPILING if key_of(event.data["args"]) else NOT_STORED)
 
     def on_end(self, event: Any) -> None:
         """Numba has compiled."""

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*", re.DOTALL)
 
-UNIT_TEXT = re.compile(r"(?:1 ?/ ?)?[A-Za-zµμΩ°][\w µμΩ°·*/^²³⁴⁻¹-]{0,40}")
-"""Units are letters with powers, products and quotients; nothing else is given to the parser."""
+UNIT_TEXT = re.compile(r"(?:1 ?/ ?)?[A-Za-zµμΩ°](?:[\w µμΩ°·*/^²³⁴⁻¹-]|(?<=\^\d)\.\d){0,40}")
+"""Units are letters with powers, such as m^1.5, products and quotients; nothing else is given to the parser."""
 
 LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")
 """Powers of two digits: no unit has them."""
@@ -92,6 +92,11 @@ def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[flo
     # Nor have m/s and kg/m³ one.
     if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0:
         return 1.0, "" if unit == "1" else unit
+    if unit == "kg" and top < 1.0:  # The kilogram has its prefix already.
+        size, letter = next((prefix for prefix in PREFIXES if 1e3 * top >= prefix[0]), PREFIXES[-1])
+        return 1e3 / size, f"{letter}g"
+    if unit == "kg":
+        return 1.0, unit
     size, letter = next((prefix for prefix in PREFIXES if top >= prefix[0]), PREFIXES[-1])
     return 1.0 / size, f"{letter}{unit}"
 

@@ -1,6 +1,7 @@
 """A sketch of a set-up to scale: chain, contact and structure from the side, and a plate seen along the chain."""
 
 import json
+import re
 from collections.abc import Mapping
 from math import cos
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,12 @@ SKETCH_WIDTH, EDGE = 7.2, 0.12
 """Usual width of a sketch, and that of its margin, inches."""
 
 LAST, FIRST = "last bead", "first bead"
+
+LONG = ("Cylinder", "Ellipsoid")
+"""Beads with a length."""
+
+CAPITAL = re.compile(r"(?<!^)([A-Z])")
+"""Where the name of a class has a new word."""
 
 
 def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
@@ -214,31 +221,31 @@ def _draw_striker(drawn: Drawn, chain: Mapping[str, Any], x: float, y: float) ->
 def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
     """Return the width along the chain and height across it, mm."""
     wide = 2e3 * float(bead.get("radius") or 0.5 * float(bead.get("size") or 0.01))
-    length = bead.get("length")
-    if length is None:
+    if bead.get("class") not in LONG:
         return wide, wide
+    length, angle = 1e3 * float(bead["length"]), float(bead.get("angle") or 0.0)
     if bead.get("axis") == "along":
-        return 1e3 * float(length), wide
-    return wide, max(wide, 1e3 * float(length) * abs(cos(float(bead.get("angle") or 0.0))))
+        return length, wide
+    return wide, max(wide, length * abs(cos(angle)))
 
 
 def _lies(bead: Mapping[str, Any]) -> bool:
     """Return whether it is a cylinder whose side is seen, not its end."""
-    return bool(bead.get("length") is not None and "axis" not in bead and abs(cos(bead.get("angle") or 0.0)) > 0.5)
+    return bool(bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5)
 
 
 def _words(bead: Mapping[str, Any]) -> str:
     """Return a bead in words: kind, size and material."""
-    material = bead.get("material")
+    material, kind = bead.get("material"), str(bead.get("class", "bead")).rpartition(".")[2]
     of = material.get("name") if isinstance(material, Mapping) else None
-    wide = f"{2e3 * float(bead['radius']):.4g} mm" if "radius" in bead else ""
-    if "inner_radius" in bead:
-        kind = f"hollow sphere, {wide}, wall {1e3 * (bead['radius'] - bead['inner_radius']):.3g} mm"
-    elif bead.get("length") is None:
-        kind = f"sphere, {wide}" if wide else str(bead.get("class", "bead"))
-    else:
-        kind = f"{'ellipsoid' if 'axis' in bead else 'cylinder'}, {wide} × {1e3 * bead['length']:.4g} mm"
-    return f"{kind}, {of}" if of else kind
+    words = [CAPITAL.sub(r" \1", kind).lower()]
+    if "radius" in bead:
+        words.append(f"{2e3 * float(bead['radius']):.4g} mm")
+    if kind in LONG:
+        words[-1] += f" × {1e3 * bead['length']:.4g} mm"
+    if kind == "HollowSphere":
+        words.append(f"wall {1e3 * (bead['radius'] - bead['inner_radius']):.3g} mm")
+    return ", ".join([*words, of] if of else words)
 
 
 def _scale_bar(drawn: Drawn, y: float) -> None:

@@ -18,7 +18,7 @@ from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, run_entries
 from hertzlink.cases.reading import Source, read_source
 from hertzlink.cases.toml import as_toml
-from hertzlink.cases.with_parts import load
+from hertzlink.cases.with_parts import load, names_of
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class Case:
         return replace(self, data=data)
 
     def to_toml(self) -> str:
-        """The text of a case file."""
-        return as_toml(self.data)
+        """The text of a case file, whose first lines name the files of parts of the user's own."""
+        return "".join(f"# --with {name}\n" for name in names_of(self.parts)) + as_toml(self.data)
 
 
 def run_once(case: Case, simulation: CoSimulation) -> xr.Dataset:

@@ -62,8 +62,8 @@ def _fault(error: ErrorDetails, data: Any) -> Fault:
         if kind == "union_tag_not_found":
             return Fault((*path, name), f"is missing; {nearest('', choices, 20)}")
         near = nearest(context["tag"], choices, 20)
-        own = "; one of your own needs --with FILE.py that describes it" if near.startswith("must") else ""
-        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {near}{own}')
+        own = "one of your own needs --with FILE.py that describes it"
+        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {near}; {own}')
     if isinstance(given, str) and path and given in _tags(_annotation_at(loc), "kind"):
         return Fault(path, f'"{given}" must be a table; write {path[-1]} = {{ kind = "{given}" }}')
     return Fault(path, f"{shown(given)} {_wrong_type(kind, context, error['msg'])}{_example(loc)}")

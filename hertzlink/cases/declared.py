@@ -1,5 +1,6 @@
 """From a described class or function to its table in a case, to the object that the table means, and back."""
 
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -142,7 +143,8 @@ def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared]
     for one in many:
         first = known.get(one.kind)
         if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
-            raise ValueError(f"{one.name} of {one.target.__module__}: hertzlink has this kind; give it another name")
+            place = getattr(sys.modules.get(one.target.__module__), "__file__", one.target.__module__)
+            raise ValueError(f"{one.name} of {place}: hertzlink has this kind; give it another name")
         known[one.kind] = one
     return [table_of(known[kind], tag, SPECIAL.get(known[kind].target, base)) for kind in sorted(known)]
 

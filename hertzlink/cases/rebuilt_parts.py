@@ -51,7 +51,9 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
     built = {table.of.called: table for table in structure_tables()}
     if not isinstance(given, Mapping) or given.get("kind") not in built:
         what = given.get("kind", "a structure of your own") if isinstance(given, Mapping) else given
-        raise refused("structure", f"{short(what)}, which no builder of structures made")
+        raise refused(
+            "structure", f"{short(what)}, which no builder of structures made; --with FILE.py brings one of your own"
+        )
     data: Data = {name: value for name, value in given.items() if value is not None}
     if "scaled_from" in data:
         raise refused("structure.scaled_from", "a scaled plate; build the plate with its own thickness and material")

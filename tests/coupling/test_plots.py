@@ -277,6 +277,16 @@ def test_setup_of_each_structure_says_what_it_is(name: str) -> None:
     assert "1 × cylinder, 4 mm × 8 mm, PTFE" in shown
 
 
+def test_setup_calls_a_bead_of_ones_own_by_its_class() -> None:
+    class LongBall(hl.Sphere):
+        """A ball whose length says nothing of its shape."""
+
+        length, axis = 0.02, "across"
+
+    shown = words(hl.plots.setup(hl.CoSimulation(hl.Chain([LongBall(5e-3, hl.PTFE)] * 2, BEAD, 0.3), None)))
+    assert "2 × long ball, 10 mm, PTFE" in shown
+
+
 def test_setup_of_two_chains_on_a_rod() -> None:
     rod = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], base="contact", elements=8)
     chain = hl.Chain([BEAD] * 3, BEAD, 0.3)
