@@ -36,14 +36,14 @@ class StructureWindows:
         if interface.boxes:
             # Gaps have work space, which runs at the same time must not share; and each run its own openings.
             return structure_piece(interface, structures, length)
-        seats = tuple(tuple(one) for one in interface.of_structure)
-        key = (*((id(one.structure), one.stepper) for one in structures), seats, length)
+        seats = tuple(tuple(seat) for seat in interface.of_structure)
+        key = (*((id(structure.structure), structure.stepper) for structure in structures), seats, length)
         if key not in self._known:
-            made = structure_piece(interface, structures, length)
+            piece = structure_piece(interface, structures, length)
             for old in list(self._known)[: -MOST_WINDOWS or None]:
                 self._known.pop(old, None)
             # With the structures: another object could get the number of one that is gone.
-            self._known[key] = [one.structure for one in structures], made
+            self._known[key] = [structure.structure for structure in structures], piece
         return self._known[key][1]
 
 
@@ -54,7 +54,7 @@ def structure_piece(interface: Interface, structures: Sequence[Any], length: flo
         gaps = gaps_piece(interface.closing, list(rows[0]), size, structures[0].window, length)
         linear, points = gaps.window.structure, gaps.window.structure.response.shape[0] - gaps.opening.size
         return gaps, compliance_of(linear, points)
-    piece = joined([one.window(length) for one in structures], list(rows), size)
+    piece = joined([structure.window(length) for structure in structures], list(rows), size)
     return piece, compliance_of(piece, size)
 
 
@@ -62,8 +62,8 @@ def compliance_of(structure: Any, contacts: int) -> Vector:
     """Return the displacement of each contact for 1 N of mean force on each over a window, K × K, m/N."""
     reads = structure.contact[:contacts]
     with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
-        found: Vector = reads @ structure.response[:contacts, : reads.shape[1]].T
-    return found
+        compliance: Vector = reads @ structure.response[:contacts, : reads.shape[1]].T
+    return compliance
 
 
 def gaps_piece(closing: Closing, seats: list[int], size: int, window: Any, length: float) -> Gaps:
@@ -99,23 +99,25 @@ class Engine:
         recorder: Any,
         adaptive: float | None = None,
         clock: Any = None,
-        known: StructureWindows | None = None,
+        windows: StructureWindows | None = None,
     ) -> None:
         self.interface, self.plan, self.recorder, self.adaptive = interface, plan, recorder, adaptive
-        rigid = adaptive is None and not any(one.size for one in interface.structures)
+        rigid = adaptive is None and not any(structure.size for structure in interface.structures)
         self.joined = plan.stride if rigid else 1
         """Windows of the plan that are one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
         self.quadratic = interface.quadratic and not rigid
         self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
         self.chains = tuple(chain.model for chain in interface.chains)
-        self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
+        self.structures = (
+            interface.structures if clock is None else [clock.watch(structure) for structure in interface.structures]
+        )
         self.finest = interface.contact_time / FINEST
         kernels: tuple[Any, Any] = loop.run_windows, adapt
         self.kernel, self.adapt_kernel = (
             kernels if clock is None else (clock.timed("compiled loop", k) for k in kernels)
         )
-        self.windows = known or StructureWindows()
+        self.windows = windows or StructureWindows()
         self._lengths: dict[float, tuple[Any, Any]] = {}
         self.trial = self.work_space()
         self.before = None if adaptive is None else self.start()

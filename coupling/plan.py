@@ -136,7 +136,7 @@ def _check_validity(interface: Interface, until: float) -> None:
 
 
 def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
-    """The longest run that a structure was made for, s; infinite where there is no limit."""
+    """Return the longest run that a structure was made for, s; infinite where there is no limit."""
     return float((structure.structure if isinstance(structure, MovingStructure) else structure).valid_until)
 
 

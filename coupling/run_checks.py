@@ -50,26 +50,26 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> None:
     """Raise a ValueError for a run of more than so many steps of beads, which names what makes them many."""
-    steps = float(sum(one.steps(until) * one.mass.size for one in chains))
+    steps = float(sum(chain.steps(until) * chain.mass.size for chain in chains))
     if steps <= most:
         return
-    losses = [one.strongest_loss[0] for one in chains if one.dt is None and _is_sudden(one)]
-    given = chains[0].dt
-    name = [*losses, f"until = {until!r}" if given is None else f"dt = {given!r}"][0]
+    losses = [chain.strongest_loss[0] for chain in chains if chain.dt is None and _is_sudden(chain)]
+    step = chains[0].dt
+    name = [*losses, f"until = {until!r}" if step is None else f"dt = {step!r}"][0]
     asked = f"give most_steps = {float(f'{1.1 * steps:.1e}'):g} if it is meant"
     raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_meant(chains, until)}")
 
 
 def _meant(chains: Sequence[MovingChain], until: float) -> str:
     """Return the question whether a record that is far too long is in another unit; empty for another one."""
-    scale = max(_there_and_back(chains), *(one.chain.excitation.duration for one in chains))
+    scale = max(_there_and_back(chains), *(chain.chain.excitation.duration for chain in chains))
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
     return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
 
 
 def _there_and_back(chains: Sequence[MovingChain]) -> float:
     """Return the time that a wave takes through the longest chain and back, s."""
-    return max(2.0 * one.transit_time + one.contact_time for one in chains)
+    return max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
 
 
 def _is_sudden(chain: MovingChain) -> bool:
@@ -80,11 +80,11 @@ def _is_sudden(chain: MovingChain) -> bool:
 def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """Return a finding for each loss so strong that its coefficient may be in another unit."""
     findings = dict[str, None]()
-    for one in chains:
-        if not _is_sudden(one):
+    for chain in chains:
+        if not _is_sudden(chain):
             continue
-        name, in_contact = one.strongest_loss
-        steps, ratio = until / one.longest_step, one.contact_time / one.damping_time
+        name, in_contact = chain.strongest_loss
+        steps, ratio = until / chain.longest_step, chain.contact_time / chain.damping_time
         if in_contact:
             words = f"1/{ratio:.0f} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
             findings[f"{name}: would stop a contact in {words}; check its unit"] = None
@@ -97,7 +97,7 @@ def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
 def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     """Return a finding before the run where it is so long that another unit may be meant."""
     once = _there_and_back(chains)
-    if until <= LONG * max(once, *(one.chain.excitation.duration for one in chains)):
+    if until <= LONG * max(once, *(chain.chain.excitation.duration for chain in chains)):
         return []
     return [
         f"until = {until:g} s: is {until / once:.2g} times the {readable(once, 's', 4)} that a "
@@ -112,8 +112,8 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
     """
     laws, findings, motions = list[str](), list[str](), frames.motions(interface)
     for chain, motion in zip(interface.chains, motions, strict=True):
-        known, deep = chain.cautions(motion.deepest)
-        laws += known
+        remarks, deep = chain.cautions(motion.deepest)
+        laws += remarks
         findings += deep
     findings += _of_energy(interface, frames)
     times = interval * np.arange(frames.rows, dtype=float)
@@ -154,33 +154,35 @@ def _is_driven(chain: MovingChain) -> bool:
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     """Return a finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
     structure, contact = frames.ledger.structure, frames.ledger.contact
-    known, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
-    work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
-    kept = np.where(np.isnan(known), work, known + damped).sum(axis=0)
-    for number, own in enumerate(frames.chains):
-        energy = own.energy
-        kept = kept + energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
+    energies, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
+    work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energies))])
+    total_energy = np.where(np.isnan(energies), work, energies + damped).sum(axis=0)
+    for number, chain_frames in enumerate(frames.chains):
+        energy = chain_frames.energy
+        total_energy = total_energy + energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
         for k in interface.of_chain[number]:
-            kept = kept + interface.static[k] * contact["surface"][k]
-    total = _worst(kept - kept[0], interface)
+            total_energy = total_energy + interface.static[k] * contact["surface"][k]
+    total = _worst(total_energy - total_energy[0], interface)
     if not total > LARGE:
         return []
     # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
-    stored = max(own.deepest.size * float(abs(own.energy["potential"]).max()) for own in frames.chains)
+    stored = max(
+        chain_frames.deepest.size * float(abs(chain_frames.energy["potential"]).max()) for chain_frames in frames.chains
+    )
     rounding = ROUNDING * stored / interface.impact_energy
     if total < LARGE + rounding:
         return [
             "energy: cannot be checked; rounding of the energy that the preload stores is up to "
             f"{100.0 * rounding:.2g} % of the impact energy"
         ]
-    exchange, stepper = contact["given"] - contact["work"], work - known - damped
+    exchange, stepper = contact["given"] - contact["work"], work - energies - damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
         "the structure's stepper, see structure_numerical_loss; take shorter windows, or the midpoint": stepper,
     }
-    found = {words: _worst(np.nan_to_num(part).sum(axis=0), interface) for words, part in parts.items()}
-    culprit = max(found, key=lambda words: found[words])
-    if found[culprit] < 0.5 * total:
+    errors = {words: _worst(np.nan_to_num(part).sum(axis=0), interface) for words, part in parts.items()}
+    culprit = max(errors, key=lambda words: errors[words])
+    if errors[culprit] < 0.5 * total:
         culprit = "the chain's steps; take a shorter dt"
     return [f"energy: the run created or lost {100.0 * total:.2g} % of the impact energy, most of it in {culprit}"]
 

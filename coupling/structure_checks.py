@@ -64,7 +64,7 @@ def check_structures(interface: Interface, motions: Sequence[Motion], highest: V
 
 
 def push_length(force: Vector, interval: float) -> float:
-    """Of the strongest push, s: 2 ∫F dt / F_max, the length of a raised cosine with its impulse and peak.
+    """Return the length of the strongest push, s: 2 ∫F dt / F_max, the length of a raised cosine with its impulse and peak.
 
     Zero where there is none. force: N, dynamic, saved every `interval` s.
     """
@@ -78,11 +78,11 @@ def push_length(force: Vector, interval: float) -> float:
 
 
 def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
-    """Of a plate or a shell that something holds; one that is free may fly off."""
+    """Yield findings on a plate or a shell that something holds; one that is free may fly off."""
     thickness = _number(origin, "thickness") or _number(_part(origin, "section"), "thickness")
     shell = origin.get("kind") == "spherical shell"
     supports = _part(origin, "supports") or {"": "free" if shell and origin.get("base") != "fixed" else "held"}
-    held = [one for one in supports.values() if one not in ("free", "symmetry")]
+    held = [support for support in supports.values() if support not in ("free", "symmetry")]
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         what, then = ("shell", "softens it") if shell else ("plate", "stiffens it")
         words = (

@@ -1,4 +1,4 @@
-"""What yielding would change of a run with elastic contacts: an estimate from a table, by Jackson and Green's law."""
+"""Yielding in a run with elastic contacts, by an estimate from a table, by Jackson and Green's law."""
 
 import csv
 from bisect import bisect_right
@@ -47,12 +47,12 @@ def yields(chains: Sequence[MovingChain], motions: Sequence[Motion], times: Vect
     Beads that take no law of contacts have motions without velocity.
     """
     worst, words = 1.0, ""
-    for number, (chain, own) in enumerate(zip(chains, motions, strict=True)):
-        ratios = overloads(chain, own.peaks)
+    for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
+        ratios = overloads(chain, motion.peaks)
         contact = int(ratios.argmax())
         if not ratios[contact] > worst:
             continue
-        change = None if own.velocity is None else _change(chain, own, times)
+        change = None if motion.velocity is None else _change(chain, motion, times)
         if change == "":
             continue
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
@@ -72,33 +72,33 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
     """
     if isinstance(chain.chain, DeformableChain) or chain.chain.law is not None:
         return None
-    law, known, forces = JacksonGreen(), dict[tuple[int, int], float](), np.full(len(chain.pairs), inf)
+    law, by_pair, forces = JacksonGreen(), dict[tuple[int, int], float](), np.full(len(chain.pairs), inf)
     for i, (pair, elastic) in enumerate(zip(chain.pairs, chain.laws, strict=True)):
         if pair is None or elastic is None:
             continue
         key = id(pair[0]), id(pair[1])
-        if key not in known:
+        if key not in by_pair:
             try:
                 contact = law.of_law(*pair, elastic)
             except ValueError:  # bodies that do not touch in a circle
                 return None
-            known[key] = inf if contact is None or contact.overlap == inf else contact.yield_force
-        forces[i] = known[key]
+            by_pair[key] = inf if contact is None or contact.overlap == inf else contact.yield_force
+        forces[i] = by_pair[key]
     return forces
 
 
-def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
+def _change(chain: MovingChain, motion: Motion, times: Vector) -> str | None:
     """Return what yielding would change, and the cure; empty where that is little, None where the law does not
     apply."""
     limits = chain.once("yield forces", lambda: _yield_forces(chain))
     if limits is None:
         return None
-    beyond, sensor = own.peaks / limits, middle_of(chain)
+    beyond, sensor = motion.peaks / limits, middle_of(chain)
     between = median(beyond[1 : sensor + 1].tolist())
     left = _estimate("force", 1.0, _within(between))
     change: str | None = ""
     if beyond[-1] > max(1.0, WALL * between):
-        change = _of_wall(chain, own, sensor, float(beyond[-1]), times) if chain.behind is None else None
+        change = _of_wall(chain, motion, sensor, float(beyond[-1]), times) if chain.behind is None else None
     elif 1.0 - left > LOST:
         change = f"the force at bead {sensor} would be about {left:.2g} times this run's, and AR would differ"
     elif beyond[0] > FEW:
@@ -106,16 +106,16 @@ def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
     return "" if change == "" else f"{change or 'its dent is left out'}; {CURE}"
 
 
-def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times: Vector) -> str | None:
+def _of_wall(chain: MovingChain, motion: Motion, sensor: int, beyond: float, times: Vector) -> str | None:
     """Return what a dent in the wall would change of the wave that returns; None where there is none.
 
     beyond: the peak force on the wall, in units of that at which it yields.
     """
-    assert own.velocity is not None
+    assert motion.velocity is not None
     # The contacts beyond the sensor, as far as they are known without a gap, show where a wave comes from.
-    contacts = [*takewhile(own.contacts.__contains__, count(sensor - 1))]
-    force = own.force[None, :, [own.contacts.index(one) for one in contacts]]
-    series = Series(force, chain.static_force[None, contacts], own.velocity[None])
+    contacts = [*takewhile(motion.contacts.__contains__, count(sensor - 1))]
+    force = motion.force[None, :, [motion.contacts.index(index) for index in contacts]]
+    series = Series(force, chain.static_force[None, contacts], motion.velocity[None])
     waves = find_waves(times, series, SMALLEST_WAVE, 2)
     if waves.found[0] < 2:
         return None
@@ -123,8 +123,8 @@ def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times:
     ratio, delay = (_estimate(what, elastic, _within(beyond)) for what in ("AR", "delay"))
     if elastic * (1.0 - ratio) < NEGLIGIBLE:
         return ""
-    way = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
-    later = hop * (delay + way * (ratio ** (-1.0 / 6.0) - 1.0))
+    travel = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
+    later = hop * (delay + travel * (ratio ** (-1.0 / 6.0) - 1.0))
     return (
         f"on a fresh spot AR at bead {sensor} would be about {elastic * ratio:.2f} ± {ERROR:g} instead of "
         f"{elastic:.2f}, and TOF {1e6 * later:.0f} µs longer"
@@ -158,5 +158,5 @@ def _between(values: list[float], value: float) -> tuple[int, float]:
 def _table(what: str) -> tuple[list[float], list[float], list[list[float]]]:
     """Return the logarithms of the forces, the elastic AR, and a row of values for each of these."""
     head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
-    rows = [[float(one) for one in line[1:]] for line in lines if line[0] == what]
-    return [log(float(one)) for one in head[2:]], [row[0] for row in rows], [row[1:] for row in rows]
+    rows = [[float(number) for number in line[1:]] for line in lines if line[0] == what]
+    return [log(float(number)) for number in head[2:]], [row[0] for row in rows], [row[1:] for row in rows]

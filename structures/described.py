@@ -161,7 +161,7 @@ def described(target: Thing) -> Thing:
 def described_as(
     what: str = "", called: str = "", also: tuple[str, ...] = (), eq: bool = True
 ) -> Callable[[Thing], Thing]:
-    """As `described`.
+    """Return `described` with settings of its own.
 
     what: the words in which messages ask for it. called: its kind in the origin of a structure. also: other kinds that
     a case file may use for it. eq: whether objects of a class with equal fields are equal, which arrays do not say.
@@ -177,7 +177,7 @@ def described_as(
 
 
 def checked_call(target: Thing) -> Thing:
-    """A function or method that checks its arguments by their annotations, and is no part that a case may name."""
+    """Return a function or method that checks its arguments by their annotations, and is no part that a case may name."""
     made: Any = _function(target)
     made.__described__ = Described(made)
     return made  # type: ignore[no-any-return]
@@ -257,7 +257,7 @@ def _same(value: Any, default: Any) -> bool:
 
 
 def _checked(name: str, value: Any, parameter: Parameter) -> Any:
-    """An argument that is what its annotation says; a ValueError otherwise."""
+    """Return an argument that is what its annotation says; raise a ValueError otherwise."""
     kind, notes = parameter.type, parameter.notes
     if parameter.members:
         if any(not noted_on and _is(value, member) for member, noted_on in parameter.members):
@@ -274,7 +274,7 @@ def _checked(name: str, value: Any, parameter: Parameter) -> Any:
 
 
 def _is(value: Any, kind: Any) -> bool:
-    """Whether a value is of a class; of a protocol nobody knows."""
+    """Return whether a value is of a class; of a protocol nobody knows."""
     return inspect.isclass(kind) and not getattr(kind, "_is_protocol", False) and isinstance(value, kind)
 
 

@@ -171,7 +171,7 @@ class Count:
     most: int = MOST
 
     def check(self, name: str, value: int) -> int:
-        """`value` as an int; a ValueError where it is no whole number, or outside of the range."""
+        """Return `value` as an int, or raise a ValueError where it is no whole number, or outside of the range."""
         return whole(name, value, self.least, self.most)
 
 

@@ -264,6 +264,6 @@ def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
 
 
 def _suitable(value: float, unit: str) -> tuple[float, str]:
-    """A unit in which the value is 0.2 or more: its size and its name."""
+    """Return a unit in which the value is 0.2 or more: its size and its name."""
     factor, name = handy([5.0 * value], unit)
     return 1.0 / factor, name

@@ -127,7 +127,7 @@ class Keeper:
                 self._refuse(structure, two)
 
     def _refuse(self, structure: Any, states: Sequence[Any]) -> None:
-        """The ValueError of a state that is no plain data: of the participant's start, or of its next state."""
+        """Raise the ValueError of a state that is no plain data: of the participant's start, or of its next state."""
         name = structure.name if isinstance(structure, CheckedParticipant) else type(structure).__name__
         for state in states:
             try:

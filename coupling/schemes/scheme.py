@@ -86,7 +86,7 @@ class Scheme(Protocol):
 
 
 def check_scheme(name: str, scheme: Any) -> None:
-    """A ValueError for what is no Scheme; it names the members that are missing or wrong."""
+    """Raise a ValueError for what is no Scheme; it names the members that are missing or wrong."""
     has_members(name, scheme, ("substeps_per_contact", *FLAGS), METHODS, "a scheme such as Condensed() or Aitken()")
     own = type(scheme).__name__
     whole(f"{own}.substeps_per_contact", scheme.substeps_per_contact)

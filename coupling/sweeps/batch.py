@@ -137,22 +137,22 @@ def batch(
     if measure is not None:
         function("measure", measure, 1, "a function of a Dataset of runs")
     family = _family(runs, structure, dt, parameters)
-    kept = kept_at(sensors, family.beads)
+    selection = kept_at(sensors, family.beads)
     if save_every is None:
         save_every = min(family.save_every, until)
     interval = positive("save_every", save_every, "s")
     if interval > until:
         raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
     rows = int(until / interval * (1.0 + 1e-9)) + 1
-    size = rows * float(len(kept.contacts) + len(kept.bodies))
+    size = rows * float(len(selection.contacts) + len(selection.bodies))
     if size * (family.number if measure is None else 1) > MOST_SAVED:
         raise ValueError(
             f"until = {until!r}, save_every = {interval!r}: {size * family.number:.3g} numbers are too many to keep; "
             "give sensors, measure, or a longer save_every"
         )
-    for one in family.known.values():
-        _plan(one, until, interval)
-    before = check_before([one.chain for one in family.known.values()], until)
+    for simulation in family.known.values():
+        _plan(simulation, until, interval)
+    before = check_before([simulation.chain for simulation in family.known.values()], until)
     warn(before)
     cores, jobs = joblib.cpu_count(), whole("jobs", jobs)
     many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
@@ -160,10 +160,10 @@ def batch(
         many = min(many, ceil(family.number / (PARTS_OF_PROCESS * jobs)))
     at_once = min(cores if jobs == 1 else 1, cores) if threads is None else min(whole("threads", threads), cores)
     begins = range(0, family.number, many)
-    parts = (_Part(family.cut(begin, begin + many), until, interval, rows, kept, before) for begin in begins)
-    found = list(_in_processes(parts, at_once, measure, min(jobs, len(begins))))
-    done = [one for _, ends in found for one in ends]
-    return _together(family, [data for data, _ in found], done, until, before)
+    parts = (_Part(family.cut(begin, begin + many), until, interval, rows, selection, before) for begin in begins)
+    outcomes = list(_in_processes(parts, at_once, measure, min(jobs, len(begins))))
+    done = [run for _, ends in outcomes for run in ends]
+    return _together(family, [data for data, _ in outcomes], done, until, before)
 
 
 def _in_processes(
@@ -185,7 +185,7 @@ def _in_processes(
 
 
 class _Done(NamedTuple):
-    """Of one run: why it failed, None where it did not, and its findings."""
+    """The end of a run: why it failed, None where it did not, and its findings."""
 
     failure: Failure | None
     findings: list[str]
@@ -204,25 +204,25 @@ class _Family(NamedTuple):
     @property
     def save_every(self) -> float:
         """The time between saved samples, s: whole windows of the run with the shortest contact."""
-        shortest = min(self.known.values(), key=lambda one: one.interface.contact_time)
+        shortest = min(self.known.values(), key=lambda simulation: simulation.interface.contact_time)
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
         return min(wanted, max(1, int(wanted / window)) * window / (SPREAD if self.build else 1.0))
 
     def cut(self, begin: int, end: int) -> "_Family":
         """Return some of the runs, one after the other."""
         values = {name: column[begin:end] for name, column in self.parameters.items()}
-        known = {i - begin: one for i, one in self.known.items() if begin <= i < end}
-        return self._replace(number=min(end, self.number) - begin, known=known, parameters=values)
+        simulations = {i - begin: simulation for i, simulation in self.known.items() if begin <= i < end}
+        return self._replace(number=min(end, self.number) - begin, known=simulations, parameters=values)
 
     def make(self, i: int) -> CoSimulation:
         """Return a run, or raise a ValueError for one that a batch does not do."""
         if self.build is None or i in self.known:
             return self.known[i]
-        made = self.build(**{name: values[i] for name, values in self.parameters.items()})
-        found = _simulation("runs(...)", made, None, None)
-        if _beads(found) != self.beads:
+        built = self.build(**{name: values[i] for name, values in self.parameters.items()})
+        simulation = _simulation("runs(...)", built, None, None)
+        if _beads(simulation) != self.beads:
             raise ValueError(f"runs(...): has another number of beads than the {self.beads} of the first run")
-        return found
+        return simulation
 
 
 def _beads(simulation: CoSimulation) -> int:
@@ -233,12 +233,12 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
     if not callable(runs):
         if parameters:
             raise ValueError(f"{', '.join(parameters)}: parameters need a function in the place of runs")
-        given = listed("runs", runs, object, "one Chain or CoSimulation or more")
-        made = [_simulation("runs", one, structure, dt) for one in given]
-        lengths = set(map(_beads, made))
+        entries = listed("runs", runs, object, "one Chain or CoSimulation or more")
+        simulations = [_simulation("runs", entry, structure, dt) for entry in entries]
+        lengths = set(map(_beads, simulations))
         if len(lengths) > 1:
             raise ValueError(f"runs: hold {sorted(lengths)} beads; must have equally many")
-        return _Family(len(made), lengths.pop(), dict(enumerate(made)), None, {})
+        return _Family(len(simulations), lengths.pop(), dict(enumerate(simulations)), None, {})
     for name, value in (("structure", structure), ("dt", dt)):
         if value is not None:
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
@@ -253,8 +253,8 @@ def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: in
     reason: Exception | None = None
     for i in range(count):
         try:
-            made = build(**{name: column[i] for name, column in values.items()})
-            return i, _simulation("runs(...)", made, None, None)
+            built = build(**{name: column[i] for name, column in values.items()})
+            return i, _simulation("runs(...)", built, None, None)
         except ENVIRONMENT_ERRORS:
             raise
         except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Part.do`
@@ -270,7 +270,7 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[s
     check_build(build, parameters, "runs", "parameters")
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
-    columns = {name: _column(name, given) for name, given in parameters.items()}
+    columns = {name: _column(name, value) for name, value in parameters.items()}
     count = count_of_runs("parameters", {name: column for name, column in columns.items() if column is not None})
     return {name: [parameters[name]] * count if column is None else column for name, column in columns.items()}
 
@@ -305,21 +305,21 @@ def _column(name: str, given: Any) -> list[Any] | None:
     return None if single else values
 
 
-def _simulation(name: str, given: Any, structure: Structure | None, dt: float | None) -> CoSimulation:
+def _simulation(name: str, run: Any, structure: Structure | None, dt: float | None) -> CoSimulation:
     """Return a run of one chain on linear structures, or raise a ValueError."""
-    if isinstance(given, Chain):
-        given = CoSimulation(given, structure, dt=dt)
+    if isinstance(run, Chain):
+        run = CoSimulation(run, structure, dt=dt)
     elif structure is not None or dt is not None:
         which = "structure" if structure is not None else "dt"
         raise ValueError(f"{which}: a CoSimulation has its own; must be None")
-    found = instance(name, given, CoSimulation, "a Chain or a CoSimulation")
-    if len(found.interface.chains) > 1:
+    simulation = instance(name, run, CoSimulation, "a Chain or a CoSimulation")
+    if len(simulation.interface.chains) > 1:
         raise ValueError(f"{name}: holds a CoSimulation of several chains; use sweep")
-    return found
+    return simulation
 
 
 def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
-    """With all checks of its times."""
+    """Return the plan of a run, with all checks of its times."""
     plan = simulation.plan(until, interval)
     if not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
@@ -368,7 +368,7 @@ def _in_threads(rows: "_Rows", numbers: Sequence[int], threads: int) -> list[_Do
 
 
 class _Rows:
-    """What is kept of the runs of a part."""
+    """The kept values of the runs of a part."""
 
     def __init__(self, part: _Part) -> None:
         self.part, self.windows, self.last = part, StructureWindows(), local()
@@ -391,7 +391,7 @@ class _Rows:
 
     def _run(self, i: int) -> list[str]:
         """Fill the row of a run; its findings."""
-        family, until, interval, _, kept, known = self.part
+        family, until, interval, _, selection, earlier = self.part
         simulation = family.make(i)
         interface = simulation.interface
         chain = interface.chains[0]
@@ -401,12 +401,13 @@ class _Rows:
         frames = self._frames(interface, plan.rows)
         Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
         findings += checked(interface, frames, plan.interval)
-        own = frames.chains[0]
-        self.force[i], self.velocity[i] = own.force[:, : len(kept.contacts)], own.velocity[:, : len(kept.bodies)]
+        saved = frames.chains[0]
+        self.force[i] = saved.force[:, : len(selection.contacts)]
+        self.velocity[i] = saved.velocity[:, : len(selection.bodies)]
         centres = chain.once("centres", lambda: chain.chain.centres)
-        self.static[i], self.centre[i] = chain.static_force[kept.contacts], centres[kept.bodies]
+        self.static[i], self.centre[i] = chain.static_force[selection.contacts], centres[selection.bodies]
         self.energy[i] = chain.chain.impact_energy
-        return [finding for finding in findings if finding not in known]
+        return [finding for finding in findings if finding not in earlier]
 
     def _frames(self, interface: Interface, rows: int) -> Frames:
         """Return the frames of a run: those of this thread's last one if that had the same chain but for its speed."""
@@ -427,52 +428,54 @@ class _Rows:
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
             "impact_energy": ("run", self.energy, {"units": "J"}),
         }
-        family, kept, interval = self.part.family, self.part.kept, self.part.interval
+        family, selection, interval = self.part.family, self.part.kept, self.part.interval
         coordinates |= {name: ("run", axis_labels(values)) for name, values in family.parameters.items()}
-        return forces_of_runs(kept, interval, self.force, self.velocity, coordinates).assign_attrs(beads=family.beads)
+        return forces_of_runs(selection, interval, self.force, self.velocity, coordinates).assign_attrs(
+            beads=family.beads
+        )
 
 
 def forces_of_runs(
-    kept: Kept, interval: float, force: Vector, velocity: Vector, coordinates: dict[str, Any]
+    selection: Kept, interval: float, force: Vector, velocity: Vector, coordinates: dict[str, Any]
 ) -> xr.Dataset:
     """Return the forces and velocities, runs × times × contacts or beads, as a Dataset. interval: between saved times,
     s."""
-    own: dict[str, Any] = {
+    measures: dict[str, Any] = {
         "time": ("time", interval * np.arange(float(force.shape[1])), {"units": "s"}),
-        "bead": ("bead", kept.bodies),
-        "contact": ("contact", [one + 1 for one in kept.contacts]),
+        "bead": ("bead", selection.bodies),
+        "contact": ("contact", [index + 1 for index in selection.contacts]),
     }
     data = {
         "contact_force": variable("contact_force", force.swapaxes(0, 1), "run"),
         "velocity": variable("velocity", velocity.swapaxes(0, 1), "run"),
     }
-    return xr.Dataset(data, own | coordinates).transpose("run", "time", ...)
+    return xr.Dataset(data, measures | coordinates).transpose("run", "time", ...)
 
 
 def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:
-    kept = measure(data)
-    if isinstance(kept, xr.DataArray):
-        kept = kept.to_dataset(name=kept.name or "measure")
-    found = instance("measure(runs)", kept, xr.Dataset, "a Dataset or a DataArray")
-    if found.sizes.get("run") != data.sizes["run"]:
-        raise ValueError(f"measure(runs): has the dimensions {dict(found.sizes)}; must keep run: {data.sizes['run']}")
-    return found
+    measured = measure(data)
+    if isinstance(measured, xr.DataArray):
+        measured = measured.to_dataset(name=measured.name or "measure")
+    result = instance("measure(runs)", measured, xr.Dataset, "a Dataset or a DataArray")
+    if result.sizes.get("run") != data.sizes["run"]:
+        raise ValueError(f"measure(runs): has the dimensions {dict(result.sizes)}; must keep run: {data.sizes['run']}")
+    return result
 
 
 def _together(
     family: _Family, parts: list[xr.Dataset], done: list[_Done], until: float, before: list[str]
 ) -> xr.Dataset:
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
-    given = {"first": next(iter(family.known.values())).describe(), "count": family.number, "until": until}
-    findings = gathered({f"run {i}": one.findings for i, one in enumerate(done) if one.findings}, len(done), "runs")
-    reasons = [str(one.failure or "") for one in done]
-    return finished("batch", data, reasons, given, before, findings)
+    inputs = {"first": next(iter(family.known.values())).describe(), "count": family.number, "until": until}
+    findings = gathered({f"run {i}": run.findings for i, run in enumerate(done) if run.findings}, len(done), "runs")
+    reasons = [str(run.failure or "") for run in done]
+    return finished("batch", data, reasons, inputs, before, findings)
 
 
 def finished(
-    what: str, data: xr.Dataset, reasons: list[str], given: dict[str, Any], before: list[str], findings: Sequence[str]
+    what: str, data: xr.Dataset, reasons: list[str], inputs: dict[str, Any], before: list[str], findings: Sequence[str]
 ) -> xr.Dataset:
-    """Return Dataset of runs with why each failed, what was given, and findings; raise a RuntimeError where all failed.
+    """Return Dataset of runs with why each failed, the input, and findings; raise a RuntimeError where all failed.
 
     what: the function that did them. before: findings of which the user was warned already.
     """
@@ -484,4 +487,4 @@ def finished(
         of = count_of(len(reasons), "run")
         findings = [*findings, f"{what}: {failed} of {of} failed, see the variable error"]
     warn(findings)
-    return with_warnings(data.assign_attrs(provenance({what: given})), [*before, *findings])
+    return with_warnings(data.assign_attrs(provenance({what: inputs})), [*before, *findings])
