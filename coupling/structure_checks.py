@@ -64,7 +64,7 @@ def check_structures(interface: Interface, motions: Sequence[Motion], highest: V
 
 
 def push_length(force: Vector, interval: float) -> float:
-    """Return the length of the strongest push, s: 2 ∫F dt / F_max, the length of a raised cosine with its impulse and peak.
+    """Return the length of the strongest push, s: 2 ∫F dt / F_max, as of a raised cosine with its impulse and peak.
 
     Zero where there is none. force: N, dynamic, saved every `interval` s.
     """

@@ -1,4 +1,4 @@
-"""What users get of public functions and classes: hints for wrong arguments, and signatures that can be read."""
+"""Wrappers of public functions and classes: hints for wrong arguments, and signatures that can be read."""
 
 import inspect
 import re
@@ -18,7 +18,7 @@ LINE = 80
 
 
 def for_users(value: Any, name: str, package: str = "hertzlink") -> Any:
-    """What a user gets: of a public function a wrapper that names a right argument, all else as it is.
+    """Return what a user gets: of a public function a wrapper that names a right argument, all else as it is.
 
     Classes name a right argument too, also those of what functions return. The packages call their functions without
     the wrapper.
@@ -82,7 +82,7 @@ class ShortSignature(inspect.Signature):
 
     @classmethod
     def of(cls, function: Any) -> "ShortSignature":
-        """That of a function, with its real annotations."""
+        """Return that of a function, with its real annotations."""
         signature = inspect.signature(function)
         parameters = [p.replace(annotation=without_notes(p.annotation)) for p in signature.parameters.values()]
         return cls(parameters, return_annotation=signature.return_annotation)
@@ -100,13 +100,13 @@ class ShortSignature(inspect.Signature):
         return line if len(line) <= LINE else f"(\n    {f',{chr(10)}    '.join(parts)},\n){result}"
 
     def format(self, **_: Any) -> str:
-        """What Python 3.13 and later call instead of str."""
+        """Return what Python 3.13 and later call instead of str."""
         return str(self)
 
 
 @cache
 def _expanded() -> dict[str, str]:
-    """Short names of types that Python writes out in full, up to 200 columns each, without modules."""
+    """Return the short names of types that Python writes out in full, up to 200 columns each, without modules."""
     from numpy.typing import ArrayLike
 
     from coupling.interface import Facing
@@ -119,7 +119,7 @@ def _expanded() -> dict[str, str]:
 
 
 def short(text: str) -> str:
-    """Types in a text without modules and with short names."""
+    """Return the types in a text without modules and with short names."""
     text = _without_modules(re.sub(r"<(?:class|function) '?([\w.]+)'?(?: at 0x\w+)?>", r"\1", text))
     for expanded, name in _expanded().items():
         text = text.replace(f"Union[{expanded}]", name).replace(expanded, name)

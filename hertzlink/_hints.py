@@ -70,7 +70,7 @@ CONVERTED = {
 
 
 def meant(word: object, names: Collection[str], others: Mapping[str, str] = OTHER_WORDS) -> list[str]:
-    """The names that a wrong guess may mean: another word for one, a misspelt one, or a part of one."""
+    """Return the names that a wrong guess may mean: another word for one, a misspelt one, or a part of one."""
     guess = str(word).lower()
     for name, words in others.items():
         if name in names and name.lower() != guess and guess in words.split():
@@ -91,7 +91,7 @@ def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
 
 
 def hinting(function: Callable[..., Any], name: str, method: bool = False) -> Callable[..., Any]:
-    """The function, which names the right argument where it is called with a wrong one.
+    """Return the function, which names the right argument where it is called with a wrong one.
 
     name: what a user types. method: its first argument is the object or the class.
     """
@@ -110,7 +110,7 @@ def hinting(function: Callable[..., Any], name: str, method: bool = False) -> Ca
 
 
 def misfit(function: Callable[..., Any], name: str, method: bool, arguments: Any, named: dict[str, Any]) -> str:
-    """What is wrong with the arguments of a call; empty if nothing is."""
+    """Return what is wrong with the arguments of a call; empty if nothing is."""
     parameters = list(inspect.signature(function).parameters.values())[method:]
     names = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
     takes_any = any(p.kind is p.VAR_KEYWORD for p in parameters)
@@ -173,7 +173,7 @@ ELSEWHERE |= dict.fromkeys(("load_case", "open_case", "case", "run_case", "from_
 
 
 def missing(name: str, space: str = "") -> Exception:
-    """The error for a name that hertzlink, or a namespace of it, does not have.
+    """Return the error for a name that hertzlink, or a namespace of it, does not have.
 
     `from hertzlink import name` replaces an AttributeError by an ImportError without its message, so it gets an
     ImportError; unless a module of this name can still be imported.
@@ -187,7 +187,7 @@ def missing(name: str, space: str = "") -> Exception:
 
 
 def _hint(name: str, space: str) -> str:
-    """What is meant by a name, or the nearest one; upper and lower case count the same."""
+    """Return what is meant by a name, or the nearest one; upper and lower case count the same."""
     if name.startswith("_"):
         return ""
     inner = meant(name, namespaces()[space], {}) if space else []

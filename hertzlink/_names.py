@@ -8,7 +8,7 @@ HOME = Path(__file__).parent
 
 
 def listed_in(file: Path) -> dict[str, str]:
-    """The names that a file imports or assigns, each with the module from which it is imported."""
+    """Return the names that a file imports or assigns, each with the module from which it is imported."""
     names = dict[str, str]()
     for line in ast.parse(file.read_text("utf-8")).body:
         if isinstance(line, ast.ImportFrom):
@@ -23,5 +23,5 @@ PUBLIC = listed_in(HOME / "__init__.pyi")
 
 @cache
 def namespaces() -> dict[str, list[str]]:
-    """The public names of each namespace, as hertzlink.laws."""
+    """Return the public names of each namespace, as hertzlink.laws."""
     return {name: [*listed_in(HOME / f"{name}.py")] for name, module in PUBLIC.items() if module == "hertzlink"}

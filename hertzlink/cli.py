@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _in_words(error: OSError) -> str:
-    """What could not be used, and why, without the number of the error."""
+    """Return what could not be used, and why, without the number of the error."""
     if error.strerror is None:
         return str(error)
     # What is printed has no name; a full disk under a file of results does, see `whole_folder`.

@@ -56,7 +56,7 @@ def _check_place(folder: Path, full_path: Path, force: bool) -> None:
 
 
 def _own_files(folder: Path) -> Callable[[Path], bool]:
-    """Whether an earlier study wrote a file of the folder, and nobody changed it since."""
+    """Return whether an earlier study wrote a file of the folder, and nobody changed it since."""
     sums: dict[str, str] = {}
     if (folder / LISTING).is_file() and not (folder / LISTING).is_symlink():
         lines = (folder / LISTING).read_text(encoding="utf-8", errors="replace").splitlines()

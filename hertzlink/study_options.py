@@ -17,7 +17,7 @@ from the thesis, the table has no column of the thesis, and table, figures and n
 
 
 def folder_options(default: str) -> tuple[click.Parameter, ...]:
-    """Where a study's results go, and in which format its figures. default: the folder, in words."""
+    """Return where a study's results go, and in which format its figures. default: the folder, in words."""
     words = f"Folder for the results; by default {default}."
     formats = click.Choice(list(FORMATS))
     return (
@@ -28,7 +28,7 @@ def folder_options(default: str) -> tuple[click.Parameter, ...]:
 
 
 def common_options() -> list[click.Parameter]:
-    """The options of every study."""
+    """Return the options of every study."""
     output, force, form = folder_options("named as the study")
     quick = click.Option(["--quick"], is_flag=True, help="A coarse version that runs in seconds.")
     words = "Number of processes; by default a suitable number."
@@ -49,15 +49,15 @@ class Studies(click.Group):
         self.run = run
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the studies."""
+        """Return the names of the studies."""
         return list(STUDIES)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of one study; its module is loaded here."""
+        """Return the command of one study; its module is loaded here."""
         return StudyCommand(cmd_name, self.run) if cmd_name in STUDIES else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The studies with what they show, without loading them."""
+        """List the studies with what they show, without loading them."""
         with formatter.section("Studies"):
             formatter.write_dl([(name, entry.about) for name, entry in STUDIES.items()])
         formatter.write_paragraph()
@@ -75,7 +75,7 @@ class Studies(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command, or a message with the nearest names."""
+        """Return the command, or a message with the nearest names."""
         if args[0] not in STUDIES and not ctx.resilient_parsing:
             meant = did_you_mean(args[0], STUDIES, str) or f"there are {', '.join(STUDIES)}"
             raise click.UsageError(f"study {args[0]!r} is not one of the studies; {meant}")
@@ -93,7 +93,7 @@ class StudyCommand(click.Command):
         self._study = run
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """An option that does not exist leads to a message with the parameters of the study."""
+        """Return an option that does not exist leads to a message with the parameters of the study."""
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
@@ -110,7 +110,7 @@ class StudyCommand(click.Command):
         self._study(str(self.name), quick, output, force, jobs, form, stated)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The study's own parameters, with unit and default, then the options of all studies."""
+        """List the study's own parameters, with unit and default, then the options of all studies."""
         if self.own:
             with formatter.section("Parameters of this study"):
                 formatter.write_dl([_line(self.conditions, name, option) for name, option in self.own.items()])

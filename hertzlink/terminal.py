@@ -1,4 +1,4 @@
-"""What commands print: lines that fit the terminal, and one line for each message where output is redirected."""
+"""Output of commands: lines that fit the terminal, and one line for each message where output is redirected."""
 
 import logging
 import os
@@ -29,9 +29,8 @@ PLAIN_FORMAT = warnings.formatwarning
 
 
 def wrapped(text: str, stream: IO[str]) -> str:
-    """A message as lines that fit, if the stream is a terminal; paths of the command are not broken, so that they can
-    be copied.
-    """
+    """Return a message as lines that fit, if the stream is a terminal; paths of the command are not broken, so that
+    they can be copied."""
     text, width = printable(text), _columns(stream) if stream.isatty() else 0
     if not width:
         return text
@@ -46,7 +45,7 @@ def wrapped(text: str, stream: IO[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """The text with what is no letter as Python writes it: a file may hold what a terminal takes for a command."""
+    """Return text with what is no letter as Python writes it: a file may hold what a terminal takes for a command."""
     return "".join(
         character if character.isprintable() or character in "\n\t" else character.encode("unicode_escape").decode()
         for character in text
@@ -54,7 +53,7 @@ def printable(text: str) -> str:
 
 
 def _columns(stream: IO[str]) -> int:
-    """The width of a terminal; COLUMNS, where it is set, comes first."""
+    """Return the width of a terminal; COLUMNS, where it is set, comes first."""
     with suppress(ValueError):
         if (given := int(os.environ.get("COLUMNS", ""))) > 0:
             return given
@@ -65,7 +64,7 @@ def _columns(stream: IO[str]) -> int:
 
 
 def _paths() -> list[str]:
-    """What may be a path with blanks in a message: the current folder, and the words of the command."""
+    """Return what may be a path with blanks in a message: the current folder, and the words of the command."""
     folders = [word for word in sys.argv[1:] if not word.startswith("-")]
     with suppress(OSError):
         folders.append(str(Path.cwd()))
@@ -96,7 +95,7 @@ class LogFormat(logging.Formatter):
     """hertzlink's own lines look like its other messages; those of other packages carry their own name."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """One record."""
+        """Return one record."""
         is_ours = record.name.partition(".")[0] == NAME
         return wrapped(f"{NAME if is_ours else record.name}: {super().format(record)}", sys.stderr)
 
@@ -116,7 +115,7 @@ def set_up() -> None:
 def _format_warning(
     message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
 ) -> str:
-    """A HertzlinkWarning without the line of code, which the user of a command did not write."""
+    """Return a HertzlinkWarning without the line of code, which the user of a command did not write."""
     if issubclass(category, HertzlinkWarning):
         return wrapped(f"{NAME}: warning: {' '.join(str(message).split())}", sys.stderr) + "\n"
     return PLAIN_FORMAT(message, category, filename, lineno, line)

@@ -32,7 +32,7 @@ class PositiveDefinite:
     size: int
 
     def check(self, name: str, value: object) -> Vector:
-        """The matrix as an array; a ValueError for anything else."""
+        """Return the matrix as an array; raise a ValueError for anything else."""
         try:
             matrix = np.asarray(value, dtype=float)
         except (TypeError, ValueError):

@@ -177,7 +177,7 @@ def described_as(
 
 
 def checked_call(target: Thing) -> Thing:
-    """Return a function or method that checks its arguments by their annotations, and is no part that a case may name."""
+    """Return a function or method that checks its arguments by their annotations, and is no part of a case."""
     made: Any = _function(target)
     made.__described__ = Described(made)
     return made  # type: ignore[no-any-return]

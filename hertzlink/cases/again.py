@@ -1,4 +1,4 @@
-"""From a file of results back to the case that it came from, and the command that repeats it."""
+"""The way from a file of results back to the case that it came from, and the command that repeats it."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ TRACE = "trace"
 
 
 def case_again(file: Path) -> tuple[str, str]:
-    """The text of the case of a result, and the name of the signal's file where the case was identified from one.
+    """Return text of the case of a result, and the name of the signal's file where the case was identified from one.
 
     A ValueError that says in one line what else the file holds.
     """

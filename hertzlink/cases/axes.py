@@ -52,11 +52,11 @@ class Axis:
 
     @property
     def is_number(self) -> bool:
-        """Whether the values are numbers."""
+        """True if the values are numbers."""
         return all(isinstance(one, int | float) for one in self.values)
 
     def shown(self, value: Any) -> str:
-        """A value in the unit of tables."""
+        """Return a value in the unit of tables."""
         if not isinstance(value, int | float):
             return str(value)
         return f"{value / self.size:.6g}" if self.unit else f"{value:.6g}"
@@ -69,7 +69,7 @@ class Axis:
 
 
 def axes_of(case: Case) -> list[Axis]:
-    """The axes of the section [sweep], those of the structure first: runs that share it share a process."""
+    """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
     given = case.model.sweep or {}
     axes: list[Axis] = []
     for key, entry in given.items():
@@ -86,7 +86,7 @@ def axes_of(case: Case) -> list[Axis]:
 
 
 def path_of(key: str, place: Path) -> Path:
-    """The path that a key names; a Fault at its place."""
+    """Return the path that a key names; a Fault at its place."""
     try:
         path = parsed(key)
     except ValueError as error:
@@ -97,7 +97,7 @@ def path_of(key: str, place: Path) -> Path:
 
 
 def si_value(case: Case, path: Path, given: Any, place: Path) -> Any:
-    """The value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
+    """Return the value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
     if not isinstance(given, int | float | str) or isinstance(given, bool):
         raise Fault(place, f"{shown(given)} must be a number or a text")
     changed = case.changed({})
@@ -113,7 +113,7 @@ def si_value(case: Case, path: Path, given: Any, place: Path) -> Any:
 
 
 def unit_at(case: Case, path: Path, value: Any, texts: Iterable[Any]) -> tuple[str, float, str]:
-    """The unit that a user wrote, or that of the entry; its size in SI units; and the SI unit."""
+    """Return the unit that a user wrote, or that of the entry; its size in SI units; and the SI unit."""
     changed = case.changed({})
     put(changed.data, path, value)
     at: Any = checked(changed.data)
@@ -141,7 +141,7 @@ def _values(case: Case, path: Path, key: str, given: list[Any]) -> list[Any]:
 
 
 def _steps(case: Case, path: Path, key: str, given: Steps) -> list[Any]:
-    """Evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
+    """Return evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
     if (given.step is None) == (given.count is None):
         raise Fault(("sweep", key), 'needs a step, such as step = "10 mm", or else a count')
     ends = {name: si_value(case, path, one, ("sweep", key, name)) for name, one in
@@ -169,7 +169,7 @@ def _steps(case: Case, path: Path, key: str, given: Steps) -> list[Any]:
 
 
 def words_of(case: Case, path: Path) -> str:
-    """The entry at a path in words, such as "layer 2 Young's modulus"."""
+    """Return the entry at a path in words, such as "layer 2 Young's modulus"."""
     rectangle = "at" in path and isinstance(value_at(case.model, path[: path.index("at")]), RectanglePlate)
     words = [] if path[0] in ("chain", "structure", "measure") else [str(path[0])]
     for before, part in pairwise(path):
@@ -183,7 +183,7 @@ def words_of(case: Case, path: Path) -> str:
 
 
 def _label(path: Path) -> str:
-    """The last part of a path, as a word."""
+    """Return the last part of a path, as a word."""
     last = path[-1]
     if path[-2:-1] == ("at",) and last in (0, 1):
         return "xy"[int(last)]
@@ -191,7 +191,7 @@ def _label(path: Path) -> str:
 
 
 def _name(path: Path, earlier: Iterable[Axis]) -> str:
-    """A short name for an axis, which no other has."""
+    """Return a short name for an axis, which no other has."""
     name = _label(path)
     if name in OWN_NAMES or name in {one.name for one in earlier}:
         return re.sub(r"\W+", "_", written(path)).strip("_")

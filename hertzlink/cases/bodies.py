@@ -41,11 +41,11 @@ class Damping(Part):
 
     @property
     def is_early(self) -> bool:
-        """Whether it acts on the structure before that is reduced."""
+        """True if it acts on the structure before that is reduced."""
         return self.early
 
     def damped(self, structure: Structure) -> Structure:
-        """The structure with this damping."""
+        """Return the structure with this damping."""
         raise NotImplementedError
 
 
@@ -115,7 +115,7 @@ class Stepping(Part):
     makes: ClassVar[Any]
 
     def make(self, world: World) -> Any:
-        """The name of a stepper, or a function of a structure and a window."""
+        """Return the name of a stepper, or a function of a structure and a window."""
         given = self.given("kind")
         return partial(self.makes, **given) if given else str(getattr(self, "kind")).replace("_", "-")  # noqa: B009
 
@@ -184,7 +184,7 @@ class Body(Part):
         raise NotImplementedError
 
     def in_time(self, structure: Structure) -> Any:
-        """What moves in a run: the structure, or the participant that its gaps or its stepper make of it."""
+        """Return what moves in a run: the structure, or the participant that its gaps or its stepper make of it."""
         return structure
 
 
@@ -206,7 +206,7 @@ class Built(Declared, Body):
 
     @classmethod
     def entries(cls, given: Mapping[str, Any]) -> Data:
-        """The entries from the origin of a structure; a ValueError for what no case can hold."""
+        """Return the entries from the origin of a structure; raise a ValueError for what no case can hold."""
         if "opening" in given:
             raise refused("structure.opening", "gaps that are neither cracks of a rod nor delaminations of a plate")
         return fields_of(given, cls.of, "structure")
@@ -284,7 +284,7 @@ SPECIAL.update({rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid})
 
 
 def structure_tables() -> list[type[Built]]:
-    """The tables of all structures that are described."""
+    """Return the tables of all structures that are described."""
     # A function that changes a structure builds none.
     made = [*of_family(Structure), *of_family(Plate)]
     built = [one for one in made if all(of.type is not Structure for of in one.parameters.values())]

@@ -1,4 +1,4 @@
-"""From a checked case to objects of hertzlink's."""
+"""The way from a checked case to objects of hertzlink's."""
 
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ _KEPT: OrderedDict[str, Any] = OrderedDict()
 
 
 def world_of(model: CaseModel, folder: File) -> World:
-    """The materials, the folder and the record of a case."""
+    """Return the materials, the folder and the record of a case."""
     own: dict[str, Material] = {}
     sheets: dict[str, OrthotropicMaterial] = {}
     for name, one in model.materials.items():
@@ -42,7 +42,7 @@ def world_of(model: CaseModel, folder: File) -> World:
 def simulation_of(
     model: CaseModel, folder: File, structures: Mapping[str, Structure | None] | None = None
 ) -> CoSimulation:
-    """The co-simulation of a case. structures: those that are known already, by "structure" and "behind"."""
+    """Return the co-simulation of a case. structures: those that are known already, by "structure" and "behind"."""
     world = world_of(model, folder)
     known = dict(structures or {})
     many = isinstance(model.chain, list)
@@ -72,7 +72,7 @@ class Bodies:
             raise Fault(("behind",), "belongs to one [chain] on one [structure]; else give the chain behind = {...}")
 
     def facing(self, number: int, path: Path) -> Any:
-        """What the last bead of a chain faces."""
+        """Return what the last bead of a chain faces."""
         chain, count = self._model.chains[number], len(self._model.chains)
         if chain.on is not None:
             return self._seat(chain.on, (*path, "on"))
@@ -88,7 +88,7 @@ class Bodies:
         return self._at(own, number if shared else 0, (*path, "on"))
 
     def behind(self, number: int, path: Path) -> Any:
-        """What the first bead of a chain faces with its struck side."""
+        """Return what the first bead of a chain faces with its struck side."""
         chain = self._model.chains[number]
         if chain.behind is not None:
             if self._model.behind is not None:
@@ -122,7 +122,7 @@ class Bodies:
 
 
 def _fault(message: str, model: CaseModel) -> Fault:
-    """What a message of CoSimulation is about; of the chain, where it names nothing else."""
+    """Return what a message of CoSimulation is about; of the chain, where it names nothing else."""
     sections: dict[str, Path] = {name: (name,) for name in ("structure", "behind")}
     chain: dict[str, Path] = {name: ("chain", name) for name in type(model.chains[0]).model_fields}
     fault = fault_of(message, {**sections, **chain, **run_entries()})
@@ -130,7 +130,7 @@ def _fault(message: str, model: CaseModel) -> Fault:
 
 
 def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
-    """The structure, reduced where it is large; the last ones are kept."""
+    """Return the structure, reduced where it is large; the last ones are kept."""
     own = sorted(world.materials.items()), sorted(world.sheets.items())
     # Two equal structures of one case are two bodies.
     key = "\n".join(map(repr, (path, body, run.until, run.reduce, own)))
@@ -181,7 +181,7 @@ def _damped(damping: Any, structure: Structure, path: Path) -> Structure:
 
 
 def reduced(structure: Structure, run: RunPart, path: Path) -> Structure:
-    """The structure as `[run] reduce` wants it; small ones stay as they are."""
+    """Return the structure as `[run] reduce` wants it; small ones stay as they are."""
     if run.reduce is False or is_unmeshed() or not structure.size:
         return structure
     settings = run.reduce.given("until") if isinstance(run.reduce, Reduction) else {}

@@ -55,7 +55,7 @@ class Case:
         return self.model.run.until
 
     def simulation(self) -> CoSimulation:
-        """The co-simulation; a ValueError that names the entry which is refused."""
+        """Return the co-simulation; raise a ValueError that names the entry which is refused."""
         return simulation_of(self.model, self.folder)
 
     def run(self) -> xr.Dataset:
@@ -63,7 +63,7 @@ class Case:
         return run_once(self, self.simulation())
 
     def changed(self, changes: Mapping[str, Any]) -> "Case":
-        """The same case with other values, by their paths: {"structure.thickness": "1 mm"}."""
+        """Return the same case with other values, by their paths: {"structure.thickness": "1 mm"}."""
         data = deepcopy(self.data)
         for name, value in changes.items():
             put(data, parsed(name), deepcopy(value))
@@ -83,7 +83,7 @@ def run_once(case: Case, simulation: CoSimulation) -> xr.Dataset:
 
 @contextmanager
 def of_run() -> Iterator[None]:
-    """Messages that name an entry of the section [run] become its Faults."""
+    """Turn messages that name an entry of the section [run] into its Faults."""
     try:
         yield
     except ValueError as error:
@@ -94,7 +94,7 @@ def of_run() -> Iterator[None]:
 
 
 def read(path: str | File, changes: Iterable[str] = (), parts: tuple[File, ...] = ()) -> tuple[Case, Source]:
-    """A case from a file, with changes of the form path=value, and where its entries stand.
+    """Return a case from a file, with changes of the form path=value, and where its entries stand.
 
     parts: files of Python that describe parts which the case uses; their code runs.
     """

@@ -47,7 +47,7 @@ SPECIAL[SpringLoaded] = Spring
 
 
 def chain_table() -> type["ChainPart"]:
-    """The table of a chain with all parts that are described."""
+    """Return the table of a chain with all parts that are described."""
     bead: Any = union_of(Bead)
     laws = union([*tables_of([*members(ContactLaw), *members(YieldingLaw)]), NumericalLaw])
     known = ChainPart.model_fields

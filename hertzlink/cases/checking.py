@@ -1,4 +1,4 @@
-"""From data to a checked case, or to a fault in plain words."""
+"""The way from data to a checked case, or to a fault in plain words."""
 
 from collections.abc import Mapping, Sequence
 from types import NoneType, UnionType
@@ -23,7 +23,7 @@ FIRST = ("extra_forbidden", "case", "form")
 
 
 def checked(data: Mapping[str, Any]) -> CaseModel:
-    """The case that data mean; a Fault for the first entry that is wrong."""
+    """Return the case that data mean; a Fault for the first entry that is wrong."""
     own = data.get("materials")
     try:
         return case_model().model_validate(data, context={"materials": own if isinstance(own, dict) else {}})
@@ -33,7 +33,7 @@ def checked(data: Mapping[str, Any]) -> CaseModel:
 
 
 def value_at(model: Any, path: Path) -> Any:
-    """The checked value at a path: numbers are SI."""
+    """Return the checked value at a path: numbers are SI."""
     for part in path:
         model = model[part] if isinstance(part, int) or isinstance(model, dict) else getattr(model, part)
     return model
@@ -90,7 +90,7 @@ def _wrong_type(kind: str, context: Mapping[str, Any], message: str) -> str:
 
 
 def _path(loc: Sequence[str | int], data: Any, keep_last: bool) -> Path:
-    """The path of an entry, without the names that pydantic gives to the members of a union."""
+    """Return the path of an entry, without the names that pydantic gives to the members of a union."""
     found: list[str | int] = []
     for i, part in enumerate(loc):
         inside = part in data if isinstance(data, dict) else isinstance(data, list) and isinstance(part, int)
@@ -109,7 +109,7 @@ def _hint(loc: Sequence[str | int]) -> str:
 
 
 def _example(loc: Sequence[str | int]) -> str:
-    """What would be right, of the nearest entry around a place that says it."""
+    """Return what would be right, of the nearest entry around a place that says it."""
     for end in range(len(loc), max(0, len(loc) - 3), -1):
         if isinstance(loc[end - 1], str) and (hint := _hint(loc[:end])) != "give it":
             return f"; {hint}"
@@ -117,7 +117,7 @@ def _example(loc: Sequence[str | int]) -> str:
 
 
 def _type_at(loc: Sequence[str | int]) -> type[BaseModel] | None:
-    """The model of the table at a place of pydantic's."""
+    """Return the model of the table at a place of pydantic's."""
     found = _plain(_annotation_at(loc))
     return found if isinstance(found, type) and issubclass(found, BaseModel) else None
 
@@ -130,7 +130,7 @@ def _annotation_at(loc: Sequence[str | int]) -> Any:
 
 
 def _plain(annotation: Any) -> Any:
-    """An annotation without what is noted on it, and without None."""
+    """Return an annotation without what is noted on it, and without None."""
     while True:
         if get_origin(annotation) is Annotated:
             annotation = get_args(annotation)[0]
@@ -144,7 +144,7 @@ def _plain(annotation: Any) -> Any:
 
 
 def _members(annotation: Any) -> list[Any]:
-    """The members of a union of unions."""
+    """Return the members of a union of unions."""
     plain = _plain(annotation)
     if get_origin(plain) not in (Union, UnionType):
         return [annotation]
@@ -174,7 +174,7 @@ def _inner(annotation: Any, part: str | int) -> Any:
 
 
 def _kinds(model: Any) -> list[str]:
-    """The kinds, or shapes, that a model stands for."""
+    """Return the kinds, or shapes, that a model stands for."""
     fields = getattr(model, "model_fields", {})
     return [word for name in KINDS if name in fields for word in get_args(fields[name].annotation)]
 

@@ -1,4 +1,4 @@
-"""From a described class or function to its table in a case, to the object that the table means, and back."""
+"""The way from a described class or function to its table in a case, to the object that the table means, and back."""
 
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -36,7 +36,7 @@ MOST_BEADS = 100_000
 
 @dataclass(frozen=True)
 class Form:
-    """How a value stands in a case: the type of its entry, the argument that an entry means, and the entry of one.
+    """The form of a value in a case: the type of its entry, the argument that an entry means, and the entry of one.
 
     build takes the entry, the case around it and its path; plain the argument as results hold it and its path.
     """
@@ -79,7 +79,7 @@ class Declared(Part):
         return self.of.target(**self.arguments(world))
 
     def arguments(self, world: World) -> Data:
-        """The arguments that the entries mean."""
+        """Return the arguments that the entries mean."""
         given = self.given()
         if isinstance(self, Round):
             given["radius"] = self.its_radius()
@@ -97,7 +97,8 @@ class Counted(Declared):
 
 @cache
 def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> type[Part]:
-    """The model of the table. tag: the entry that says what it is, "kind" or "shape"; base: what it has in addition."""
+    """Return the model of the table. tag: the entry that says what it is, "kind" or "shape"; base: what it has in
+    addition."""
     fields: dict[str, Any] = {tag: (Literal[(of.kind, *of.also)], ...)} if tag else {}
     hidden = {*base.model_fields, *base.without} - {*base.optional}
     fields |= {name: field_of(one) for name, one in of.parameters.items() if name not in hidden}
@@ -115,7 +116,7 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
 
 
 def members(family: type) -> list[Described]:
-    """What is described and may stand where one of a family is asked for."""
+    """Return what is described and may stand where one of a family is asked for."""
     if family not in ANY_CLASS:
         return list(of_family(family))
     classes = [one for one in registered() if isclass(one.target)]
@@ -123,18 +124,19 @@ def members(family: type) -> list[Described]:
 
 
 def union_of(*families: type) -> Any:
-    """The type of an entry that holds one of some families with the same tag."""
+    """Return the type of an entry that holds one of some families with the same tag."""
     tag, base = TAGS.get(families[0], "kind"), Counted if Bead in families else Declared
     return union(tables_of([one for family in families for one in members(family)], tag, base), tag)
 
 
 def union(tables: Iterable[type[Part]], tag: str = "kind") -> Any:
-    """The type of an entry that holds one of some tables, and says by its tag which."""
+    """Return the type of an entry that holds one of some tables, and says by its tag which."""
     return Annotated[Union[tuple(tables)], Discriminator(tag)]  # noqa: UP007
 
 
 def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared] = Declared) -> list[type[Part]]:
-    """The models of parts that stand at one place; a ValueError where a user's has the kind of one of hertzlink's.
+    """Return the models of parts that stand at one place; raise a ValueError where a user's has the kind of one of
+    hertzlink's.
 
     Of two parts of the same kind that a user described the last one counts. base: what the tables have in addition,
     other than those that SPECIAL names.
@@ -150,7 +152,7 @@ def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared]
 
 
 def data_of(given: Any, path: str, *families: type) -> Data:
-    """The table of an object that results hold by its class and fields; a ValueError for what no case can hold."""
+    """Return table of an object that results hold by its class and fields; a ValueError for what no case can hold."""
     known = {one.name: (one, TAGS.get(family, "kind")) for family in families for one in members(family)}
     if not isinstance(given, Mapping) or given.get("class") not in known:
         what = given.get("class", given) if isinstance(given, Mapping) else given
@@ -160,7 +162,7 @@ def data_of(given: Any, path: str, *families: type) -> Data:
 
 
 def fields_of(given: Mapping[str, Any], of: Described, path: str) -> Data:
-    """The entries of arguments that results hold."""
+    """Return the entries of arguments that results hold."""
     # JSON holds infinity and NaN as texts; both stand for a number that was left out.
     absent = (None, "", "Infinity", "NaN")
     forms = {name: form for name, form in forms_of(of).items() if name in given}
@@ -180,26 +182,26 @@ def forget_tables() -> None:
 
 
 def quantity_of(target: Any, name: str) -> Unit:
-    """The unit of a parameter, for an entry that stands for it."""
+    """Return the unit of a parameter, for an entry that stands for it."""
     quantity = described_by(target).parameters[name].quantity
     assert quantity is not None
     return Unit.of(quantity)
 
 
 def described_by(target: Any) -> Described:
-    """The description of what has one."""
+    """Return the description of what has one."""
     of = description(target)
     assert of is not None
     return of
 
 
 def refused(path: str, what: str) -> ValueError:
-    """The error for what no case can hold."""
+    """Return the error for what no case can hold."""
     return ValueError(f"{path}: cannot be rebuilt: {what}")
 
 
 def field_of(one: Parameter) -> tuple[Any, Any]:
-    """The entry of a parameter. A number other than zero that a case leaves out is for the builder to choose."""
+    """Return the entry of a parameter. A number other than zero that a case leaves out is for the builder to choose."""
     entry = _form(one.type, one.notes, int(one.required)).entry
     asks = next((note.text for note in one.notes if isinstance(note, Asks | InFile)), None)
     if one.required:
@@ -213,7 +215,7 @@ def field_of(one: Parameter) -> tuple[Any, Any]:
 
 @cache
 def forms_of(of: Described) -> dict[str, Form]:
-    """The forms of all parameters."""
+    """Return the forms of all parameters."""
     return {name: _form(one.type, one.notes) for name, one in of.parameters.items()}
 
 
@@ -255,7 +257,7 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
 
 
 def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
-    """Of a union: one of several tables, a word or a table, or else the first member that a case can hold."""
+    """Return of a union: one of several tables, a word or a table, or else the first member that a case can hold."""
     families = [kind for kind, _ in members if kind in FAMILIES]
     if len({TAGS.get(family, "kind") for family in families}) == 1:
         return Form(union_of(*families), made, lambda value, path: data_of(value, path, *families))
@@ -287,7 +289,7 @@ def _word_or_table(given: Any) -> str | None:
 
 
 def _list(kind: Any, least: int) -> Form:
-    """Of a sequence: any number of entries, or of a tuple as many as it has."""
+    """Return of a sequence: any number of entries, or of a tuple as many as it has."""
     members = [one for one in get_args(kind) if one is not ...]
     inner = _form(*noted(members[0]))
     count = len(members) if get_origin(kind) is tuple and ... not in get_args(kind) else None

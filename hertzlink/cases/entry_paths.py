@@ -10,7 +10,7 @@ __all__ = ["Path", "entry", "has", "parsed", "put", "written"]
 
 
 def entry(data: Any, path: Sequence[str | int]) -> Any:
-    """The entry at a path; a KeyError where there is none."""
+    """Return the entry at a path; raise a KeyError where there is none."""
     for part in path:
         inside = isinstance(data, Mapping) and part in data
         if not inside and not (isinstance(data, list) and isinstance(part, int) and part < len(data)):
@@ -20,7 +20,7 @@ def entry(data: Any, path: Sequence[str | int]) -> Any:
 
 
 def has(data: Any, path: Sequence[str | int]) -> bool:
-    """Whether there is an entry at a path."""
+    """Return whether there is an entry at a path."""
     try:
         entry(data, path)
     except KeyError:

@@ -1,4 +1,4 @@
-"""What is wrong with a case: the path of the entry, the reason, and, once the file is known, the line."""
+"""Faults of a case: the path of the entry, the reason, and, once the file is known, the line."""
 
 import re
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ class CaseError(ValueError):
 
 
 def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:
-    """The fault that a message such as "thickness = -1: must be positive" is about.
+    """Return the fault that a message such as "thickness = -1: must be positive" is about.
 
     names: paths below `path` of the names with which messages begin. What names none of them is a fault at `path`.
     """
@@ -44,5 +44,6 @@ def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:
 
 
 def of_case(finding: str) -> str:
-    """A finding of a run, with times and laws as a case has them: until = "0.61 ms", not until = 0.00061 (0.61 ms)."""
+    """Return a finding of a run, with times and laws as a case has them: until = "0.61 ms", not until = 0.00061 (0.61
+    ms)."""
     return TIME.sub(r'until = "\1"', finding).replace("law=hl.laws.JacksonGreen() in Chain", YIELDING)

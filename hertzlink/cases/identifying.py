@@ -35,7 +35,7 @@ def answer(question: Question, signal: xr.Dataset) -> Identification:
 
 
 def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
-    """The question of a case whose runs are as long as its signal counts, and that length, s. record: s."""
+    """Return the question of a case whose runs are as long as its signal counts, and that length, s. record: s."""
     until = question.part.until
     if until is None:
         with collected():
@@ -46,7 +46,7 @@ def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
 
 
 def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
-    """The data of the case, in which a rod has the same mesh at all values."""
+    """Return the data of the case, in which a rod has the same mesh at all values."""
     body = case.model.structure
     if not isinstance(body, Rod) or isinstance(body, LayeredCylinder) or body.elements or not question.of_structure:
         return case.data
@@ -59,7 +59,7 @@ def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
 
 
 def tables(question: Question, found: Identification) -> tuple[str, dict[str, str]]:
-    """The text for the terminal, and files by name."""
+    """Return the text for the terminal, and files by name."""
     plain = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in found.unknowns.items()]
     head = ["unknown", "value", "95 % interval", "verdict"]
     lines = table(head, [one.row() for one in found.unknowns.values()], "unknowns.csv")
@@ -75,7 +75,7 @@ def tables(question: Question, found: Identification) -> tuple[str, dict[str, st
 
 
 def _fit(data: xr.Dataset) -> str:
-    """What was measured and what is fitted: traces, or values of AR and TOF."""
+    """Return what was measured and what is fitted: traces, or values of AR and TOF."""
     what = ("measured", "fitted")
     if "feature" in data.dims:
         rows = zip(data.feature.values, *(data[one].values for one in what), strict=True)
@@ -86,5 +86,5 @@ def _fit(data: xr.Dataset) -> str:
 
 
 def simulation_of(question: Question, found: Identification) -> CoSimulation:
-    """What was found, as a simulation, for a sketch."""
+    """Return what was found, as a simulation, for a sketch."""
     return question.build(**{name: found[name].value for name in question.ranges})

@@ -6,7 +6,7 @@ BARE_ENDS = ",]}\n\r#"
 
 
 def lines_of(text: str) -> dict[Path, int]:
-    """The line, counted from 1, on which each entry stands, by its path."""
+    """Return the line, counted from 1, on which each entry stands, by its path."""
     return _Scanner(text).lines
 
 
@@ -51,7 +51,7 @@ class _Scanner:
         return False
 
     def _header(self) -> Path:
-        """The path of a header; parts that are arrays of tables mean their last table."""
+        """Return the path of a header; parts that are arrays of tables mean their last table."""
         path: Path = ()
         parts = self._key()
         for i, part in enumerate(parts):
@@ -113,7 +113,7 @@ class _Scanner:
         self.at += 1
 
     def _string(self) -> str:
-        """The content of a string, as it is written."""
+        """Return the content of a string, as it is written."""
         quote = self.text[self.at]
         closing = 3 * quote if self.text.startswith(3 * quote, self.at) else quote
         start = self.at = self.at + len(closing)

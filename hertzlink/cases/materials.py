@@ -40,7 +40,7 @@ class Isotropic(Declared):
 
 
 def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
-    """The material of a name, those of the case first; None for an unknown one."""
+    """Return the material of a name, those of the case first; None for an unknown one."""
     for one, material in own.items():
         if name_key(one) == name_key(name):
             return material
@@ -48,7 +48,7 @@ def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
 
 
 def unknown(name: str, own: Mapping[str, Any]) -> str:
-    """The message for an unknown material."""
+    """Return the message for an unknown material."""
     return f'"{name}" is no material; {nearest(name, [*own, *MATERIALS])}'
 
 
@@ -93,7 +93,7 @@ OfCase: Any = Annotated[Own | Sheet, forms(_form, "must be a table of the proper
 
 
 def material_of(given: str | Part, world: World, *path: str | int) -> Material:
-    """The material that an entry at a path means."""
+    """Return the material that an entry at a path means."""
     if isinstance(given, Part):
         material: Material = made(given, world, path)
         return material
@@ -107,7 +107,7 @@ def material_of(given: str | Part, world: World, *path: str | int) -> Material:
 
 
 def _sheet_of(given: str | Part, world: World, path: Path) -> Material | OrthotropicMaterial:
-    """The material of a ply that an entry at a path means."""
+    """Return the material of a ply that an entry at a path means."""
     sheet = _sheet_named(given, world) if isinstance(given, str) else None
     if sheet is None and isinstance(given, str) and material_named(given, world.materials) is None:
         raise Fault(path, unknown(given, {**world.sheets, **world.materials}))
@@ -119,7 +119,7 @@ def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
 
 
 def _plain(given: Any, path: str) -> str | Data:
-    """A material by its name, or by its properties where it is none of the table's."""
+    """Return a material by its name, or by its properties where it is none of the table's."""
     if not isinstance(given, Mapping) or set(given) != set(described_by(Material).parameters):
         raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
     if MATERIALS.get(given["name"]) == Material(**given):
@@ -132,7 +132,7 @@ def _plain_sheet(given: Any, path: str) -> str | Data:
 
 
 def stated(given: Mapping[str, Any]) -> Data:
-    """The properties that are stated."""
+    """Return the properties that are stated."""
     return {name: value for name, value in given.items() if value not in (None, "")}
 
 

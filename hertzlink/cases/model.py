@@ -56,7 +56,7 @@ class RunPart(Declared):
         window: float | None
 
     def make(self, world: World) -> Data:
-        """The arguments of CoSimulation."""
+        """Return the arguments of CoSimulation."""
         given = self.arguments(world)
         if self.adaptive is not None:
             if self.window is not None:
@@ -66,7 +66,7 @@ class RunPart(Declared):
 
 
 def run_table() -> type[RunPart]:
-    """The table of a run with all schemes that are described."""
+    """Return the table of a run with all schemes that are described."""
     saved = described_by(CoSimulation.run).parameters["save_every"]
     windows: Any = table_of(described_by(Adaptive))
     base: type[RunPart] = create_model(
@@ -183,19 +183,19 @@ class CaseModel(Part):
         return self.chains[self.measure.chain]
 
     def only_chain(self, what: str) -> ChainPart:
-        """The only chain; a Fault where there are several, which `what` does not take."""
+        """Return the only chain; a Fault where there are several, which `what` does not take."""
         if isinstance(self.chain, list):
             raise Fault(("chain",), f"has {len(self.chain)} sections; {what} takes one, [chain]")
         return self.chain
 
 
 def case_model() -> type[CaseModel]:
-    """The case with all parts that are described up to now."""
+    """Return the case with all parts that are described up to now."""
     return _case_model(registered())
 
 
 def run_entries() -> dict[str, Path]:
-    """The paths of the entries of [run], by name."""
+    """Return the paths of the entries of [run], by name."""
     table: Any = case_model().model_fields["run"].annotation
     return {name: ("run", name) for name in table.model_fields}
 

@@ -18,7 +18,7 @@ class NumericalLaw(Part):
     method: Literal["axisymmetric", "half-spaces", "plane strain", "plane stress", "three-dimensional"] | None = None
 
     def of_beads(self, beads: Sequence[Any]) -> ContactLaw:
-        """The law of equal beads; a Fault for beads that differ."""
+        """Return the law of equal beads; a Fault for beads that differ."""
         if any(one != beads[0] for one in beads):
             raise Fault(("law", "kind"), "computes one law, so all beads and the striker must be equal")
         try:

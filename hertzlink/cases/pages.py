@@ -38,7 +38,7 @@ def page(
     sensors: Sequence[int] | None = None,
     sketched: CoSimulation | None = None,
 ) -> Page:
-    """The page.
+    """Return the page.
 
     files: the CSV files of the case by name, which become tables. sensors: of a run. sketched: of an identification.
     """
@@ -57,7 +57,7 @@ def page(
 
 
 def _pictures(data: xr.Dataset) -> list[Picture]:
-    """AR and TOF over the axis of the most numbers; a figure for each combination of all but one other."""
+    """Return AR and TOF over the axis of the most numbers; a figure for each combination of all but one other."""
     found = list[Picture]()
     for wave, prefix in (("primary", ""), ("secondary", "secondary_")):
         if f"{prefix}amplitude_ratio" in data and bool(data[f"{prefix}amplitude_ratio"].notnull().any()):
@@ -66,7 +66,7 @@ def _pictures(data: xr.Dataset) -> list[Picture]:
 
 
 def _of_wave(data: xr.Dataset, wave: str) -> list[Picture]:
-    """AR and TOF of a wave."""
+    """Return AR and TOF of a wave."""
     ratio = data.amplitude_ratio
     names = sorted(map(str, ratio.dims), key=lambda name: (ratio[name].dtype.kind not in "iuf", -ratio.sizes[name]))
     along, others = names[0], [name for name in names[1:] if ratio.sizes[name] > 1]
@@ -90,7 +90,7 @@ def _draw(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> Non
 
 
 def _sampled(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> None:
-    """The refined samples of each curve, and its critical distance; each curve has places of its own."""
+    """Draw the refined samples of each curve, and its critical distance; each curve has places of its own."""
     words, factor, _ = MEASURES[measure]
     scale, unit = parameter(part[along])
     curves = next((str(name) for name in part[measure].dims if name != along), None)
@@ -111,7 +111,7 @@ def _sampled(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> 
 
 
 def _shown(value: xr.DataArray) -> str:
-    """A parameter with its value."""
+    """Return a parameter with its value."""
     words = words_of(value)
     if value.dtype.kind not in "iuf":
         return f"{words} {value.item()}"
@@ -120,7 +120,7 @@ def _shown(value: xr.DataArray) -> str:
 
 
 def _table(name: str, text: str) -> Table:
-    """A CSV file as a table, in handy units."""
+    """Return a CSV file as a table, in handy units."""
     head, *rows = list(csv.reader(io.StringIO(text)))
     words = f"The first {MOST_ROWS} of {len(rows)} rows of {name}" if len(rows) > MOST_ROWS else f"All rows of {name}"
     columns = [_column(one, [row[i] for row in rows]) for i, one in enumerate(head)]
@@ -129,7 +129,7 @@ def _table(name: str, text: str) -> Table:
 
 
 def _column(head: str, cells: Sequence[str]) -> tuple[str, list[str]]:
-    """A column with five digits, in the unit with a prefix that suits its numbers; other text as it is."""
+    """Return a column with five digits, in the unit with a prefix that suits its numbers; other text as it is."""
     numbers = [_number(cell) for cell in cells]
     known = [one for one in numbers if one is not None]
     found = WITH_UNIT.fullmatch(head)

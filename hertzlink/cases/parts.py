@@ -1,4 +1,4 @@
-"""What every part of a case has in common: a strict table that makes an object of hertzlink's; lengths."""
+"""The base of all parts of a case: a strict table that makes an object of hertzlink's; lengths."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ Number = Annotated[float, Unit("", "a number", "0.02")]
 
 @dataclass(frozen=True)
 class World:
-    """What parts need to know of the case around them.
+    """The case around parts, as far as they need it.
 
     materials: its own, by name, and sheets: those that are orthotropic. folder: that of its file. until: the length of
     its runs, s. bead: that of the chain around.
@@ -46,25 +46,26 @@ class Part(BaseModel):
     """Names in messages of hertzlink that are written otherwise in a case, and their paths."""
 
     def names(self) -> dict[str, Path]:
-        """All names in messages of hertzlink, and their paths."""
+        """Return all names in messages of hertzlink, and their paths."""
         return {name: (name,) for name in type(self).model_fields} | dict(self.named)
 
     def fault(self, message: str) -> Fault:
-        """The fault of this part that a message of hertzlink's is about."""
+        """Return the fault of this part that a message of hertzlink's is about."""
         return fault_of(message, self.names())
 
     def make(self, world: World) -> Any:
-        """The object of hertzlink's."""
+        """Return the object of hertzlink's."""
         raise NotImplementedError
 
     def given(self, *without: str) -> dict[str, Any]:
-        """The entries that have a value, by name, without some."""
+        """Return the entries that have a value, by name, without some."""
         values = ((name, getattr(self, name)) for name in type(self).model_fields if name not in without)
         return {name: value for name, value in values if value is not None}
 
 
 def made(part: Part, world: World, path: Path) -> Any:
-    """What a part makes; a Fault at its path, or at the entry that the message names, where hertzlink refuses it."""
+    """Return what a part makes; a Fault at its path, or at the entry that the message names, where hertzlink refuses
+    it."""
     try:
         return part.make(world)
     except ValueError as error:
@@ -73,7 +74,7 @@ def made(part: Part, world: World, path: Path) -> Any:
 
 
 def hint_of(model: type[BaseModel], name: str) -> str:
-    """What to write for an entry, from its annotation."""
+    """Return what to write for an entry, from its annotation."""
     one = model.model_fields[name]
     if one.description:
         return f"give {one.description}"
@@ -82,7 +83,7 @@ def hint_of(model: type[BaseModel], name: str) -> str:
 
 
 def notes_of(one: Any) -> list[Any]:
-    """What is noted on a field, and on the members of its type."""
+    """Return what is noted on a field, and on the members of its type."""
     return [*one.metadata, *_inner_notes(one.annotation)]
 
 
@@ -94,7 +95,7 @@ def _inner_notes(annotation: Any) -> list[Any]:
 
 
 def forms(tell: Callable[[Any], str | None], message: str) -> Discriminator:
-    """Tells the forms of an entry apart; the message says which there are."""
+    """Return the entry that tells the forms apart; the message says which there are."""
     return Discriminator(tell, custom_error_type="form", custom_error_message=message)
 
 
@@ -105,7 +106,7 @@ class Round(Part):
     diameter: Length | None = None
 
     def fault(self, message: str) -> Fault:
-        """The fault; of a radius at the diameter, where that stands in the case."""
+        """Return the fault; of a radius at the diameter, where that stands in the case."""
         found = super().fault(message)
         if self.diameter is None or found.path != ("radius",):
             return found
@@ -113,7 +114,7 @@ class Round(Part):
         return Fault(("diameter",), reason, repr(self.diameter))
 
     def its_radius(self) -> float:
-        """m."""
+        """Return m."""
         if (self.radius is None) == (self.diameter is None):
             name = "radius" if self.radius is None else "diameter"
             what = "is missing; give a radius or a diameter" if self.radius is None else "give radius or diameter alone"
@@ -122,7 +123,7 @@ class Round(Part):
 
 
 def file_of(name: str, world: World) -> str:
-    """The path of a file that a case names, relative to the case; a ValueError if it does not exist."""
+    """Return the path of a file that a case names, relative to the case; raise a ValueError if it does not exist."""
     path = world.folder / File(name)
     if not path.is_file():
         raise ValueError(f'mesh: there is no file "{path}"')

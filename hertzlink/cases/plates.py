@@ -124,7 +124,7 @@ class PlateBody(Walled):
         additions: list[Any]
 
     def plate(self, world: World) -> Plate:
-        """The plate, not yet struck."""
+        """Return the plate, not yet struck."""
         plate: Plate = self.of.target(**self.arguments(world))
         return plate
 
@@ -171,7 +171,8 @@ class PlateBody(Walled):
 
 
 def _addition(given: Mapping[str, Any], gaps: dict[str, list[float]], closes: bool) -> Data:
-    """An addition from its fields; a delamination takes its part of the gaps, which are listed one after another."""
+    """Return an addition from its fields; a delamination takes its part of the gaps, which are listed one after
+    another."""
     kinds: tuple[type, ...] = get_args(Addition)
     of = next(of for of in map(description, kinds) if of is not None and set(of.parameters) == set(given))
     data: Data = {"kind": of.kind, **fields_of(given, of, "structure.additions")}

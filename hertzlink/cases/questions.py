@@ -1,4 +1,4 @@
-"""What the section [identify] asks, checked, and the fit that answers it."""
+"""The question of the section [identify], checked, and the fit that answers it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -30,7 +30,7 @@ MOST_NAMES = 20
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked: the unknowns by path, their ranges (SI), units of tables and sizes; nuisances; sensors."""
+    """A question: the unknowns by path, their ranges (SI), units of tables and sizes; nuisances; sensors."""
 
     case: Case
     part: IdentifyPart
@@ -46,7 +46,7 @@ class Question:
         return {path[1:] for path in self.paths.values() if path[0] == "structure"}
 
     def build(self, **values: float) -> CoSimulation:
-        """The case with values at the paths of the unknowns, for `identify`."""
+        """Return the case with values at the paths of the unknowns, for `identify`."""
         return self.case.changed({name: float(value) for name, value in values.items()}).simulation()
 
     @property
@@ -56,7 +56,7 @@ class Question:
 
 
 def question_of(case: Case) -> Question:
-    """The section [identify], checked; a Fault for what does not fit."""
+    """Return the section [identify], checked; a Fault for what does not fit."""
     part = case.model.identify
     if part is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
@@ -129,7 +129,7 @@ def _number(case: Case, key: str, given: Any, at: Path, place: Path) -> float:
 
 
 def is_entry(case: Case, path: Path) -> bool:
-    """Whether a case may have a number at a path."""
+    """Return whether a case may have a number at a path."""
     try:
         value = value_at(case.model, path)
     except (AttributeError, KeyError, IndexError, TypeError):
@@ -138,7 +138,7 @@ def is_entry(case: Case, path: Path) -> bool:
 
 
 def numbers_of(case: Case, section: str) -> list[Path]:
-    """The paths of the numbers, other than counts, that a section of the case holds."""
+    """Return the paths of the numbers, other than counts, that a section of the case holds."""
     found: list[Path] = []
 
     def walk(value: Any, path: Path) -> None:
@@ -158,7 +158,7 @@ def numbers_of(case: Case, section: str) -> list[Path]:
 
 
 def _value(case: Case, key: str, place: Path) -> float:
-    """The value of a nuisance in the case, from which its range follows."""
+    """Return the value of a nuisance in the case, from which its range follows."""
     path = path_of(key, place)
     try:
         value = value_at(case.model, path)

@@ -49,7 +49,8 @@ class Source:
     places: dict[Path, str] = field(default_factory=dict)
 
     def error(self, fault: Fault) -> CaseError:
-        """The fault with its place, that of the deepest entry on its path, and with the value as the user typed it."""
+        """Return the fault with its place, that of the deepest entry on its path, and with the value as the user typed
+        it."""
         path, reason = self._typed(fault)
         at = path
         while at and at not in self.places:
@@ -58,9 +59,8 @@ class Source:
         return CaseError(f"{place}{' ' if place == CHANGE else ': '}{Fault(path, reason)}")
 
     def _typed(self, fault: Fault) -> tuple[Path, str]:
-        """Where the user typed the value, and the reason with what was typed: at the path, or else as one of the values
-        that a sweep or a fit gives this path.
-        """
+        """Return where the user typed the value, and the reason with what was typed: at the path, or else as one of the
+        values that a sweep or a fit gives this path."""
         value, words = _number(fault.value), fault.reason.removeprefix(fault.value)
         for path in (fault.path, *self._ranges(fault.path)):
             text = entry(self.data, path) if has(self.data, path) else None
@@ -69,7 +69,7 @@ class Source:
         return fault.path, fault.reason
 
     def _ranges(self, path: Path) -> Iterator[Path]:
-        """The paths of values that sections give to a path."""
+        """Yield the paths of values that sections give to a path."""
         for section in SECTIONS_OF_RANGES:
             given = entry(self.data, section) if has(self.data, section) else {}
             for key, values in given.items() if isinstance(given, dict) else ():
@@ -150,7 +150,7 @@ def _text(name: str, path: File) -> str:
 
 
 def _with_whole_paths(data: dict[str, Any], folder: File) -> dict[str, Any]:
-    """The same with the whole paths of files: a case that extends this one, or a result, may lie in another folder.
+    """Return same with the full paths of files: a case that extends this one, or a result, may lie in another folder.
 
     A file that is not there yet is reported where it is used; one whose name is no UTF-8 cannot stand in results.
     """
@@ -173,7 +173,8 @@ def _with_whole_paths(data: dict[str, Any], folder: File) -> dict[str, Any]:
 
 
 def _syntax(name: str, message: str, text: str) -> str:
-    """What tomllib says, with its line where lines stand, and what to write where a value was typed without quotes."""
+    """Return what tomllib says, with its line where lines stand, and what to write where a value was typed without
+    quotes."""
     words, _, place = message.partition(" (at line ")
     line = place.split(",")[0]
     if not line.isdigit():
@@ -183,7 +184,8 @@ def _syntax(name: str, message: str, text: str) -> str:
 
 
 def _cure(line: str) -> str:
-    """What to write for a value that is no TOML, in a line without what stands in quotes; empty where none is."""
+    """Return what to write for a value that is no TOML, in a line without what stands in quotes; empty where none
+    is."""
     if comma := COMMA.search(line):
         return f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
     if word := WORD.search(line):
@@ -196,7 +198,7 @@ def _cure(line: str) -> str:
 
 
 def _replaces(base: Any, own: Any) -> bool:
-    """Whether an entry replaces the one of the file below, instead of adding to it."""
+    """Return whether an entry replaces the one of the file below, instead of adding to it."""
     if not isinstance(base, Mapping) or not isinstance(own, Mapping):
         return True
     return any(name in own and own[name] != base.get(name) for name in KINDS)
@@ -210,7 +212,7 @@ def _merged(base: dict[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _kept(places: Mapping[Path, str], base: Any, own: Mapping[str, Any]) -> dict[Path, str]:
-    """The places of the file below, without those of entries that are replaced."""
+    """Return the places of the file below, without those of entries that are replaced."""
     kept = dict(places)
     for name, value in own.items():
         if name not in base:

@@ -1,4 +1,4 @@
-"""From the input in a result's attributes back to a case, which runs again to the same bits."""
+"""The way from the input in a result's attributes back to a case, which runs again to the same bits."""
 
 import ast
 import json
@@ -33,7 +33,7 @@ ESTIMATES = re.compile(r"structures?(\[\d+\])?\.reduction\.(error_estimate|short
 
 
 def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
-    """The case of a run, from the input in its attributes: it builds and runs the same again.
+    """Return the case of a run, from the input in its attributes: it builds and runs the same again.
 
     One chain or several, of all bodies, losses and laws of hertzlink's, on what its builders of structures return,
     reduced or not. What a case cannot hold, such as a law of your own, is refused, and so is an input that these
@@ -89,7 +89,7 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
 
 
 def _several(data: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
-    """The sections of several chains, structures or contacts, and the entry `reduce` of [run]."""
+    """Return the sections of several chains, structures or contacts, and the entry `reduce` of [run]."""
     found = [structure_data(one) for one in data["structures"]]
     reductions = [reduction for (one, reduction) in found if one["kind"] not in ("nothing", "half_space")]
     alike = all(one == reductions[0] for one in reductions)
@@ -115,7 +115,7 @@ def _plain(given: Any) -> dict[str, Any]:
 
 
 def _scheme(text: str) -> dict[str, Any]:
-    """A scheme from its repr."""
+    """Return a scheme from its repr."""
     name, values = _called(text.rpartition("<locals>.")[2])
     return data_of({"class": name, **values}, "scheme", Scheme)
 
@@ -132,7 +132,7 @@ def _called(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def _planned(whole: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]) -> Case:
-    """The case whose runs have the same windows, steps and saved times."""
+    """Return the case whose runs have the same windows, steps and saved times."""
     wanted = {name: data[name] for name in ("window", "substeps", "save_every", "steps") if name in data}
     choices: list[dict[str, Any]] = [{} if one == "default" else {"accuracy": one} for one in ACCURACIES]
     if isinstance(wanted.get("window"), str):
@@ -165,7 +165,7 @@ def _built(case: Case) -> CoSimulation:
 
 
 def _like(first: CoSimulation, case: Case) -> CoSimulation:
-    """The same simulation with other windows; structures are not built again."""
+    """Return the same simulation with other windows; structures are not built again."""
     defaults = {"window": None, "dt": None, "substeps": None}
     return first.replace(**{**defaults, **case.model.run.make(World())})
 

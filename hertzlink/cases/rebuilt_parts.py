@@ -21,7 +21,7 @@ Data = dict[str, Any]
 
 
 def chain_data(given: Mapping[str, Any]) -> Data:
-    """The section [chain]."""
+    """Return the section [chain]."""
     if unknown := sorted(set(given) - set(CHAIN.parameters)):
         raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has")
     if "vibration" not in str(given.get("vibrations", "vibration")):
@@ -45,7 +45,7 @@ def _striker(given: Any) -> Any:
 
 
 def structure_data(given: Any) -> tuple[Data, bool | Data]:
-    """The section [structure], and the entry `reduce` of [run]."""
+    """Return the section [structure], and the entry `reduce` of [run]."""
     if given is None:
         return {"kind": "nothing"}, False
     built = {table.of.called: table for table in structure_tables()}
@@ -66,7 +66,7 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
 
 
 def _stepper(given: Any) -> Data:
-    """The entry `stepper`; none for the usual one."""
+    """Return the entry `stepper`; none for the usual one."""
     if given is None:
         return {}
     own = {"name": given} if isinstance(given, str) else given

@@ -1,4 +1,4 @@
-"""What a user reads of the results of a case: tables of 80 columns, and CSV files."""
+"""The results of a case as a user reads them: tables of 80 columns, and CSV files."""
 
 import csv
 import io
@@ -35,7 +35,7 @@ Row = Sequence[Any]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list[str]:
-    """Lines of a table, numbers to the right; what is left out is said to be in the file.
+    """Return the lines of a table, numbers to the right; what is left out is said to be in the file.
 
     Of a table that is too wide the widest column stands on a line above each row; if that does not help, each row is
     a sentence.
@@ -57,13 +57,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list
 
 
 def _aligned(*rows: Sequence[str]) -> list[str]:
-    """Rows of cells as lines of the same length."""
+    """Return the rows of cells as lines of the same length."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
-    """A CSV file; numbers have all their digits, and what is unknown is empty."""
+    """Return a CSV file; numbers have all their digits, and what is unknown is empty."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(head)
@@ -73,7 +73,7 @@ def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
 
 
 def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
-    """The text for the terminal, and CSV files by name. dented: the result with a law of yielding."""
+    """Return the text for the terminal, and CSV files by name. dented: the result with a law of yielding."""
     of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
     lines, files = of(task, data)
     lines += [fill(data.attrs[WITH_YIELDING], WIDTH)] if data.attrs.get(WITH_YIELDING) else []
@@ -85,7 +85,7 @@ def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tu
 
 
 def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, str]:
-    """CSV files of both contact laws: a last column says which; traces, whose times differ, are two files."""
+    """Return CSV files of both contact laws: a last column says which; traces, whose times differ, are two files."""
     files = dict(elastic)
     for name, text in dented.items():
         if name == TRACES:
@@ -129,12 +129,12 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
 
 
 def _above_one(ratios: Iterable[float]) -> list[str]:
-    """A remark where an AR exceeds 1."""
+    """Return a remark where an AR exceeds 1."""
     return [fill(f"AR {ABOVE_ONE}", WIDTH)] if any(one > 1.0 for one in ratios) else []
 
 
 def _waves(run: xr.Dataset, sensor: int) -> Any:
-    """The waves at a sensor; nothing where no wave came, as in a chain that nothing strikes."""
+    """Return the waves at a sensor; nothing where no wave came, as in a chain that nothing strikes."""
     try:
         return reflections(run, sensor)
     except NoWaveError:

@@ -1,4 +1,4 @@
-"""What yielding changes of a case with elastic contacts: the case runs once more, with Jackson and Green's law."""
+"""Yielding in a case with elastic contacts: the case runs once more, with Jackson and Green's law."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
@@ -44,12 +44,12 @@ def _is_of_yield(finding: str) -> bool:
 
 
 def _with(findings: Iterable[str], words: str) -> list[str]:
-    """The findings, with computed changes in the place of estimated ones."""
+    """Return the findings, with computed changes in the place of estimated ones."""
     return [f"{one.split('; ')[0]}; {words}" if words and _is_of_yield(one) else one for one in findings]
 
 
 def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
-    """The result with the law; none where the case with the law cannot run."""
+    """Return the result with the law; none where the case with the law cannot run."""
     many = task.case.model.chain
     paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
     law = {"kind": "jackson_green"}
@@ -62,7 +62,7 @@ def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
 
 
 def _changes(task: Task, data: xr.Dataset, dented: xr.Dataset) -> str:
-    """What the law changes, in words."""
+    """Return what the law changes, in words."""
     with collected():
         read = _waves if task.along is None else _distances
         return f"with {YIELDING}, {', '.join(read(task, data, dented))}"

@@ -35,7 +35,7 @@ class Build:
 
 @dataclass(frozen=True)
 class Measure:
-    """What is kept of each run of a sweep."""
+    """The measure that is kept of each run of a sweep."""
 
     sensors: tuple[int, ...]
     traces: bool = False
@@ -58,13 +58,13 @@ class Measure:
 
 
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
-    """The part of a run that belongs to one of its chains."""
+    """Return the part of a run that belongs to one of its chains."""
     return run.isel(chain=chain) if "chain" in run.dims else run
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a case asks for, checked before anything runs: its axes, its sensors, the axis of a critical distance."""
+    """The task of a case, checked before anything runs: its axes, its sensors, the axis of a critical distance."""
 
     case: Case
     axes: tuple[Axis, ...]
@@ -93,7 +93,7 @@ class Task:
 
 
 def task_of(case: Case) -> Task:
-    """The task of a case; a Fault for what does not fit together."""
+    """Return the task of a case; a Fault for what does not fit together."""
     axes = tuple(axes_of(case))
     along = _along(case, axes)
     task = Task(case, axes, (), along)
@@ -105,7 +105,7 @@ def task_of(case: Case) -> Task:
 
 
 def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
-    """The sensors, by default the bead in the middle; a Fault for a bead that is not there."""
+    """Return the sensors, by default the bead in the middle; a Fault for a bead that is not there."""
     count = first.model.measured.count
     measure = case.model.measure
     if measure.sensor is not None and measure.sensors is not None:
@@ -163,7 +163,7 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
 
 
 def _critical(task: Task, jobs: int | None) -> xr.Dataset:
-    """The critical distance along an axis, for all values of the others."""
+    """Return the critical distance along an axis, for all values of the others."""
     along, wanted = task.along, task.case.model.measure.critical_distance
     assert along is not None
     assert wanted is not None

@@ -8,7 +8,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def schema() -> dict[str, Any]:
-    """The schema; a file that extends another may lack sections, so none is required."""
+    """Return the schema; a file that extends another may lack sections, so none is required."""
     found = case_model().model_json_schema(by_alias=True)
     found.pop("required", None)
     found["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}

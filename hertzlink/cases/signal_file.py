@@ -22,7 +22,7 @@ NAMES: dict[str, Path] = {
 
 
 def signal_of(question: Question, file: File) -> xr.Dataset:
-    """The measured signal, conditioned; a Fault, or a ValueError that names the file."""
+    """Return the measured signal, conditioned; a Fault, or raise a ValueError that names the file."""
     if not file.is_file():
         what = "is a folder" if file.is_dir() else "there is no such file"
         raise ValueError(f"{file}: {what}; give the trace of an oscilloscope as text, such as CSV")
@@ -41,7 +41,7 @@ def signal_of(question: Question, file: File) -> xr.Dataset:
 
 
 def of_file(error: ValueError, file: File) -> ValueError:
-    """What identify says of its signal, as said of the file."""
+    """Return what identify says of its signal, as said of the file."""
     head, colon, rest = str(error).partition(": ")
     return ValueError(f"{file}{colon}{rest}") if head == "signal" else error
 
@@ -58,7 +58,8 @@ def _read(question: Question, file: File, baseline: float | str) -> xr.Dataset:
 
 
 def _too_short(question: Question, file: File) -> str:
-    """Whether the record is too short for the wave that comes back to the first sensor, and how long that takes."""
+    """Return whether the record is too short for the wave that comes back to the first sensor, and how long that
+    takes."""
     with collected():
         try:
             time = _read(question, file, 0.0).time

@@ -10,7 +10,7 @@ WIDTH = 110
 
 
 def as_toml(data: Mapping[str, Any]) -> str:
-    """The text of a case: one section for each table at the top, tables inside them in braces."""
+    """Return the text of a case: one section for each table at the top, tables inside them in braces."""
     plain = {name: value for name, value in data.items() if not isinstance(value, Mapping)}
     lines = [f"{_key(name)} = {_value(value)}" for name, value in plain.items() if value is not None]
     for name, value in data.items():
@@ -25,7 +25,7 @@ def _key(name: str) -> str:
 
 
 def _entry(value: Any) -> str:
-    """A value; a long list has one line for each entry."""
+    """Return a value; a long list has one line for each entry."""
     text = _value(value)
     if len(text) <= WIDTH or not isinstance(value, list | tuple):
         return text

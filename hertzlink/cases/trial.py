@@ -1,4 +1,4 @@
-"""What a case would do, and about how long it takes, measured by building and running a part of it."""
+"""The work of a case, and about how long it takes, measured by building and running a part of it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -33,7 +33,8 @@ Result = TypeVar("Result")
 
 
 def trial(task: Task) -> str:
-    """Lines of text: runs, chain, structure, mesh, record, time. Builds the first structure; raises what it raises."""
+    """Return the lines of text: runs, chain, structure, mesh, record, time. Builds the first structure; raises what it
+    raises."""
     # What this process did so far: load its code.
     loading = process_time() + timed(lambda: import_module("hertzlink.cases.pages"))[0]
     first = task.first
@@ -78,7 +79,8 @@ def trial(task: Task) -> str:
 
 
 def _at_ends(task: Task) -> Iterator[Callable[[], CoSimulation]]:
-    """Builders at the least and the greatest value of each axis, at all that are no numbers, and else as the first."""
+    """Yield the builders at the least and the greatest value of each axis, at all that are no numbers, and else as the
+    first."""
     build, first = Build(task.case, task.axes), {one.name: one.values[0] for one in task.axes}
     for axis in task.axes:
         ends = [min(axis.values), max(axis.values)] if axis.is_number else axis.values
@@ -88,7 +90,7 @@ def _at_ends(task: Task) -> Iterator[Callable[[], CoSimulation]]:
 
 
 def _identification(question: Question) -> list[str]:
-    """What `hertzlink identify` likely takes; on a plate its search with one edge, and the fits that follow."""
+    """Return what `hertzlink identify` likely takes; on a plate its search with one edge, and the fits that follow."""
     question, until = prepared(question)
     build: Callable[..., CoSimulation] = question.build
     columns = list(question.columns)
@@ -111,14 +113,14 @@ def _identification(question: Question) -> list[str]:
 
 
 def timed(do: Callable[[], Result]) -> tuple[float, Result]:
-    """The seconds that something takes, and what it returns."""
+    """Return the seconds that something takes, and what it returns."""
     begin = perf_counter()
     result = do()
     return perf_counter() - begin, result
 
 
 def _numbered(word: str, number: int, many: Sequence[Any]) -> str:
-    """A word, with its number where there are several."""
+    """Return a word, with its number where there are several."""
     return f"{word} {number}" if len(many) > 1 else word
 
 
@@ -131,7 +133,7 @@ def _what(task: Task, runs: int, refined: int) -> str:
 
 
 def _structures(task: Task) -> int:
-    """How many different structures are built."""
+    """Return how many different structures are built."""
     return prod(len(one.values) for one in task.axes if one.path[0] != "chain")
 
 
@@ -147,7 +149,7 @@ def _structure(moving: MovingStructure | CheckedParticipant) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """A time in a unit that suits it, with two digits."""
+    """Return a time in a unit that suits it, with two digits."""
     for limit, size, unit in ((1.0, 1e-3, "ms"), (120.0, 1.0, "s"), (7200.0, 60.0, "minutes"), (np.inf, 3600.0, "h")):
         if seconds < limit:
             return f"{float(f'{seconds / size:.2g}'):g} {unit}"

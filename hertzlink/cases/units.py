@@ -20,7 +20,7 @@ DEGREES = ("deg", "degree", "degrees", "°")
 
 
 def fault(message: str) -> PydanticCustomError:
-    """An error of validation with a message of our own."""
+    """Return an error of validation with a message of our own."""
     return PydanticCustomError("case", "{message}", {"message": message})
 
 
@@ -34,17 +34,17 @@ class Unit:
 
     @classmethod
     def of(cls, quantity: Quantity) -> "Unit":
-        """That of a quantity."""
+        """Return that of a quantity."""
         return cls(quantity.unit_in_files, quantity.noun, quantity.example)
 
     @classmethod
     def noted(cls, hint: Any) -> "Unit":
-        """That of the quantity of an annotation, such as quantities.Length."""
+        """Return that of the quantity of an annotation, such as quantities.Length."""
         return cls.of(next(note for note in noted(hint)[1] if isinstance(note, Quantity)))
 
     @property
     def hint(self) -> str:
-        """What to write."""
+        """The words for a message."""
         if not self.unit:
             return f"give {self.what}, such as {self.example}"
         return f'give {self.what}, such as "{self.example}", or a number in {self.unit}'
@@ -54,7 +54,7 @@ class Unit:
         return f"must be {self.what}, such as {self.example}" + (f", or a number in {self.unit}" if self.unit else "")
 
     def read(self, given: Any) -> float:
-        """The number in the SI unit; a validation error for anything else."""
+        """Return the number in the SI unit; a validation error for anything else."""
         if isinstance(given, int | float) and not isinstance(given, bool):
             try:
                 plain = float(given)
@@ -91,7 +91,7 @@ class Unit:
 
 
 def shown(value: Any) -> str:
-    """A value as TOML writes it, in short."""
+    """Return a value as TOML writes it, in short."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):

@@ -43,14 +43,14 @@ JOBS = click.option(
 
 
 def output_option(default: str) -> Callable[[Any], Any]:
-    """--output, with the name that a folder gets otherwise."""
+    """Return --output, with the name that a folder gets otherwise."""
     words = f"Folder for the results; by default {default} (of CASE.toml)."
     return click.option("--output", metavar="FOLDER", type=click.Path(path_type=Path), help=words)
 
 
 @contextmanager
 def located(source: "Source") -> Iterator[None]:
-    """Faults get the file and line of their entry."""
+    """Give Faults the file and line of their entry."""
     from hertzlink.cases.faults import Fault
 
     try:

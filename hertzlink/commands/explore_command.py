@@ -55,7 +55,7 @@ def explore_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], p
 
 @contextmanager
 def _server(name: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: int) -> "Iterator[Server]":
-    """The server of a case, ready to answer."""
+    """Return the server of a case, ready to answer."""
     from hertzlink.cases.running import task_of
     from hertzlink.explore.answers import Explorer
     from hertzlink.explore.server import Server

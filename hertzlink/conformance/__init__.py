@@ -1,4 +1,4 @@
-"""What a participant of your own must keep, as tests: `pytest --pyargs hertzlink.conformance --participant yours:make`.
+"""Tests of a participant of your own: `pytest --pyargs hertzlink.conformance --participant yours:make`.
 
 Without `--participant` the suite checks hertzlink's own participants. `checks` holds the same as functions. Everything
 random has a seed.

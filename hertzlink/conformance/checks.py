@@ -1,4 +1,4 @@
-"""What every participant owes to a co-simulation, as plain functions that raise an AssertionError.
+"""Checks of what every participant owes to a co-simulation, as plain functions that raise an AssertionError.
 
 A participant is a structure (start, advance(state, mean force, window) → (state, displacement)) or a MovingChain
 (advance(state, surface at start and end, window) → (state, mean force)). With several contact points, `surface` is a
@@ -44,7 +44,7 @@ from 0.5 on no longer all of it."""
 
 
 def check_repeatable(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
-    """A window from one state, twice, gives one answer, then and later: the old state is left as it was."""
+    """Check that a window from one state, twice, gives one answer, then and later: the old state is left as it was."""
     state = participant.start()
     for drive in _drives(participant, 1, size):
         first, answer = _advance(participant, state, drive, window)
@@ -56,7 +56,7 @@ def check_repeatable(participant: Any, window: float = WINDOW, size: float | Non
 
 
 def check_independent(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
-    """Two histories through one instance, window by window in turn, are what each is alone."""
+    """Check that two histories through one instance, window by window in turn, are what each is alone."""
     histories = [_drives(participant, seed, size) for seed in (2, 3)]
     alone = [_run(participant, history, window) for history in histories]
     states: list[Any] = [participant.start(), participant.start()]
@@ -79,7 +79,7 @@ def check_deterministic(make: Callable[[], Any], window: float = WINDOW, size: f
 
 
 def check_pickles(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
-    """A state that was written and read goes on to the same bits."""
+    """Check that a state which was written and read goes on to the same bits."""
     state = participant.start()
     for drive in _drives(participant, 5, size)[:8]:
         written = pickle.dumps(state)
@@ -91,7 +91,7 @@ def check_pickles(participant: Any, window: float = WINDOW, size: float | None =
 def check_splits(
     participant: Any, window: float = SHORT, size: float | None = None, order: float = 2.0, rounding: float = 1e-9
 ) -> None:
-    """A window against two halves of it under the same force: the difference falls by 2^order with the window.
+    """Check a window against two halves of it under the same force: the difference falls by 2^order with the window.
 
     Over a smooth pulse of WINDOWS, at their ends; a chain's answer is the mean force over them. Take windows in which
     the fastest motion hardly turns: a mesh shows its order there only. More than three quarters of the order are asked
@@ -116,13 +116,14 @@ def check_finite(participant: Any, window: float = WINDOW, size: float | None = 
 
 
 def check_starts_at_rest(participant: Any, window: float = WINDOW, rounding: float = 1e-12) -> None:
-    """Without force the contact points of a structure stay where they are, in m."""
+    """Check that without force the contact points of a structure stay where they are, in m."""
     answers = _run(participant, [_shaped(participant, np.zeros(_points(participant)))] * WINDOWS, window)
     _require(not (abs(answers) > rounding).any(), f"moves to {abs(answers).max():.3g} m without a force")
 
 
 def check_passive(participant: Any, window: float = WINDOW, size: float | None = None, tolerance: float = 1e-9) -> None:
-    """From rest, the work Σ F̄ (w₁ − w₀) on a structure never falls below zero, by that part of the greatest work.
+    """Check that from rest the work Σ F̄ (w₁ − w₀) on a structure never falls below zero, by that part of the greatest
+    work.
 
     Random forces feed it; then forces against its motion, which draw out again what they can. The first window goes
     without force, so that a displacement at rest counts for nothing.
@@ -145,7 +146,7 @@ def check_passive(participant: Any, window: float = WINDOW, size: float | None =
 
 
 def push(participant: Any, window: float = WINDOW, size: float | None = None) -> tuple[float, float]:
-    """The inertia (kg) and the compliance (m/N) of a structure that a constant force pushes at all its points.
+    """Return the inertia (kg) and the compliance (m/N) of a structure that a constant force pushes at all its points.
 
     The inertia is that of a mass which would move as far as the first point in the first SHORT s. The compliance is the
     mean displacement of that point over HELD s, over the force.
@@ -165,7 +166,8 @@ def check_units(
     mass: float | None = None,
     stiffness: float | None = None,
 ) -> tuple[float, float]:
-    """A structure in other units (mm, kN, ms), or with another quantity (a velocity, an impulse), moves otherwise.
+    """Return a structure in other units (mm, kN, ms), or with another quantity (a velocity, an impulse), moves
+    otherwise.
 
     mass, kg, is that which moves first at the contact point; stiffness, N/m, is the static one there. Each need only be
     right to a factor of MARGIN; from it that of the participant may not differ by more. Without them only what would
@@ -196,7 +198,7 @@ def check_structure(
     mass: float | None = None,
     stiffness: float | None = None,
 ) -> None:
-    """All of them, for a structure; mass and stiffness as in check_units."""
+    """Run all checks for a structure; mass and stiffness as in check_units."""
     for check in (check_repeatable, check_independent, check_pickles, check_finite, check_passive):
         check(make(), window, size)
     check_deterministic(make, window, size)
@@ -206,7 +208,7 @@ def check_structure(
 
 
 def _near(value: float, expected: float) -> bool:
-    """Whether it is; what is no number is not for the check of units to find."""
+    """Return whether it is; what is no number is not for the check of units to find."""
     return not (value < expected / MARGIN or value > expected * MARGIN)
 
 
@@ -217,7 +219,7 @@ def _require(held: bool, otherwise: str) -> None:
 
 
 def _drives(participant: Any, seed: int, size: float | None) -> list[Any]:
-    """Random mean forces, each held over a window; for a chain, the ends of a window's motion."""
+    """Return the random mean forces, each held over a window; for a chain, the ends of a window's motion."""
     random = np.random.default_rng(seed)
     if isinstance(participant, hl.stepping.MovingChain):
         place = (MOTION if size is None else size) * random.normal(size=(WINDOWS + 1, _points(participant)))
@@ -237,12 +239,12 @@ def _pulse(participant: Any, size: float | None) -> list[Any]:
 
 
 def _run(participant: Any, drives: Sequence[Any], window: float) -> Answers:
-    """Answers, windows × contact points, from the start."""
+    """Return the answers, windows × contact points, from the start."""
     return _split(participant, drives, window, 1)
 
 
 def _split(participant: Any, drives: Sequence[Any], window: float, parts: int) -> Answers:
-    """Answers at whole windows that were each cut into so many."""
+    """Return the answers at whole windows that were each cut into so many."""
     state, answers = participant.start(), []
     for drive in drives:
         answers_of_window = []
@@ -254,7 +256,7 @@ def _split(participant: Any, drives: Sequence[Any], window: float, parts: int) -
 
 
 def _pieces(drive: Any, parts: int) -> list[Any]:
-    """The same force in each, or the pieces of a straight motion."""
+    """Return the same force in each, or the pieces of a straight motion."""
     if not isinstance(drive, tuple):
         return [drive] * parts
     ends = [drive[0] + share * (drive[1] - drive[0]) for share in np.arange(parts + 1) / parts]
@@ -262,7 +264,7 @@ def _pieces(drive: Any, parts: int) -> list[Any]:
 
 
 def _scale(values: Any) -> float:
-    """Root of the mean square, one where all are zero."""
+    """Return the root of the mean square, one where all are zero."""
     return _mean_square(np.array(values)) or 1.0
 
 
@@ -271,7 +273,7 @@ def _mean_square(values: Answers) -> float:
 
 
 def _advance(participant: Any, state: Any, drive: Any, window: float) -> Any:
-    """What it returns, a new state and the answer."""
+    """Return what it returns, a new state and the answer."""
     returned = participant.advance(state, drive, window)
     what = "mean force in N" if isinstance(participant, hl.stepping.MovingChain) else "displacement in m"
     pair = isinstance(returned, tuple | list) and len(returned) == 2
@@ -284,18 +286,18 @@ def _one(participant: Any, state: Any, drive: Any, window: float) -> Any:
 
 
 def _points(participant: Any) -> int:
-    """Contact points of a structure; of a chain its ends that face a surface."""
+    """Return the contact points of a structure; of a chain its ends that face a surface."""
     if isinstance(participant, hl.stepping.MovingChain):
         return 1 if getattr(participant, "behind", None) is None else 2
     return len(participant.surface) if isinstance(participant.surface, tuple) else 1
 
 
 def _shaped(participant: Any, values: Answers) -> Any:
-    """A number where there is one contact point, an array where there are several."""
+    """Return a number where there is one contact point, an array where there are several."""
     several = isinstance(participant.surface, tuple) or _points(participant) > 1
     return values if several else float(values[0])
 
 
 def _same(first: Any, second: Any) -> bool:
-    """To the bit; what is not a number is like itself."""
+    """Return whether both are equal to the bit; what is not a number is like itself."""
     return np.array_equal(np.asarray(first, float), np.asarray(second, float), equal_nan=True)

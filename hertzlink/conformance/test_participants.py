@@ -1,4 +1,4 @@
-"""What every participant owes, asked of hertzlink's own or, with `--participant module:function`, of a user's.
+"""Tests of what every participant owes, asked of hertzlink's own or, with `--participant module:function`, of a user's.
 
 The function makes a new participant each time. Each check can be called from Python too: see checks.py.
 """
@@ -44,7 +44,7 @@ OF_CHAINS = {**COMMON, "splits": _splits_as_a_chain}
 
 
 def _participants(config: pytest.Config) -> tuple[Mapping[str, Make], Mapping[str, Make]]:
-    """Structures and chains, by name."""
+    """Return the structures and chains, by name."""
     if config.getoption("participant", None):
         from hertzlink_pytest import PARTICIPANT
 
@@ -56,7 +56,7 @@ def _participants(config: pytest.Config) -> tuple[Mapping[str, Make], Mapping[st
 
 
 def _units(config: pytest.Config) -> Callable[[Make], None]:
-    """The check that knows what the user expects, and whose findings are shown at the end."""
+    """Return the check that knows what the user expects, and whose findings are shown at the end."""
     from hertzlink_pytest import PUSHED
 
     expected = {what: config.getoption(what) for what in ("mass", "stiffness")}

@@ -1,4 +1,4 @@
-"""What the page shows for the values of its sliders: one run of the case, its waves and its force."""
+"""The answers of the page for the values of its sliders: one run of the case, its waves and its force."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -42,7 +42,8 @@ class Explorer:
     _one_at_a_time: Lock = field(default_factory=Lock)
 
     def changed(self, values: Mapping[str, str]) -> Case:
-        """The case at values, texts by the sliders' names; those that are missing stay. A ValueError for wrong ones."""
+        """Return the case at values, texts by the sliders' names; those that are missing stay. A ValueError for wrong
+        ones."""
         sliders = {slider.name: slider for slider in self.sliders}
         changed = self.case.changed({})
         for name, text in values.items():
@@ -54,7 +55,7 @@ class Explorer:
         return changed
 
     def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
-        """What the page shows; a ValueError for wrong values, and errors of runs that fail."""
+        """Return what the page shows; raise a ValueError for wrong values, and errors of runs that fail."""
         # Structures are kept between runs, so two runs at once would disturb each other.
         with self._one_at_a_time, collected() as findings:
             case = self.changed(values)
@@ -78,12 +79,12 @@ class Explorer:
         }
 
     def sketch(self, values: Mapping[str, str]) -> dict[str, str]:
-        """The set-up at values, as an SVG file."""
+        """Return the set-up at values, as an SVG file."""
         with self._one_at_a_time, collected():
             return {"svg": drawn("setup", "", partial(setup, self.simulation(self.changed(values)))).svg}
 
     def text(self, values: Mapping[str, str]) -> dict[str, str]:
-        """The case at values, as a file for `hertzlink run`."""
+        """Return the case at values, as a file for `hertzlink run`."""
         with self._one_at_a_time:
             return {"case": self.changed(values).to_toml()}
 
@@ -96,7 +97,7 @@ class Explorer:
         return run_once(case, self.simulation(case))
 
     def simulation(self, case: Case) -> CoSimulation:
-        """The co-simulation of the case at some values."""
+        """Return the co-simulation of the case at some values."""
         struck = None if self.basis is None else struck_by(case.simulation)
         return case.simulation() if self.basis is None or struck is None else self.basis.simulation(struck)
 
@@ -109,7 +110,8 @@ def _wave(wave: Any) -> dict[str, Any]:
 
 
 def thinned(force: xr.DataArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times and forces for a curve of few points: more of them where it bends, and the greatest and the least force."""
+    """Return the times and forces for a curve of few points: more of them where it bends, and the greatest and the
+    least force."""
     times, values = force.time.values, force.values
     if times.size <= MOST_POINTS:
         return times, values

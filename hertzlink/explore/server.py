@@ -53,7 +53,7 @@ class Server(ThreadingHTTPServer):
         socketserver.TCPServer.server_bind(self)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that closes its page is no error."""
+        """Ignore a browser that closes its page: this is no error."""
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 
@@ -68,7 +68,7 @@ class Server(ThreadingHTTPServer):
         ]
 
     def page(self, nonce: str) -> str:
-        """The page."""
+        """Return the page."""
         from jinja2 import Environment, StrictUndefined
         from markupsafe import Markup
 
@@ -94,7 +94,7 @@ class Handler(BaseHTTPRequestHandler):
     wbufsize, disable_nagle_algorithm = -1, True
 
     def do_GET(self) -> None:
-        """The page, or an answer; nothing else is there, and no file is read for a request."""
+        """Send the page, or an answer; nothing else is there, and no file is read for a request."""
         place, _, query = self.path.partition("?")
         try:
             pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=MOST_FIELDS)
@@ -140,4 +140,4 @@ class Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing: the terminal stays quiet, and the token is nowhere else."""
+        """Log nothing: the terminal stays quiet, and the token is nowhere else."""

@@ -39,7 +39,7 @@ NUMBER = re.compile(r"-?\d{1,15}(\.\d{1,15})?([eE][-+]?\d{1,2})?")
 
 @dataclass(frozen=True)
 class Slider:
-    """What a user moves: an entry of the case, its range and first value in a unit; or choices by their texts.
+    """A slider that a user moves: an entry of the case, its range and first value in a unit; or choices by their texts.
 
     label: what it moves, in words.
     """
@@ -61,7 +61,7 @@ class Slider:
         return written(self.path)
 
     def read(self, text: str) -> Any:
-        """The entry of the case that a text from the page means; a ValueError for what is none."""
+        """Return the entry of the case that a text from the page means; raise a ValueError for what is none."""
         if self.choices:
             if text not in self.choices:
                 raise ValueError(f"{self.label}: {text[:40]!r} is no choice; take one of {', '.join(self.choices)}")
@@ -77,11 +77,11 @@ class Slider:
         return int(text) if self.whole else float(text)
 
     def is_start(self, text: str) -> bool:
-        """Whether a text that can be read is the first value, for which the case stays as it is."""
+        """Return whether a text that can be read is the first value, for which the case stays as it is."""
         return text == self.start if self.choices else Decimal(text) == self.start
 
     def si(self, value: Decimal) -> float:
-        """A value of the range in SI units."""
+        """Return a value of the range in SI units."""
         return float(value * self.size)
 
 
@@ -91,7 +91,7 @@ def plain(value: Decimal) -> str:
 
 
 def start_of(task: Task) -> Case:
-    """The case without its sweep. Its own entries stay where the sweep includes them; others get the first value."""
+    """Return case without its sweep. Its own entries stay where the sweep includes them; others get the first value."""
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify")}
     case = replace(task.case, data=data).changed({})
     for axis in task.axes:
@@ -109,7 +109,7 @@ def start_of(task: Task) -> Case:
 
 
 def sliders_of(task: Task, start: Case) -> list[Slider]:
-    """The sliders of a case, the first ones of its structure. start: what `start_of` returns."""
+    """Return the sliders of a case, the first ones of its structure. start: what `start_of` returns."""
     sliders = [_of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
     if not task.axes:
         sliders = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
@@ -126,7 +126,7 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
 
 
 def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """What usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
+    """Yield what usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
     body, world, none = case.model.structure, world_of(case.model, case.folder), inf
     at: Path = ("structure",)
     if isinstance(body, Built) and not isinstance(body, Walled):
@@ -143,7 +143,7 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
 
 
 def _required(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """The numbers that a described structure requires, and Young's modulus of its material."""
+    """Yield the numbers that a described structure requires, and Young's modulus of its material."""
     for parameter in body.of.parameters.values():
         by_diameter = parameter.name == "radius" and getattr(body, "diameter", None) is not None
         name = "diameter" if by_diameter else parameter.name
@@ -156,7 +156,7 @@ def _required(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[fl
 
 
 def _value(data: Any, path: Path) -> Any:
-    """The value at a path of data or of a checked case, None where there is none."""
+    """Return the value at a path of data or of a checked case, None where there is none."""
     try:
         return entry(data, path) if isinstance(data, dict) else value_at(data, path)
     except (AttributeError, KeyError, IndexError, TypeError):
@@ -180,7 +180,7 @@ def _text_of(value: Any, texts: Mapping[str, Any]) -> str:
 
 
 def _around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float = float("inf")) -> Slider:
-    """A slider around the value (SI) in the case, in the unit that the case gives."""
+    """Return a slider around the value (SI) in the case, in the unit that the case gives."""
     unit, number, si = unit_at(case, path, value, [_value(case.data, path)])
     if unit == si and unit in PREFERRED:
         unit, number = PREFERRED[unit], float(factor(PREFERRED[unit], si))
@@ -195,12 +195,12 @@ def _around(case: Case, path: Path, value: float, parts: tuple[float, float], mo
 
 
 def _digits(value: float) -> Decimal:
-    """A number without its last digits, which conversions leave."""
+    """Return a number without its last digits, which conversions leave."""
     return Decimal(f"{value:.9g}")
 
 
 def _step(wanted: float, value: Decimal) -> Decimal:
-    """A power of ten at most as wanted, so that the value is a whole number of steps if it has few digits."""
+    """Return a power of ten at most as wanted, so that the value is a whole number of steps if it has few digits."""
     last = value.normalize().as_tuple().exponent
     power = floor(log10(wanted))
     return Decimal(1).scaleb(max(power - 2, min(power, last if isinstance(last, int) else power)))

@@ -17,7 +17,7 @@ DEFINED = (
 
 
 def of_run(data: xr.Dataset, sensor: int, who: str = "") -> str:
-    """What came back at a sensor. who: which of several chains."""
+    """Return what came back at a sensor. who: which of several chains."""
     where = f"At bead {sensor}{' of ' * bool(who)}{who}"
     try:
         waves = reflections(data, sensor)
@@ -34,7 +34,7 @@ def of_run(data: xr.Dataset, sensor: int, who: str = "") -> str:
 
 
 def of_sweep(data: xr.Dataset, ratio: xr.DataArray, sensor: int | None) -> str:
-    """What was varied, and between which values AR lies."""
+    """Return what was varied, and between which values AR lies."""
     over = "; ".join(f"{words_of(data[name])} ({values})" for name, values in varied(data).items())
     runs = f"{count_of(ratio.size, 'run')} over {over or ', '.join(map(str, ratio.dims))}"
     values = ratio.values[np.isfinite(ratio.values)]
@@ -47,7 +47,7 @@ def of_sweep(data: xr.Dataset, ratio: xr.DataArray, sensor: int | None) -> str:
 
 
 def of_critical(data: xr.Dataset) -> str:
-    """The critical distance, or between which values it lies for the values of other parameters."""
+    """Return the critical distance, or between which values it lies for the values of other parameters."""
     low, high = data.bracket.values.reshape(-1, 2).T
     if not np.isfinite(high).all():
         return "AR does not settle within the distances: the critical distance lies beyond them."

@@ -1,4 +1,4 @@
-"""What a report shows of an identification."""
+"""Reports of identifications."""
 
 import json
 from collections.abc import Callable
@@ -29,7 +29,7 @@ OF_FILE = {
 
 
 def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
-    """What was found, how far it is known, and whether the model explains the signal."""
+    """Return what was found, how far it is known, and whether the model explains the signal."""
     unknowns = unknowns_of(data)
     explained, size = bool(data.attrs["explained"]), float(data.attrs["misfit"])
     said = "The model explains the signal" if explained else "The model does not explain the signal"
@@ -61,7 +61,8 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
 
 
 def _measurement(data: xr.Dataset) -> Section:
-    """From which file the signal comes, how it was read, and what was done to it; empty where that is not known."""
+    """Return from which file the signal comes, how it was read, and what was done to it; empty where that is not
+    known."""
     read = json.loads(str(data.attrs.get("input", "{}"))).get("identify", {}).get("signal") or {}
     rows = [
         (words, _in_words(read[name])) for name, words in OF_FILE.items() if read.get(name) not in (None, "", {}, [])
@@ -74,12 +75,12 @@ def _measurement(data: xr.Dataset) -> Section:
 
 
 def _in_words(value: Any) -> str:
-    """A value of the input; of a mapping from sensor to value all of them."""
+    """Return a value of the input; of a mapping from sensor to value all of them."""
     return ", ".join(f"{key}: {entry}" for key, entry in value.items()) if isinstance(value, dict) else str(value)
 
 
 def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
-    """The table of the fits that the noise does not exclude, but the best."""
+    """Return the table of the fits that the noise does not exclude, but the best."""
     if data.sizes.get("mode", 0) < 2:
         return []
     fits = data.modes.values[1:]

@@ -91,7 +91,7 @@ def report(
 def page_of(
     result: Any, title: str | None, sensors: Any, sketched: Any, took: float | None, said: Sequence[str] = ()
 ) -> Page:
-    """The page of a result. said: what its measures warned of, known when all are done."""
+    """Return the page of a result. said: what its measures warned of, known when all are done."""
     if isinstance(result, Identification) or (isinstance(result, xr.Dataset) and "verdict" in result):
         data = identified.dataset_of(result)
         name, summary, sections = "Identification", *of_identification(data)
@@ -119,7 +119,7 @@ def with_setup(
     warnings: Sequence[str] = (),
     first: bool = True,
 ) -> list[Section]:
-    """All sections: warnings, the results, among whose first pictures is a sketch of the set-up, and the input.
+    """Return all sections: warnings, the results, among whose first pictures is a sketch of the set-up, and the input.
 
     sketched: what to sketch where the Dataset does not hold it. first: whether the sketch comes before other pictures.
     """
@@ -140,7 +140,7 @@ def with_setup(
 
 
 def of_input(data: xr.Dataset) -> Section:
-    """The whole input as it is in the Dataset."""
+    """Return the whole input as it is in the Dataset."""
     inputs = stored(data.attrs.get("input"))
     text = json.dumps(folded(inputs), indent=1, ensure_ascii=False)
     return Section("Input", folded=[("The whole input, as the result holds it", text)] if inputs else [])

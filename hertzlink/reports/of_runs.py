@@ -1,4 +1,4 @@
-"""What a report shows of a run, a signal, a sweep and a batch."""
+"""Reports of runs, signals, sweeps and batches."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -25,7 +25,7 @@ MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
 
 
 def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
-    """A run or a signal; of several chains each by itself."""
+    """Return a run or a signal; of several chains each by itself."""
     reading = Reading(data)
     is_run, numbers = kind_of(data) == RUN, traces.sensors_of(reading, sensors)
     several = data.sizes.get("chain", 1) > 1
@@ -43,7 +43,7 @@ def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
 
 
 def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
-    """The waves of one chain, or of a signal. who: which of several chains."""
+    """Return the waves of one chain, or of a signal. who: which of several chains."""
     rows = [row for number in numbers for row in _waves(data, number)]
     head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
 
@@ -64,7 +64,7 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
 
 
 def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
-    """A row for each wave at a sensor."""
+    """Yield a row for each wave at a sensor."""
     try:
         waves = reflections(data, sensor)
     except ValueError as error:
@@ -85,7 +85,7 @@ def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
 
 
 def of_many(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
-    """A sweep or a batch."""
+    """Return a sweep or a batch."""
     reading = Reading(data)
     numbers = traces.sensors_of(reading, sensors)
     sections = [_bead(data, number) for number in numbers]
@@ -93,7 +93,7 @@ def of_many(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
 
 
 def _bead(data: xr.Dataset, number: int) -> Section:
-    """AR and TOF at a bead."""
+    """Return AR and TOF at a bead."""
     pictures, sentences = [], []
     for wave in ("primary", "secondary"):
         if wave == "secondary" and bool(amplitude_ratio(data, number, wave).isnull().all()):
@@ -109,14 +109,14 @@ def _bead(data: xr.Dataset, number: int) -> Section:
 
 
 def _swept(data: xr.Dataset, sensor: int, measure: str, wave: str) -> Callable[[Any], Any]:
-    """The curves over the parameter that has the most values."""
+    """Return the curves over the parameter that has the most values."""
     ratio = amplitude_ratio(data, sensor)
     over = max(map(str, ratio.dims), key=lambda name: ratio.sizes[name]) if ratio.dims else None
     return lambda ax: swept.swept(data, sensor, measure, over, wave, ax)
 
 
 def _points(data: xr.Dataset, sensor: int) -> Table:
-    """AR and TOF of each run, of the first ones where there are many."""
+    """Return AR and TOF of each run, of the first ones where there are many."""
     values = [
         (f"{wave} {words}", factor, measure(data, sensor, wave))
         for wave in ("primary", "secondary")

@@ -1,4 +1,4 @@
-"""What a report shows of a study: its table with reasons, its figures, the set-up of its first run."""
+"""Reports of studies: the table with reasons, its figures, the set-up of its first run."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -21,8 +21,8 @@ def study_report(
     name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = "",
     parameters: str = "",
 ) -> str:  # fmt: skip
-    """The report of a study as HTML. remark: what stands in a box at the top; parameters: the user's, in words, with
-    which the table has no column of the thesis.
+    """Return the report of a study as HTML. remark: what stands in a box at the top; parameters: the user's, in words,
+    with which the table has no column of the thesis.
 
     The time that it took, s, is the attribute `time_taken` of the data.
     """
@@ -43,7 +43,7 @@ def study_report(
 
 
 def caption(study: str, figure: str) -> str:
-    """What a figure shows; its name in words where there is no caption."""
+    """Return what a figure shows; its name in words where there is no caption."""
     captions = STUDIES[study].figures
     names = [name for name in captions if figure == name or figure.startswith(f"{name}_")]
     return captions[max(names, key=len)] if names else figure.replace("_", " ")

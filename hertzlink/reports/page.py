@@ -66,7 +66,7 @@ class Section:
 
     @property
     def empty(self) -> bool:
-        """Whether there is nothing to show."""
+        """True if there is nothing to show."""
         return not (self.sentences or self.warnings or self.tables or self.pictures or self.folded)
 
 
@@ -88,7 +88,7 @@ class Page:
 
 
 def html(page: Page) -> str:
-    """The page as HTML, with its style. Text is escaped; pictures are SVG of our own making."""
+    """Return the page as HTML, with its style. Text is escaped; pictures are SVG of our own making."""
     from markupsafe import Markup
 
     sections = [section for section in page.sections if not section.empty]
@@ -100,7 +100,8 @@ def html(page: Page) -> str:
 
 
 def usual_facts(took: float | None, numbers: dict[str, str] | None = None) -> list[tuple[str, str]]:
-    """When the report was made, the time the computation took (s), and versions: those of a result, or of today."""
+    """Return when the report was made, the time the computation took (s), and versions: those of a result, or of
+    today."""
     facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
     if took is not None:
         facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
@@ -109,7 +110,7 @@ def usual_facts(took: float | None, numbers: dict[str, str] | None = None) -> li
 
 
 def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]], folded: bool | None = None) -> Table:
-    """A table of plain rows without notes; a long one is folded, unless it is said."""
+    """Return a table of plain rows without notes; a long one is folded, unless it is said."""
     fold = len(rows) > MOST_OPEN if folded is None else folded
     return Table(caption, tuple(head), [Line(tuple(row)) for row in rows], fold)
 

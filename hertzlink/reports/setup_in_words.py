@@ -22,7 +22,7 @@ MOST_ITEMS = 12
 
 
 def input_tables(inputs: Mapping[str, Any], of: str = "") -> list[Table]:
-    """Tables of the chains, the structures and the rest. of: whose they are, where a result has several runs."""
+    """Return tables of the chains, the structures and the rest. of: whose they are, where a result has several runs."""
     rest = {name: value for name, value in inputs.items() if name not in ("chain", "chains", "structure", "structures")}
     groups: list[tuple[str, Any]] = []
     for single, many in (("chain", "chains"), ("structure", "structures")):
@@ -34,7 +34,7 @@ def input_tables(inputs: Mapping[str, Any], of: str = "") -> list[Table]:
 
 
 def rows_of(part: Any) -> Iterator[tuple[str, str]]:
-    """Names and values of a chain, a structure or a law."""
+    """Yield the names and values of a chain, a structure or a law."""
     if not isinstance(part, Mapping):
         yield "kind", str(part)
         return
@@ -56,7 +56,7 @@ def rows_of(part: Any) -> Iterator[tuple[str, str]]:
 
 
 def _units(given: Mapping[str, Any]) -> dict[str, str]:
-    """Units by the names of arguments: those of what is described, by its class, or by its kind as a structure.
+    """Return units by the names of arguments: those of what is described, by its class, or by its kind as a structure.
 
     Of a part whose class is not noted, such as a chain, the units on which all parameters of a name agree.
     """
@@ -70,7 +70,7 @@ def _units(given: Mapping[str, Any]) -> dict[str, str]:
 
 
 def counted(texts: list[str]) -> list[str]:
-    """Equal texts once, with their number."""
+    """Return equal texts once, with their number."""
     return [f"{texts.count(text)} × {text}" if texts.count(text) > 1 else text for text in dict.fromkeys(texts)]
 
 
@@ -92,13 +92,13 @@ def _value(name: str, value: Any, units: Mapping[str, str]) -> str:
 
 
 def _numbers(unit: str, values: list[float]) -> str:
-    """Numbers in one handy unit; angles in degrees."""
+    """Return the numbers in one handy unit; angles in degrees."""
     factor, unit = (180.0 / pi, "°") if unit == "rad" else handy(values, unit)
     return " ".join(filter(None, (", ".join(f"{factor * number:.6g}" for number in values), unit)))
 
 
 def _in_words(part: Any) -> str:
-    """A bead, a layer, a material or a law on one line."""
+    """Return a bead, a layer, a material or a law on one line."""
     if not isinstance(part, Mapping):
         return str(part)
     if "youngs_modulus" in part:

@@ -32,7 +32,7 @@ COLOUR_BAR = "<colorbar>"
 
 
 def picture(figure: "Figure", name: str, caption: str) -> Picture:
-    """A figure for a page; name: unique there."""
+    """Return a figure for a page; name: unique there."""
     from matplotlib import rc_context
 
     text = StringIO()
@@ -54,7 +54,7 @@ def picture(figure: "Figure", name: str, caption: str) -> Picture:
 
 
 def in_words(figure: "Figure") -> str:
-    """What a figure shows: of each of its axes the quantities and the names of its curves."""
+    """Return what a figure shows: of each of its axes the quantities and the names of its curves."""
     return "; ".join(words for axes in figure.axes if axes.get_label() != COLOUR_BAR and (words := _of_axes(axes)))
 
 
@@ -68,7 +68,7 @@ def _of_axes(axes: Any) -> str:
 
 
 def drawn(name: str, caption: str, draw: Callable[[Any], Any], height: float = HEIGHT) -> Picture:
-    """A figure of one of the plots."""
+    """Return a figure of one of the plots."""
     ax = own_axes(WIDTH, height)
     draw(ax)
     return picture(ax.get_figure(), name, caption)  # type: ignore[arg-type]

@@ -16,7 +16,7 @@ from hertzlink.studies.table import Row
 
 @dataclass(frozen=True)
 class Entry:
-    """What `studies.toml` says of a study. runs: of a quick one and of a whole one; figures: captions by file name."""
+    """An entry of `studies.toml`. runs: of a quick one and of a whole one; figures: captions by file name."""
 
     about: str
     runs: tuple[int, int]
@@ -37,7 +37,7 @@ def __dir__() -> list[str]:
 
 
 class Study(Protocol):
-    """What the command line uses of a study."""
+    """A study, as the command line uses it."""
 
     Conditions: type[Conditions]
     """The parameters that can be changed."""
@@ -49,11 +49,11 @@ class Study(Protocol):
         ...
 
     def table(self, data: xr.Dataset) -> list[Row]:
-        """The thesis's numbers compared with those of hertzlink."""
+        """Return the thesis's numbers compared with those of hertzlink."""
         ...
 
     def figures(self, data: xr.Dataset) -> dict[str, Figure]:
-        """Figures by file name."""
+        """Return the figures by file name."""
         ...
 
 
@@ -62,7 +62,7 @@ class LongStudy(Study, Protocol):
     """A study that keeps its parts as they are finished, and whose table is too long for a terminal."""
 
     def run(self, quick: bool = False, jobs: int | None = None, keep: Path | None = None, **own: Any) -> xr.Dataset:
-        """As a Study. keep: a folder for the parts; a later run takes those that it finds there."""
+        """Run as a Study. keep: a folder for the parts; a later run takes those that it finds there."""
         ...
 
     def forget(self, folder: Path) -> None:
@@ -70,11 +70,11 @@ class LongStudy(Study, Protocol):
         ...
 
     def summary(self, data: xr.Dataset) -> str:
-        """What the terminal shows in place of the table."""
+        """Return what the terminal shows in place of the table."""
         ...
 
 
 def study(name: str) -> Study:
-    """The study of this name; its module is imported at this call."""
+    """Return the study of this name; its module is imported at this call."""
     module = STUDIES[name].module or name.replace("-", "_")
     return import_module(f"hertzlink.studies.{module}")  # type: ignore[return-value]

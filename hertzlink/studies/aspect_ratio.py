@@ -42,7 +42,7 @@ THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"
 
 @dataclass(frozen=True)
 class Conditions(OnPlate):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     @property
     def speeds(self) -> tuple[float, float]:
@@ -52,14 +52,14 @@ class Conditions(OnPlate):
         return self.impact_speed, PARTICLE_TO_STRIKER_SPEED * self.impact_speed
 
     def ratios(self) -> tuple[float, ...]:
-        """D/t of the theory lines."""
+        """Return D/t of the theory lines."""
         if not self.own:
             return RATIOS
         least, most = min(self.bead) / max(self.thickness), max(self.bead) / min(self.thickness)
         return tuple(np.geomspace(0.5 * least, 1.3 * most, len(RATIOS)))
 
     def theory(self, ratio: float, speed: float) -> tuple[float, float]:
-        """AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
+        """Return AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
         diameter = self.bead[len(self.bead) // 2]
         bead, plate = self.sphere(diameter), self.plate(diameter / ratio)
         flight = normalised_time_of_flight(self.beads - self.sensor, bead, plate, self.impact_speed, speed)
@@ -70,7 +70,7 @@ THESIS = Conditions()
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
+    """Return AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
 
     body: the thesis's plate, the infinite plate by its point impedance, and a half-space. quick: the same, because it
     takes seconds.
@@ -104,7 +104,7 @@ def _structure(of: Conditions, body: str, thickness: float) -> Structure:
 
 
 def measure(run: xr.Dataset, sensor: int = on_plates.SENSOR) -> xr.Dataset:
-    """The part of a run that the study keeps."""
+    """Return the part of a run that the study keeps."""
     return xr.Dataset(
         {
             "amplitude_ratio": amplitude_ratio(run, sensor),
@@ -116,14 +116,14 @@ def measure(run: xr.Dataset, sensor: int = on_plates.SENSOR) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """λ, contact times and e printed in section 6.2; AR and TOF/D compared with Zener's theory."""
+    """Return λ, contact times and e printed in section 6.2; AR and TOF/D compared with Zener's theory."""
     of = Conditions.read(data)
     first = _contacts(data, of) if of.own else [*_printed(data), *_extremes()]
     return [*first, *_amplitudes(data, of), *_flights(data, of)]
 
 
 def _contacts(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """Contact times of other beads and plates."""
+    """Return the contact times of other beads and plates."""
     rows = []
     for diameter, thickness, _ in _by_ratio(data):
         bead, plate = of.sphere(diameter), of.plate(thickness)
@@ -155,18 +155,19 @@ def _printed(data: xr.Dataset) -> list[Row]:
 
 
 def _thesis_parameter(diameter: float, thickness: float) -> float:
-    """λ with the thesis's data."""
+    """Return λ with the thesis's data."""
     return float(inelasticity_parameter(theirs(diameter), THESIS.plate(thickness), THESIS_IMPACT.bead_speed))
 
 
 def _thesis_contact_time(diameter: float, thickness: float) -> float:
-    """T_c, µs, with the thesis's data."""
+    """Return T_c, µs, with the thesis's data."""
     parameter, plate = _thesis_parameter(diameter, thickness), THESIS.plate(thickness)
     return 1e6 * float(plate_contact_time(theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
 
 
 def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str, str]:
-    """T_c, µs, for the λ that would be printed as this one (0.29 for the misprint 0.2), with the thesis's density."""
+    """Return T_c, µs, for the λ that would be printed as this one (0.29 for the misprint 0.2), with the thesis's
+    density."""
     plate, speed = THESIS.plate(thickness), THESIS_IMPACT.striker_speed
     digits = printed(0.29 if parameter == 0.2 else parameter)
     assert digits is not None
@@ -175,7 +176,7 @@ def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str
 
 
 def _extremes() -> list[Row]:
-    """Statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
+    """Return the statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
     small, large = min(on_plates.DIAMETERS), max(on_plates.DIAMETERS)
     thin, thick = min(on_plates.THICKNESSES), max(on_plates.THICKNESSES)
     plates = [THESIS.plate(thickness) for thickness in on_plates.THICKNESSES]
@@ -203,7 +204,7 @@ def _amplitudes(data: xr.Dataset, of: Conditions) -> list[Row]:
 
 
 def _shown(ratio: xr.DataArray) -> float | str:
-    """AR with four digits; a wave below a hundredth of the incident one counts as none."""
+    """Return AR with four digits; a wave below a hundredth of the incident one counts as none."""
     return round(float(ratio), 4) if np.isfinite(ratio) else "below 0.01"
 
 
@@ -219,13 +220,13 @@ def _flights(data: xr.Dataset, of: Conditions) -> list[Row]:
 
 
 def _by_ratio(data: xr.Dataset) -> list[tuple[float, float, float]]:
-    """Diameter, thickness (m) and D/t of all combinations, in order of D/t."""
+    """Return the diameter, thickness (m) and D/t of all combinations, in order of D/t."""
     pairs = [(d, t, d / t) for d in data.diameter.values for t in data.thickness.values]
     return sorted(pairs, key=lambda one: one[2])
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
+    """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
     found = {}
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     _points(axis, data, data.amplitude_ratio)
@@ -249,7 +250,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def _points(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
-    """Filled markers for the thesis's plates, hollow ones for infinite plates."""
+    """Draw filled markers for the thesis's plates, hollow ones for infinite plates."""
     for i, diameter in enumerate(data.diameter.values):
         label, ratio = f"D = {diameter * 1e3:.2f} mm", diameter / data.thickness.values
         look = draw.Look(color=draw.COLOURS[i], marker=draw.MARKERS[i], linestyle="none", clip_on=False, zorder=3.0)
@@ -275,7 +276,7 @@ def _lines(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
 
 
 def _forces(data: xr.Dataset) -> draw.Figure:
-    """Force at the sensor on the thinnest and the thickest plate, for the middle bead."""
+    """Return the force at the sensor on the thinnest and the thickest plate, for the middle bead."""
     figure, (axis,) = draw.panels(1, width=4.8, height=3.4)
     of = Conditions.read(data)
     diameter = of.bead[len(of.bead) // 2]

@@ -23,7 +23,7 @@ length of the record, s.
 
 
 def table() -> list[Row]:
-    """The constants of sections 1.3, 1.5, 6.1.1 and 6.2.1, computed from the equations of the library."""
+    """Return the constants of sections 1.3, 1.5, 6.1.1 and 6.2.1, computed from the equations of the library."""
     return [*_long_waves(), *_contact()]
 
 
@@ -66,7 +66,7 @@ def _contact() -> list[Row]:
 
 
 def _particle_speed() -> float:
-    """Greatest speed of a bead far from the striker, over the striker's."""
+    """Return the greatest speed of a bead far from the striker, over the striker's."""
     bead = Sphere(4.76e-3, STEEL_440C)
     run = CoSimulation(Chain([bead] * LONG_CHAIN, bead, SLOW), None).run(UNTIL, save_every=2.5e-7)
     return float(run.velocity.sel(bead=FAR).max()) / SLOW

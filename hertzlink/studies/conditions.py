@@ -1,4 +1,4 @@
-"""What can be changed in a study: parameters with the thesis's values as defaults.
+"""Parameters that can be changed in a study, with the thesis's values as defaults.
 
 A study declares them once, as fields of a subclass of Conditions; the command line makes its options from these. The
 annotation of a field holds its quantity and what it is: `Annotated[float, BEAD, "Diameter of the beads"]`.
@@ -56,7 +56,7 @@ class WrongValue(ValueError):
 
 @dataclass(frozen=True)
 class Option:
-    """How one parameter is read, and what it changes. kind: None for a material."""
+    """An option: how a parameter is read, and what it changes. kind: None for a material."""
 
     says: str
     kind: Quantity | Count | OneOf | None
@@ -64,7 +64,7 @@ class Option:
 
     @classmethod
     def of(cls, hint: Any) -> Self:
-        """The option of an annotated field."""
+        """Return the option of an annotated field."""
         kind, notes = noted(hint)
         *quantity, says = notes
         return cls(says, quantity[0] if quantity else None, get_origin(kind) is tuple)
@@ -80,7 +80,8 @@ class Option:
         return self.kind.unit if isinstance(self.kind, Quantity) else ""
 
     def read(self, name: str, given: object) -> Any:
-        """The value from text, a number, or for several values a sequence of these; a WrongValue if it is not right."""
+        """Return the value from text, a number, or for several values a sequence of these; a WrongValue if it is not
+        right."""
         if not self.several:
             return self._one(name, given)
         items = list(_items(given))
@@ -90,7 +91,7 @@ class Option:
         return tuple(values if self.choices or self.kind is None else sorted(values))
 
     def shown(self, value: Any) -> str:
-        """The value as text."""
+        """Return the value as text."""
         if value is None:
             return "none"
         values = value if self.several else (value,)
@@ -130,7 +131,7 @@ class Conditions:
 
     @classmethod
     def of(cls, own: Mapping[str, Any]) -> Self:
-        """Those with some parameters of a user's own; a ValueError for a name that does not exist."""
+        """Return those with some parameters of a user's own; raise a ValueError for a name that does not exist."""
         known = cls.options()
         for name, value in own.items():
             if name not in known:
@@ -141,36 +142,36 @@ class Conditions:
 
     @classmethod
     def read(cls, data: xr.Dataset) -> Self:
-        """Those with which the results were computed."""
+        """Return those with which the results were computed."""
         return cls(**stored(data.attrs.get(OWN)))
 
     @classmethod
     @cache
     def options(cls) -> dict[str, Option]:
-        """How each parameter is read."""
+        """Return how each parameter is read."""
         hints = get_type_hints(cls, include_extras=True)
         return {one.name: Option.of(hints[one.name]) for one in fields(cls)}
 
     @classmethod
     def thesis(cls, name: str) -> Any:
-        """The thesis's value of a parameter."""
+        """Return the thesis's value of a parameter."""
         return cls.__dataclass_fields__[name].default
 
     def differing(self) -> list[str]:
-        """Names of the parameters that differ from the thesis's."""
+        """Return the names of the parameters that differ from the thesis's."""
         return [name for name in self.options() if getattr(self, name) != self.thesis(name)]
 
     @property
     def own(self) -> bool:
-        """Whether any differs."""
+        """True if any differs."""
         return bool(self.differing())
 
     def few(self, name: str, quick: Any) -> Any:
-        """The values of a parameter, for a quick study `quick` if they are the thesis's."""
+        """Return the values of a parameter, for a quick study `quick` if they are the thesis's."""
         return getattr(self, name) if name in self.differing() else quick
 
     def remark(self) -> str:
-        """What differs from the thesis, in words; empty if nothing does."""
+        """Return what differs from the thesis, in words; empty if nothing does."""
         options = self.options()
         shown = {name: options[name].shown for name in self.differing()}
         parts = [
@@ -180,7 +181,7 @@ class Conditions:
         return f"own parameters: {'; '.join(parts)}" if parts else ""
 
     def marked(self, data: xr.Dataset) -> xr.Dataset:
-        """The results with the parameters that differ in their attributes."""
+        """Return the results with the parameters that differ in their attributes."""
         if not self.own:
             return data
         values = {name: _plain(getattr(self, name)) for name in self.differing()}
@@ -188,7 +189,7 @@ class Conditions:
 
 
 def _items(given: object) -> Iterable[object]:
-    """One value, or several: in a sequence, or with commas in a text."""
+    """Return one value, or several: in a sequence, or with commas in a text."""
     if isinstance(given, str):
         return [part.strip() for part in given.split(",") if part.strip()]
     if isinstance(given, Mapping) or not isinstance(given, Iterable):
@@ -197,7 +198,7 @@ def _items(given: object) -> Iterable[object]:
 
 
 def _plain(value: Any) -> Any:
-    """A value for JSON: a material of the table by its name, another one by its constants."""
+    """Return a value for JSON: a material of the table by its name, another one by its constants."""
     if isinstance(value, tuple):
         return [_plain(one) for one in value]
     if isinstance(value, Material):
@@ -216,7 +217,7 @@ def _words(name: str) -> str:
 
 
 def _number(text: str, unit: str) -> float:
-    """The number that a user typed, in the unit itself, or with one of its kind, as "1 mm"."""
+    """Return the number that a user typed, in the unit itself, or with one of its kind, as "1 mm"."""
     try:
         return float(text)
     except ValueError:
@@ -231,7 +232,7 @@ def _number(text: str, unit: str) -> float:
 
 
 def _material(given: object) -> Material:
-    """A material, from its constants, or that of this name, or the only one of this first word."""
+    """Return a material, from its constants, or that of this name, or the only one of this first word."""
     if isinstance(given, Material):
         return given
     if isinstance(given, Mapping):
@@ -245,6 +246,6 @@ def _material(given: object) -> Material:
 
 
 def _printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:
-    """Values with their unit, in the digits that a user would type. words: what stands around the numbers."""
+    """Return values with their unit, in the digits that a user would type. words: what stands around the numbers."""
     unit, factor = READABLE.get(unit, (unit, 1.0))
     return f"{words.format(*(f'{factor * one:.6g}' for one in values))} {unit}".rstrip()

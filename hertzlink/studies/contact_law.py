@@ -64,7 +64,7 @@ class Contact:
         return cylinders.Tacit()(self.first, self.second)
 
     def law(self, coarser: float = 1.0) -> ComputedLaw:
-        """The law, with cells of CELLS times `coarser`."""
+        """Return the law, with cells of CELLS times `coarser`."""
         cells = CELLS[self.method] / coarser
         if self.method == "cut half-space":
             return cut_law(degrees(self.second.angle), LARGEST_APPROACH, int(cells))
@@ -113,12 +113,12 @@ def hollow(ratio: float) -> str:
 
 
 def half_space(angle: float) -> str:
-    """The method for cylinders at an angle, degrees."""
+    """Return the method for cylinders at an angle, degrees."""
     return "half-space" if angle >= SHORT_CONTACT_ANGLE else "cut half-space"
 
 
 def contacts() -> dict[str, Contact]:
-    """The thesis's contacts by name."""
+    """Return the thesis's contacts by name."""
     minor, major, sphere = (ellipsoids.particle(shape) for shape in ellipsoids.SHAPES)
     flat, steel = cylinders.cylinder(0.0), Sphere(2.38e-3, STEEL_316)
     shells = {ratio: hollow_spheres.particle(ratio) for ratio in hollow_spheres.TABLE_5_1}
@@ -145,7 +145,7 @@ class Fitted:
     weighting: str
 
     def of(self, law: ComputedLaw) -> PowerFit:
-        """The fit of a law."""
+        """Return the fit of a law."""
         ends = np.array([self.lowest, self.highest])
         lowest, highest = (ends if self.unit == "m" else law.approach(ends)).tolist()
         return fit_power_law(law, lowest, highest, self.weighting)
@@ -170,7 +170,8 @@ MESHES = (4.0, 2.0, 1.0, 0.5)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Force over approach for each contact, with theory and Table 5.1; fits; changes of the force on finer meshes.
+    """Return the force over approach for each contact, with theory and Table 5.1; fits; changes of the force on finer
+    meshes.
 
     quick: cells twice as large. jobs: always one process, because each law takes a second.
     """
@@ -214,13 +215,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
-    """Mean relative change of the force from each mesh to the next."""
+    """Return the mean relative change of the force from each mesh to the next."""
     forces = [contact.law(coarser).force(np.array(APPROACHES[FIRST_COMPARED:])) for coarser in meshes]
     return [float(np.abs(one / other - 1.0).mean()) for one, other in pairwise(forces)]
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of sections 3.3.1, 5.3.1, 5.3.2 and 5.3.3, compared with those of hertzlink."""
+    """Return the numbers of sections 3.3.1, 5.3.1, 5.3.2 and 5.3.3, compared with those of hertzlink."""
     return [*_spheres(data), *_ellipsoids(data), *_cylinders(data), *_hollow_spheres(data), *_meshes(data)]
 
 
@@ -229,28 +230,28 @@ def _exponent(data: xr.Dataset, name: str, fit: str = LIKE_TABLE_5_1) -> float:
 
 
 def _exponents(data: xr.Dataset, name: str, *fits: str) -> str:
-    """The exponents of several fits, each with its range."""
+    """Return the exponents of several fits, each with its range."""
     return "; ".join(f"{_exponent(data, name, fit):.3f} over {fit}" for fit in fits)
 
 
 def _over_theory(data: xr.Dataset, name: str) -> str:
-    """Force in units of the theoretical force, as a difference in per cent, at three approaches."""
+    """Return the force in units of the theoretical force, as a difference in per cent, at three approaches."""
     above = 100.0 * (data.force / data.theory - 1.0).sel(contact=name)
     return ", ".join(f"{float(_at(above, micron)):+z.1f} % at {micron:g} µm" for micron in (1.0, 5.0, 20.0))
 
 
 def _at(values: xr.DataArray, micron: float) -> xr.DataArray:
-    """At one of APPROACHES, µm."""
+    """Return the value at one of APPROACHES, µm."""
     return values.sel(approach=micron * 1e-6, method="nearest", tolerance=1e-12)
 
 
 def _ratio(data: xr.Dataset, name: str) -> float:
-    """Force over the theoretical force at 5 µm."""
+    """Return the force over the theoretical force at 5 µm."""
     return float(_at((data.force / data.theory).sel(contact=name), 5.0))
 
 
 def _spheres(data: xr.Dataset) -> list[Row]:
-    """Figure 3.2."""
+    """Return figure 3.2."""
     relative = "0.2 to 10 µm, relative"
     others = _exponents(data, SPHERES, LIKE_TABLE_5_1, "1 to 100 N, relative")
     return [
@@ -261,7 +262,7 @@ def _spheres(data: xr.Dataset) -> list[Row]:
 
 
 def _ellipsoids(data: xr.Dataset) -> list[Row]:
-    """Figure 5.3."""
+    """Return figure 5.3."""
     stiffness = float(_at(data.force.sel(contact=MAJOR), 1.0)) / 1e-6**1.5 * 1e-9
     return [
         row("k, major axes", stiffness),
@@ -274,7 +275,7 @@ def _ellipsoids(data: xr.Dataset) -> list[Row]:
 
 
 def _cylinders(data: xr.Dataset) -> list[Row]:
-    """Figure 5.7."""
+    """Return figure 5.7."""
     force = "1 to 100 N, relative"
     ranges = _exponents(data, STRAIN, LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")
     rows = [
@@ -289,7 +290,7 @@ def _cylinders(data: xr.Dataset) -> list[Row]:
 
 
 def _crossed(data: xr.Dataset, angle: float) -> Row:
-    """Exponent of cylinders crossed at an angle, degrees, figure 5.7e; the theory is Hertz's."""
+    """Return the exponent of cylinders crossed at an angle, degrees, figure 5.7e; the theory is Hertz's."""
     name, fit = crossed(angle), "0.2 to 20 µm, absolute"
     exponent, narrow = _exponent(data, name, fit), _exponents(data, name, LIKE_TABLE_5_1)
     shares = f"F over Hertz's: {_over_theory(data, name)}"
@@ -305,14 +306,14 @@ def _crossed(data: xr.Dataset, angle: float) -> Row:
 
 
 def _limit() -> Row:
-    """The angle down to which Hertz's law holds, from the finite length of the cylinders."""
+    """Return the angle down to which Hertz's law holds, from the finite length of the cylinders."""
     small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))
     at = 1e6 * approach_of_ends(30.0)
     return row("angle above which Hertz's law holds", f"{small:.1f} to {large:.1f}", at)
 
 
 def _hollow_spheres(data: xr.Dataset) -> list[Row]:
-    """Figure 5.12 and Table 5.1."""
+    """Return figure 5.12 and Table 5.1."""
     rows = []
     for ratio, law in hollow_spheres.TABLE_5_1.items():
         name = hollow(ratio)
@@ -331,7 +332,7 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
 
 
 def _meshes(data: xr.Dataset) -> list[Row]:
-    """Remaining errors of the meshes."""
+    """Return the remaining errors of the meshes."""
     halvings = data.sizes["coarser"] - 1
     orders = [f"{log2(row[0] / row[-1]) / halvings:.1f}" for row in data.change.values]
     worst = str(data.contact[int(np.argmax(data.error.values))].item())
@@ -342,7 +343,7 @@ def _meshes(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and the convergence with finer meshes."""
+    """Return figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and the convergence with finer meshes."""
     return {
         "spheres": _figure_of_spheres(data),
         "ellipsoids": draw.compared(
@@ -360,19 +361,20 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def _line(data: xr.Dataset, name: str, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
-    """A curve of `draw.beside_theory`."""
+    """Return a curve of `draw.beside_theory`."""
     at = data.sel(contact=name)
     return label, data.approach.values * 1e6, at.force.values, at.theory.values
 
 
 def _printed_line(data: xr.Dataset, ratio: float) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
-    """The same with the law of Table 5.1 as the theory."""
+    """Return the same with the law of Table 5.1 as the theory."""
     label, approach, force, _ = _line(data, hollow(ratio), f"Ri/Ro = {ratio:g}")
     return label, approach, force, data.printed.sel(ratio=ratio).values
 
 
 def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
-    """Force over approach of two hemispheres, with the line fitted in logarithms, and the ratio to Hertz's force."""
+    """Return the force over approach of two hemispheres, with the line fitted in logarithms, and the ratio to Hertz's
+    force."""
     figure, (laws, shares) = draw.panels(2, width=3.7, height=3.4, sharey=False)
     fit = data.sel(contact=SPHERES, fit="0.2 to 10 µm, relative")
     approach, force = data.approach.values, data.force.sel(contact=SPHERES).values
@@ -391,7 +393,7 @@ def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
 
 
 def _figure_of_cylinders(data: xr.Dataset) -> draw.Figure:
-    """With the parallel ones, and without."""
+    """Draw the laws of cylinders with the parallel ones, and without."""
     figure, axes = draw.panels(2, width=3.7, height=3.6, sharey=False)
     crossing = [_line(data, crossed(angle), f"{angle:g}°") for angle in (90.0, 30.0, 10.0, 5.0)]
     parallel = _line(data, SOLID, "0°, finite elements")
@@ -401,9 +403,8 @@ def _figure_of_cylinders(data: xr.Dataset) -> draw.Figure:
 
 
 def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
-    """Exponents over the angle between cylinders, for each fitted range; hollow markers where half-spaces only repeat
-    Hertz.
-    """
+    """Return the exponents over the angle between cylinders, for each fitted range; hollow markers where half-spaces
+    only repeat Hertz."""
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     names = [SOLID, *(crossed(angle) for angle in ANGLES)]
     angles = np.array([0.0, *ANGLES])
@@ -423,7 +424,7 @@ def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
 
 
 def _figure_of_convergence(data: xr.Dataset) -> draw.Figure:
-    """Mean change of the force by halving the cells, compared with second order."""
+    """Return the mean change of the force by halving the cells, compared with second order."""
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for i, name in enumerate(data.refined.values):
         draw.points(axis, data.coarser.values, 100.0 * data.change.sel(refined=name).values, i, str(name))

@@ -60,7 +60,8 @@ REPORTED_FROM = (1.0, 1.5)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR over corner and the distances x, y from its edges; AR of the single edges; critical distances along x = y.
+    """Return AR over corner and the distances x, y from its edges; AR of the single edges; critical distances along x =
+    y.
 
     quick: four distances instead of eight, which the scan for critical distances shares, and brackets of 2 mm.
     """
@@ -84,7 +85,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: int | None) -> xr.Dataset:
-    """Critical distances (m) along the diagonals of the corners, and from each single edge.
+    """Return the critical distances (m) along the diagonals of the corners, and from each single edge.
 
     length: ℓ, m. scaled: the first scan, in units of ℓ. bracket: m.
     """
@@ -108,12 +109,12 @@ def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: in
 
 
 def unit() -> float:
-    """ℓ, m."""
+    """Return ℓ, m."""
     return edge_length(BEAD, plate("free-free"), IMPACT_SPEED)
 
 
 def plate(corner: str) -> Plate:
-    """The square plate with these two edges, the others free."""
+    """Return the square plate with these two edges, the others free."""
     left, bottom = CORNERS[corner]
     supports = Supports(left=left, bottom=bottom)
     return kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
@@ -121,12 +122,13 @@ def plate(corner: str) -> Plate:
 
 @lru_cache(maxsize=256)
 def at_corner(corner: str, x: float, y: float) -> Structure:
-    """The reduced plate, struck at distances x and y (m) from the two edges; kept, as some lie on the diagonal too."""
+    """Return the reduced plate, struck at distances x and y (m) from the two edges; kept, as some lie on the diagonal
+    too."""
     return reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
 
 
 def superposed(data: xr.Dataset) -> xr.DataArray:
-    """AR by superposition of the two edges: the far value plus the contribution of each single edge."""
+    """Return AR by superposition of the two edges: the far value plus the contribution of each single edge."""
     added = data.corner_edge_ratio - data.corner_far_ratio
     along_y = added.rename(x="y")
     both = [
@@ -138,13 +140,13 @@ def superposed(data: xr.Dataset) -> xr.DataArray:
 
 
 def worst(data: xr.Dataset, corner: str, nearest: float) -> float:
-    """Largest error of superposition for distances of `nearest` (in ℓ) or more."""
+    """Return the largest error of superposition for distances of `nearest` (in ℓ) or more."""
     one = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
     return float(abs(one.corner_ratio - one.corner_superposed).max())
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Critical distances along the diagonal of each corner, and those of its edges."""
+    """Return the critical distances along the diagonal of each corner, and those of its edges."""
     rows, length = [], float(data.corner_length)
     for corner, edges in CORNERS.items():
         alone = data.corner_edge_critical_distance.sel(corner_edge=list(edges)) / length
@@ -155,7 +157,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figure(data: xr.Dataset) -> draw.Figure:
-    """AR minus its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
+    """Return AR minus its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
     from matplotlib.colors import TwoSlopeNorm
 
     drawn, axes = draw.panels(data.sizes["corner"], width=2.9, height=3.6)

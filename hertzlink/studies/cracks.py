@@ -86,7 +86,8 @@ BODIES = (
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR and TOF over impact speed and opening, and the opening whose AR lies half-way between the linear limits.
+    """Return AR and TOF over impact speed and opening, and the opening whose AR lies half-way between the linear
+    limits.
 
     quick: two speeds, three openings, and none half-way. jobs: always one process.
     """
@@ -162,7 +163,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """AR over the impact speed, one line for each opening, between the lines of the linear limits."""
+    """Return AR over the impact speed, one line for each opening, between the lines of the linear limits."""
     figure, axes = draw.panels(2, width=3.7, height=3.6, sharey=False)
     for axis, one in zip(axes, BODIES, strict=True):
         found = data.sel(body=one.name)

@@ -65,7 +65,7 @@ PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
-    """What can be changed. Other pairs, shear and corners are then left out."""
+    """Parameters that can be changed. Other pairs, shear and corners are then left out."""
 
     material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
     bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.53e-3
@@ -79,7 +79,7 @@ class Conditions(conditions.Conditions):
     ] = PARAMETERS
 
     def check(self) -> None:
-        """A pair that the law holds, so that AR at equal λ can be compared."""
+        """Refuse a pair that the law does not hold: AR at equal λ could not be compared."""
         if not self.own:
             return
         try:
@@ -98,7 +98,7 @@ OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR over edge, λ and d/ℓ; the same for other pairs; the law compared with both; shear; corners.
+    """Return AR over edge, λ and d/ℓ; the same for other pairs; the law compared with both; shear; corners.
 
     quick: fewer of each.
     """
@@ -117,7 +117,8 @@ def main_map(
     parameters: Iterable[float], distances: Iterable[float], jobs: int | None,
     pair: Pair = MAIN, edges: Sequence[str] = EDGES,
 ) -> xr.Dataset:  # fmt: skip
-    """AR of a pair near each edge and far away, the values of the law's table, and the critical distances over ℓ."""
+    """Return AR of a pair near each edge and far away, the values of the law's table, and the critical distances over
+    ℓ."""
 
     def near(edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
         return pair.coupled(pair.struck(edge, inelasticity, scaled_distance))
@@ -139,7 +140,7 @@ def main_map(
 
 
 def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
-    """The last crossing of samples, interpolated with PCHIP; NaN if AR has not settled at the last sample."""
+    """Return the last crossing of samples, interpolated with PCHIP; NaN if AR has not settled at the last sample."""
     if abs(difference[-1]) >= tolerance:
         return float("nan")
     fine = np.linspace(distances[0], distances[-1], 4000)
@@ -147,7 +148,7 @@ def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
 
 
 def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -> xr.DataArray:
-    """The values of the law's table for simulated differences over edge, λ and d/ℓ."""
+    """Return the values of the law's table for simulated differences over edge, λ and d/ℓ."""
     distances = difference.scaled_distance.values
     found: xr.DataArray = xr.apply_ufunc(
         lambda edge, ratio, parameter: np.interp(distances, *edge_difference(str(edge), ratio, parameter)),
@@ -158,9 +159,8 @@ def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -
 
 
 def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
-    """AR minus its far value of other pairs; its deviation from that of MAIN, and from the table for their
-    stiffnesses.
-    """
+    """Return AR minus its far value of other pairs; its deviation from that of MAIN, and from the table for their
+    stiffnesses."""
     parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
 
     def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
@@ -185,7 +185,7 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
 
 
 def law() -> xr.Dataset:
-    """c(λ) and its bounds for the materials of MAIN."""
+    """Return c(λ) and its bounds for the materials of MAIN."""
     found = [
         [[scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in TOLERANCES] for p in LAW_PARAMETERS]
         for edge in EDGES
@@ -203,7 +203,8 @@ def law() -> xr.Dataset:
 
 
 def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
-    """For the thesis's beads and plates with a clamped edge, m: the law, a search with `half_plane`, two lines.
+    """Return the critical distances, m, of the thesis's beads and plates with a clamped edge: the law, a search with
+    `half_plane`, two lines.
 
     The law and the search are NaN if λ lies outside the range of the law. quick: one search.
     """
@@ -236,7 +237,7 @@ def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
 
 
 def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, float, float]:
-    """The critical distance from a clamped edge, m, and its bracket, by runs around the last crossing."""
+    """Return the critical distance from a clamped edge, m, and its bracket, by runs around the last crossing."""
     length = pair.length(inelasticity)
 
     def build(distance: float) -> CoSimulation:
@@ -248,12 +249,12 @@ def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, fl
 
 
 def plate(thickness: float) -> Plate:
-    """The thesis's aluminium plate."""
+    """Return the thesis's aluminium plate."""
     return kirchhoff_plate(0.914, 0.914, thickness, ALUMINIUM_6061, Supports("clamped", "clamped"))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The collapse, the law and its error, the thesis's two lines, and the limit of Kirchhoff's theory."""
+    """Return the collapse, the law and its error, the thesis's two lines, and the limit of Kirchhoff's theory."""
     of = Conditions.read(data)
     if of.own:
         return _own_rows(data, of)
@@ -291,7 +292,7 @@ def _law(data: xr.Dataset) -> list[Row]:
 
 
 def _compared(part: xr.Dataset, edge: str) -> tuple[Vector, Vector, Vector, Vector]:
-    """Critical distances over ℓ, simulated and by the law with its bounds, over λ and tolerance."""
+    """Return the critical distances over ℓ, simulated and by the law with its bounds, over λ and tolerance."""
     found = np.array([
         [scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in part.within.values]
         for p in part.inelasticity.values
@@ -317,7 +318,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
 
 
 def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """The critical distance over ℓ by runs, compared with the law, for each edge and λ."""
+    """Return the critical distance over ℓ by runs, compared with the law, for each edge and λ."""
     found = []
     for edge, one, within in product(data.edge.values, data.inelasticity.values, data.within.values):
         length, thickness = of.pair.length(float(one)), of.pair.plate(float(one)).thickness
@@ -331,7 +332,7 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """The collapse, the law, its jumps, shear, and corners."""
+    """Return the collapse, the law, its jumps, shear, and corners."""
     from hertzlink.studies import critical_figures
 
     if Conditions.read(data).own:

@@ -20,7 +20,7 @@ JUMP_PARAMETERS = (0.2, 0.25, 0.3, 0.4)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """By file name."""
+    """Return the figures by file name."""
     return {
         "collapse": collapse(data),
         "critical_distance": critical_distance(data),
@@ -31,7 +31,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def _by_edge(data: xr.Dataset, ylabel: str, width: float = 3.3, **labels: Any) -> tuple[draw.Figure, list[draw.Axes]]:
-    """A panel for each edge."""
+    """Return a panel for each edge."""
     figure, axes = draw.panels(data.sizes["edge"], width=width, height=3.5)
     for axis, edge in zip(axes, data.edge.values, strict=True):
         axis.set(title=f"{edge} edge", **labels)
@@ -43,7 +43,7 @@ SCALED = draw.Look(xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), yl
 
 
 def of_pair(data: xr.Dataset) -> draw.Figure:
-    """AR of a user's own beads and plates against d/ℓ for each edge and λ."""
+    """Return AR of a user's own beads and plates against d/ℓ for each edge and λ."""
     from matplotlib import colormaps
 
     figure, axes = _by_edge(data, "amplitude ratio AR", 3.6, **SCALED)
@@ -57,7 +57,7 @@ def of_pair(data: xr.Dataset) -> draw.Figure:
 
 
 def collapse(data: xr.Dataset) -> draw.Figure:
-    """AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds."""
+    """Return AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds."""
     from matplotlib import colormaps
 
     figure, axes = _by_edge(data, "amplitude ratio AR", **SCALED)
@@ -80,7 +80,7 @@ def collapse(data: xr.Dataset) -> draw.Figure:
 
 
 def critical_distance(data: xr.Dataset) -> draw.Figure:
-    """c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
+    """Return c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
     label = f"critical distance c = $d_c$ / ℓ (AR ± {FIGURE_TOLERANCE})"
     figure, axes = _by_edge(data, label, xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
     x = data.law_inelasticity
@@ -98,9 +98,8 @@ def critical_distance(data: xr.Dataset) -> draw.Figure:
 
 
 def jumps(data: xr.Dataset) -> draw.Figure:
-    """AR minus its far value near a simply supported edge, where an oscillation exceeds the tolerance; and c over λ
-    there.
-    """
+    """Return AR minus its far value near a simply supported edge, where an oscillation exceeds the tolerance; and c
+    over λ there."""
     figure, (left, right) = draw.panels(2, width=3.6, height=3.2, sharey=False)
     for parameter in JUMP_PARAMETERS:
         left.plot(*edge_difference("simple", MAIN.stiffness_ratio, parameter), "-", label=f"λ = {parameter:g}")
@@ -121,15 +120,14 @@ def jumps(data: xr.Dataset) -> draw.Figure:
 
 
 def _bounds(axis: draw.Axes, x: xr.DataArray, law: xr.DataArray, number: int, alpha: float, label: str = "") -> None:
-    """The law's bounds as a band."""
+    """Draw the law's bounds as a band."""
     ends = law.sel(estimate="low"), law.sel(estimate="high")
     axis.fill_between(x, *ends, color=draw.COLOURS[number], alpha=alpha, linewidth=0.0, label=label)
 
 
 def materials(data: xr.Dataset) -> draw.Figure:
-    """The remaining difference at equal λ and d/ℓ: deviation from steel on aluminium over the ratio of contact
-    stiffnesses.
-    """
+    """Return the remaining difference at equal λ and d/ℓ: deviation from steel on aluminium over the ratio of contact
+    stiffnesses."""
     labels = draw.Look(xlabel="stiffness, bead on plate / bead on bead", yscale="log", ylim=(1e-5, 0.2))
     shown = data.drop_dims(["edge"]).rename(other_edge="edge")
     figure, axes = _by_edge(shown, "largest deviation of AR, d ≥ 0.6 ℓ", 3.0, **labels)
@@ -146,7 +144,7 @@ def materials(data: xr.Dataset) -> draw.Figure:
 
 
 def _plain_ticks(axis: draw.Axes) -> None:
-    """Numbers, not powers, on an axis of λ."""
+    """Write numbers, not powers, on an axis of λ."""
     ticks = [tick for tick in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0) if tick <= axis.get_xlim()[1]]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axis.set_xticks([], minor=True)

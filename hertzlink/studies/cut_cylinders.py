@@ -30,7 +30,8 @@ circular contact the ratio is 0.71.
 
 
 def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
-    """The law of the thesis's cylinders at an angle, degrees, up to an approach, m, for reference points at infinity.
+    """Return the law of the thesis's cylinders at an angle, degrees, up to an approach, m, for reference points at
+    infinity.
 
     Boundary elements, as in `laws.computed_law`: two half-spaces, which touch only in the area that both cylinders
     cover. At such small angles their ends face each other. The ends are therefore less compliant than free ends, and
@@ -45,12 +46,13 @@ def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
 
 
 def loss_at_ends(angle: float, approach: float, cells: int = CELLS) -> float:
-    """Fraction of Hertz's force that cylinders at an angle, degrees, lose at an approach, m, because they end."""
+    """Return the fraction of Hertz's force that cylinders at an angle, degrees, lose at an approach, m, because they
+    end."""
     return 1.0 - _force(angle, approach, cells) / float(_theory(angle).force(np.array(approach)))
 
 
 def approach_of_ends(angle: float, loss: float = 0.01) -> float:
-    """Approach, m, up to which cylinders at an angle, degrees, lose less than this fraction of Hertz's force."""
+    """Return approach, m, up to which cylinders at an angle, degrees, lose less than this fraction of Hertz's force."""
     flat = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)[0]
     # At this approach the overlap of undeformed cylinders reaches their ends; the contact itself is shorter.
     overlap = 0.5 * flat * (0.5 * cylinders.LENGTH) ** 2
@@ -58,17 +60,18 @@ def approach_of_ends(angle: float, loss: float = 0.01) -> float:
 
 
 def angle_of_ends(approach: float, loss: float = 0.01) -> float:
-    """Angle, degrees, above which cylinders lose less than this fraction of Hertz's force at an approach, m."""
+    """Return angle, degrees, above which cylinders lose less than this fraction of Hertz's force at an approach, m."""
     return float(brentq(lambda angle: loss_at_ends(angle, approach) - loss, *ANGLE_RANGE, xtol=1e-2))
 
 
 def _theory(angle: float) -> ContactLaw:
-    """Hertz's law of the thesis's cylinders at an angle, degrees."""
+    """Return Hertz's law of the thesis's cylinders at an angle, degrees."""
     return cylinders.Tacit()(cylinders.cylinder(0.0), cylinders.cylinder(angle))
 
 
 def _force(angle: float, approach: float, cells: int) -> float:
-    """Force at an approach, N, m. The grid follows the cylinders, and stops at their ends, or outside the contact."""
+    """Return the force at an approach, N, m. The grid follows the cylinders, and stops at their ends, or outside the
+    contact."""
     flat, sharp = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)
     modulus, longest = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * cylinders.LENGTH
     extent = longest if flat * longest**2 < 2.0 * approach else sqrt(2.0 * approach / flat)

@@ -70,7 +70,8 @@ class Tacit:
     name: str = "contact_law"
 
     def __call__(self, first: Bead, second: Bead | Surface) -> ContactLaw:
-        """Hertz's law between crossed cylinders at any angle. The floor carries the weight until the wave is read."""
+        """Return Hertz's law between crossed cylinders at any angle. The floor carries the weight until the wave is
+        read."""
         if isinstance(first, Cylinder) and isinstance(second, Cylinder) and first.angle != second.angle:
             return PowerLaw(hertz_stiffness(first.surface, second.surface))
         with warnings.catch_warnings():
@@ -81,7 +82,7 @@ class Tacit:
 
 @dataclass(frozen=True)
 class Conditions(Parameters):
-    """What can be changed. The striker then equals the beads."""
+    """Parameters that can be changed. The striker then equals the beads."""
 
     material: Annotated[Material, "Material of the cylinders"] = STEEL_316
     radius: Annotated[float, BEAD, "Radius of the cylinders"] = RADIUS
@@ -92,11 +93,11 @@ class Conditions(Parameters):
     impact_speed: Annotated[tuple[float, ...], SPEED, "Speed of the striker"] = SPEEDS
 
     def check(self) -> None:
-        """No more curves than colours."""
+        """Refuse more curves than colours."""
         waves.check_count(self, "angle")
 
     def curves(self) -> list[waves.Curve]:
-        """One for each angle."""
+        """Return one for each angle."""
         found = []
         for angle in self.angle if "angle" in self.differing() else (0.0, 5.0, 10.0, 30.0, 45.0, 90.0):
             first, second = (Cylinder(self.radius, self.length, self.material, radians(one)) for one in (0.0, angle))
@@ -106,7 +107,8 @@ class Conditions(Parameters):
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """Speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and in the thesis's cases.
+    """Return the speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and in the thesis's
+    cases.
 
     Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
     default, because starting processes takes longer than the runs.
@@ -130,27 +132,27 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def crossed() -> list[float]:
-    """The angles at which the contact is a point."""
+    """Return the angles at which the contact is a point."""
     return [angle for angle in ANGLES if angle > 0.0]
 
 
 def cylinder(angle: float) -> Cylinder:
-    """The thesis's steel cylinder, rotated by an angle in degrees."""
+    """Return the thesis's steel cylinder, rotated by an angle in degrees."""
     return Cylinder(RADIUS, LENGTH, STEEL_316, radians(angle))
 
 
 def stiffness(angle: float, axis_ratio: str = "exact") -> float:
-    """k, N/m^1.5, of two cylinders that cross at an angle in degrees."""
+    """Return k, N/m^1.5, of two cylinders that cross at an angle in degrees."""
     return hertz_stiffness(cylinder(0.0).surface, cylinder(angle).surface, axis_ratio)
 
 
 def by_force(angle: float, force: Vector) -> Vector:
-    """Wave speed, m/s, at peak contact forces, N, and an angle in degrees (equation 5.11)."""
+    """Return the wave speed, m/s, at peak contact forces, N, and an angle in degrees (equation 5.11)."""
     return UniformChain(DIAMETER, cylinder(0.0).mass, stiffness(angle)).wave_speed_from_force(force)
 
 
 def chain(angle: float, impact_speed: float) -> Chain:
-    """The thesis's chain. Only the angle between neighbours matters, so the cylinders are rotated back and forth."""
+    """Return thesis's chain. Only the angle between neighbours matters, so the cylinders are rotated back and forth."""
     beads = [cylinder(angle * (i % 2)) for i in range(BEADS)]
     return Chain(beads, STRIKER, impact_speed, law=Tacit())
 
@@ -161,7 +163,7 @@ def build(angle: float, impact_speed: float) -> CoSimulation:
 
 
 def case_of_the_thesis(case: str) -> CoSimulation:
-    """Figures 5.9a and 5.10a for each interpretation of masses and gravity; gravity needs a floor."""
+    """Return figures 5.9a and 5.10a for each interpretation of masses and gravity; gravity needs a floor."""
     angle, reading = CASES[case]
     struck = chain(angle, IMPACT_SPEED)
     if reading == "gravity":
@@ -173,7 +175,7 @@ def case_of_the_thesis(case: str) -> CoSimulation:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 5.3.2, compared with those of hertzlink."""
+    """Return the numbers of section 5.3.2, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
         return waves.curve_rows(data)
@@ -181,7 +183,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
-    """Figure 5.9a, and 40 N of figure 5.9b."""
+    """Return figure 5.9a, and 40 N of figure 5.9b."""
     found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
     plain, printed, gravity = found["90°"], found["90°, printed masses"], found["90°, gravity"]
     wide, wider = data.case_width.sel(case="90°").values / DIAMETER
@@ -200,7 +202,7 @@ def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
 
 
 def _turned(data: xr.Dataset) -> list[Row]:
-    """Figures 5.9b and 5.11: the influence of smaller angles."""
+    """Return figures 5.9b and 5.11: the influence of smaller angles."""
     gain = {angle: f"{100.0 * (_normalised(data, angle, FORCES[1]) - 1.0):.1f} %" for angle in (45.0, 30.0)}
     rough, exact = (
         (stiffness(30.0, ratio) / stiffness(90.0, ratio)) ** (1.0 / 3.0) for ratio in ("approximate", "exact")
@@ -214,7 +216,7 @@ def _turned(data: xr.Dataset) -> list[Row]:
 
 
 def _parallel(data: xr.Dataset) -> list[Row]:
-    """The line contact, equation 5.8, and figure 5.10."""
+    """Return the line contact, equation 5.8, and figure 5.10."""
     law = Tacit()(cylinder(0.0), cylinder(0.0))
     fitted = np.geomspace(1.0, 100.0, 41)
     power = float(np.polyfit(np.log(law.approach(fitted)), np.log(fitted), 1)[0])
@@ -234,19 +236,19 @@ def _parallel(data: xr.Dataset) -> list[Row]:
 
 
 def local_exponent(law: ContactLaw, force: Vector) -> Vector:
-    """d ln F / d ln δ of a law at these forces, N."""
+    """Return d ln F / d ln δ of a law at these forces, N."""
     approach = law.approach(force)
     exponents: Vector = law.tangent(approach) * approach / force
     return exponents
 
 
 def _normalised(data: xr.Dataset, angle: float, force: float) -> float:
-    """Wave speed at an angle over that at 90°, at the same peak contact force, N."""
+    """Return the wave speed at an angle over that at 90°, at the same peak contact force, N."""
     return waves.speed_at(data.sel(angle=angle), force) / waves.speed_at(data.sel(angle=90.0), force)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
+    """Return wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
     if Conditions.read(data).own:
         return waves.curve_figures(data)
     curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
@@ -262,7 +264,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def _by_angle() -> xr.DataArray:
-    """Wave speed over that at 90° at the same force, by equation 5.11, from 1° to 90°."""
+    """Return the wave speed over that at 90° at the same force, by equation 5.11, from 1° to 90°."""
     angles = np.geomspace(1.0, 90.0, 91)
     ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in (*angles, HERTZ_ANGLE)]
     return xr.DataArray(ratios, {"angle": [*angles, HERTZ_ANGLE]}, ("angle",)).sortby("angle")

@@ -76,7 +76,7 @@ MODELS = ("point masses", "modes")
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Forces at both speeds, speed over force, and convergence over meshes and modes, each with its time.
+    """Return the forces at both speeds, speed over force, and convergence over meshes and modes, each with its time.
 
     Times are processor times, because other users of the machine influence these little. quick: only the coarsest
     explicit mesh, and fewer of everything else. jobs: processes of the explicit runs, by default one for each core.
@@ -108,7 +108,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def _explicit(spacings: Sequence[float], jobs: int | None) -> xr.Dataset:
-    """The explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
+    """Return the explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
     parallel = joblib.Parallel(jobs or -1, return_as="generator")
     made = parallel(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
     runs = list(watched(made, len(spacings)))
@@ -126,14 +126,14 @@ def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float]) -> xr.
 
 
 def by_elements(spacing: float) -> xr.Dataset:
-    """The explicit chain at 0.5 m/s, elements of this size, m."""
+    """Return the explicit chain at 0.5 m/s, elements of this size, m."""
     # A first step compiles.
     explicit_chain(chain("point masses", MESH_SPEED), 1e-8, SPACINGS[0], 1e-8)
     return timed(lambda: explicit_chain(chain("point masses", MESH_SPEED), UNTIL, spacing, UNTIL / INTERVALS))
 
 
 def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
-    """The chain of a few modes at 0.5 m/s, with a contact law computed on a mesh of this spacing, m."""
+    """Return the chain of a few modes at 0.5 m/s, with a contact law computed on a mesh of this spacing, m."""
 
     def one() -> xr.Dataset:
         law = contact_law_fem(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
@@ -143,14 +143,15 @@ def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
 
 
 def chain(model: str, impact_speed: float, modes: int = MODES, law: ContactLaw | None = None) -> Chain:
-    """The thesis's chain, of point masses or of deformable beads."""
+    """Return the thesis's chain, of point masses or of deformable beads."""
     if model == "point masses":
         return Chain([BEAD] * BEADS, BEAD, impact_speed)
     return DeformableChain([BEAD] * BEADS, BEAD, impact_speed, law=law, modes=modes)
 
 
 def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
-    """Contact forces, vibration and measures of a run, and the processor time, s, for everything that it needs."""
+    """Return the contact forces, vibration and measures of a run, and the processor time, s, for everything that it
+    needs."""
     begin = process_time()
     run = one()
     seconds = process_time() - begin
@@ -173,7 +174,7 @@ def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
 
 
 def inertia(run: xr.Dataset) -> float:
-    """Largest kinetic energy of the modes over the potential energy of modes and contacts, while a wave passes.
+    """Return largest kinetic energy of the modes over the potential energy of modes and contacts, while a wave passes.
 
     NaN if beads have no modes. The motion of the beads as rigid bodies is not counted: contact laws include it.
     """
@@ -187,7 +188,7 @@ def inertia(run: xr.Dataset) -> float:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """Peak force at the second contact, N, and speed between the two contacts, m/s, of the only wave in a run.
+    """Return peak force at the second contact, N, and speed between the two contacts, m/s, of the only wave in a run.
 
     Explicit elements touch node by node, so their forces scatter. Therefore, for all models, the peak is that of a
     polynomial through the top of the pulse, and the time of a wave is that of the centroid of its force.
@@ -205,14 +206,14 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def top(time: Vector, force: Vector) -> float:
-    """Maximum of a polynomial of fourth order through the samples near the largest force."""
+    """Return the maximum of a polynomial of fourth order through the samples near the largest force."""
     near = force > FITTED_TOP * force.max()
     fit = Polynomial.fit(time[near], force[near], 4)
     return float(fit(np.linspace(float(fit.domain[0]), float(fit.domain[1]), 1001)).max())
 
 
 def shape() -> xr.Dataset:
-    """Section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
+    """Return section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
     runs = [CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS[:2]]
     measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
     data = waves.named(xr.concat(measured, "beads"), "shape")
@@ -223,7 +224,7 @@ def shape() -> xr.Dataset:
 
 
 def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
-    """Figure 3.5: peak force and wave speed of both models over the striker speed, m/s, and by equation 1.10."""
+    """Return figure 3.5: peak force and wave speed of both models over the striker speed, m/s, and by equation 1.10."""
     models = []
     for model in MODELS[:2]:
         # In a Hertzian chain times are proportional to the power −1/5 of the striker speed.
@@ -240,12 +241,13 @@ def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
 
 
 def by_force(force: Vector) -> Vector:
-    """Wave speed, m/s, at peak contact forces, N (equation 1.10)."""
+    """Return the wave speed, m/s, at peak contact forces, N (equation 1.10)."""
     return UniformChain(BEAD.size, BEAD.mass, hertz_stiffness(BEAD.surface, BEAD.surface)).wave_speed_from_force(force)
 
 
 def theory(time: Vector, crest: float, speed: float) -> Vector:
-    """Force, N, between particles when the crest of a wave passes at `crest`, s, from its strain (equation 1.8)."""
+    """Return the force, N, between particles when the crest of a wave passes at `crest`, s, from its strain (equation
+    1.8)."""
     stiffness = hertz_stiffness(BEAD.surface, BEAD.surface)
     strain = UniformChain(BEAD.size, BEAD.mass, stiffness).strain(speed * (time - crest), 0.0, speed)
     force: Vector = stiffness * (BEAD.size * strain) ** HERTZ
@@ -253,12 +255,12 @@ def theory(time: Vector, crest: float, speed: float) -> Vector:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of sections 3.3.2 and 3.4, compared with those of hertzlink."""
+    """Return the numbers of sections 3.3.2 and 3.4, compared with those of hertzlink."""
     return [*_waves_shown(data), *_converged(data), *_meshes(data), *_inside(data)]
 
 
 def _waves_shown(data: xr.Dataset) -> list[Row]:
-    """Figures 3.3 to 3.5."""
+    """Return figures 3.3 to 3.5."""
     rigid, soft = (float(data.shape_wave_speed.sel(beads=name)) for name in MODELS[:2])
     at = float(by_force(data.shape_peak_force.sel(beads="point masses").values))
     ahead = 100.0 * (data.speed_wave_speed / data.speed_theory - 1.0).mean("impact_speed")
@@ -273,12 +275,12 @@ def _waves_shown(data: xr.Dataset) -> list[Row]:
 
 
 def _both(values: xr.DataArray, form: str) -> str:
-    """Values of point masses and of beads with modes."""
+    """Return the values of point masses and of beads with modes."""
     return ", ".join(f"{float(values.sel(beads=name)):{form}}" for name in MODELS[:2])
 
 
 def _converged(data: xr.Dataset) -> list[Row]:
-    """The waves of section 3.4 with the smallest cells of the run."""
+    """Return the waves of section 3.4 with the smallest cells of the run."""
     models = data.model.values.tolist()
     force, speed = (dict(zip(models, data[name].values.tolist(), strict=True)) for name in ("peak_force", "wave_speed"))
     explicit = explicit_name(float(data.spacing[-1]))
@@ -297,7 +299,7 @@ def _converged(data: xr.Dataset) -> list[Row]:
 
 
 def _meshes(data: xr.Dataset) -> list[Row]:
-    """Figures 3.7 and 3.8, and the times that they needed."""
+    """Return figures 3.7 and 3.8, and the times that they needed."""
     rows = []
     # A quick run has only the coarsest mesh.
     for place, name in ((0, "coarsest"), (-1, "finest"))[: data.spacing.size]:
@@ -323,7 +325,7 @@ def _meshes(data: xr.Dataset) -> list[Row]:
 
 
 def _deviates(values: xr.DataArray) -> bool | None:
-    """Whether the coarsest mesh differs from the finest one; not known with one mesh."""
+    """Return whether the coarsest mesh differs from the finest one; not known with one mesh."""
     return abs(float(values[0] / values[-1]) - 1.0) > SIMULATED if values.size > 1 else None
 
 
@@ -332,12 +334,12 @@ def _spaced(number: int) -> str:
 
 
 def _clock(seconds: float) -> str:
-    """As minutes or seconds."""
+    """Return minutes or seconds as text."""
     return f"{seconds / 60.0:.1f} min" if seconds >= 60.0 else f"{seconds:.2g} s"
 
 
 def _inside(data: xr.Dataset) -> list[Row]:
-    """Quantities that point masses lack: the section of figure 3.3, and the energy of vibrations."""
+    """Return the quantities that point masses lack: the section of figure 3.3, and the energy of vibrations."""
     mean, section, expected, centre = (curve.values for curve in at_first_sensor(data))
     shaken = 100.0 * float(data.section_apart.sel(model=explicit_name(float(data.spacing[-1]))))
     apart = 100.0 * float(np.abs(section - mean).max() / mean.max())
@@ -358,7 +360,8 @@ def _inside(data: xr.Dataset) -> list[Row]:
 
 
 def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
-    """At bead 10: mean of its contacts, force at its section; theory, averaged over contacts, and at the centre, N."""
+    """Return forces at bead 10, N: mean of its contacts, at its section; theory, averaged over contacts, and at the
+    centre."""
     near = data.sel(sensor=SENSORS[0], shape_time=slice(None, 0.8 * UNTIL))
     mean, section = near.sensor_force.sel(beads="modes"), near.section_force
     time, speed = near.shape_time.values, float(near.shape_wave_speed.sel(beads="modes"))
@@ -369,7 +372,7 @@ def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.7 (contacts), 3.8 (meshes), and over modes."""
+    """Return figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.7 (contacts), 3.8 (meshes), and over modes."""
     from hertzlink.studies import deformable_figures as drawn
 
     return {

@@ -16,7 +16,7 @@ THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}
 
 
 def section(curves: tuple[xr.DataArray, ...]) -> draw.Figure:
-    """Force at bead 10 (figure 3.3), and the difference between the section and the mean of the contacts."""
+    """Return the force at bead 10 (figure 3.3), and the difference between the section and the mean of the contacts."""
     figure, axes = draw.panels(2, width=3.8, height=3.8, sharey=False)
     mean, section, averaged, centre = curves
     time = mean.shape_time.values * 1e6
@@ -33,7 +33,7 @@ def section(curves: tuple[xr.DataArray, ...]) -> draw.Figure:
 
 
 def sensors(data: xr.Dataset) -> draw.Figure:
-    """Forces at both sensors, with the echo (figure 3.4)."""
+    """Return the forces at both sensors, with the echo (figure 3.4)."""
     figure, axes = draw.panels(2, width=3.4)
     for axis, model, title in zip(axes, RIGID_AND_SOFT, NAMES, strict=True):
         for sensor, style in zip(data.sensor.values, ("-", "--"), strict=True):
@@ -46,7 +46,7 @@ def sensors(data: xr.Dataset) -> draw.Figure:
 
 
 def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> draw.Figure:
-    """Wave speed over peak force, and relative to theory (figure 3.5)."""
+    """Return the wave speed over peak force, and relative to theory (figure 3.5)."""
     figure, axes = draw.panels(2, width=3.6, sharey=False)
     force = data.speed_peak_force
     fine = np.geomspace(float(force.min()), float(force.max()), 200)
@@ -64,7 +64,7 @@ def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> draw.
 
 
 def contacts(data: xr.Dataset, marked: int) -> draw.Figure:
-    """Forces of all contacts, one of them marked (figure 3.7)."""
+    """Return the forces of all contacts, one of them marked (figure 3.7)."""
     # A quick study has one mesh.
     shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
     shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
@@ -83,7 +83,8 @@ def contacts(data: xr.Dataset, marked: int) -> draw.Figure:
 
 
 def meshes(data: xr.Dataset) -> draw.Figure:
-    """Peak force and wave speed over the size of the cells, and the error of the force over its time (figure 3.8)."""
+    """Return the peak force and wave speed over the size of the cells, and the error of the force over its time (figure
+    3.8)."""
     figure, axes = draw.panels(3, width=3.3, height=3.6, sharey=False)
     for axis, what, label in zip(axes[:2], ("peak_force", "wave_speed"), LABELS, strict=True):
         _level(axis, data[what].sel(model="point masses"), "-", "black", "point masses")
@@ -107,12 +108,12 @@ def meshes(data: xr.Dataset) -> draw.Figure:
 
 
 def _level(axis: draw.Axes, value: xr.DataArray, style: str, colour: str, label: str) -> None:
-    """A level line."""
+    """Draw a level line."""
     axis.axhline(float(value), color=colour, linestyle=style, linewidth=0.9, label=label)
 
 
 def modes(data: xr.Dataset) -> draw.Figure:
-    """Peak force and wave speed over the number of modes."""
+    """Return the peak force and wave speed over the number of modes."""
     figure, axes = draw.panels(2, width=3.4, sharey=False)
     explicit = f"explicit, {float(data.spacing[-1]) * 1e6:.3g} µm cells"
     for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):

@@ -68,7 +68,7 @@ YIELD_STRESS = 1e9
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
-    """What can be changed; the defaults are the thesis's chain of steel."""
+    """Parameters that can be changed; the defaults are the thesis's chain of steel."""
 
     material: Annotated[Material, "Material of the beads and the striker"] = STEEL_316
     bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 2.0 * RADIUS
@@ -83,7 +83,7 @@ class Conditions(conditions.Conditions):
         return Sphere(self.bead / 2.0, self.material)
 
     def law(self, name: str) -> Dissipation | None:
-        """A law of LAWS."""
+        """Return a law of LAWS."""
         if name == "undamped":
             return None
         if name == "drag":
@@ -93,13 +93,14 @@ class Conditions(conditions.Conditions):
         return PowerDashpot(self.coefficient, self.exponent, name)
 
     def wave(self, speed: float | None = None) -> tuple[float, float]:
-        """Speed, m/s, and peak contact force, N, of the wave without losses, for long waves and a striker's speed."""
+        """Return the speed, m/s, and peak contact force, N, of the wave without losses, for long waves and a striker's
+        speed."""
         bead, moved = self.sphere, PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
         chain = UniformChain(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface))
         return chain.wave_speed_from_particle_speed(moved), chain.peak_force_from_particle_speed(moved)
 
     def until(self, speed: float | None = None) -> float:
-        """Time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
+        """Return time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
         return DELAY * self.beads * self.bead / self.wave(speed)[0]
 
 
@@ -112,7 +113,7 @@ class Fit(NamedTuple):
     coefficient_deviation: float
 
     def corner(self, exponent: int, coefficient: int) -> PowerDashpot:
-        """The thesis's law with its two parameters changed by these numbers of standard deviations."""
+        """Return the thesis's law with its two parameters changed by these numbers of standard deviations."""
         changed = self.of.coefficient + coefficient * self.coefficient_deviation
         return PowerDashpot(changed, self.of.exponent + exponent * self.exponent_deviation, "thesis")
 
@@ -129,7 +130,7 @@ CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "�
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """Peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
+    """Return peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
 
     Chains are horizontal and free at their end; the striker equals the beads. quick: steps four times as long, and
     three striker speeds instead of eight for the speed over the force.
@@ -154,7 +155,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 def simulation(
     of: Conditions, law: Dissipation | None, speed: float | None = None, step: float = 1.0
 ) -> CoSimulation:  # fmt: skip
-    """The horizontal chain of spheres; step in units of the default step."""
+    """Return the horizontal chain of spheres; step in units of the default step."""
     chain = Chain([of.sphere] * of.beads, of.sphere, speed or of.impact_speed, dissipation=law)
     if step == 1.0:
         return CoSimulation(chain, None)
@@ -162,7 +163,7 @@ def simulation(
 
 
 def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
-    """All laws in steel with the force over time, and all except the drag in PTFE and brass."""
+    """Return all laws in steel with the force over time, and all except the drag in PTFE and brass."""
 
     def build(law: str, material: str) -> CoSimulation:
         of = TABLE_4_1[material].of
@@ -178,7 +179,7 @@ def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
 
 
 def over_corners(step: float, jobs: int | None) -> xr.Dataset:
-    """The thesis's law in steel with both parameters changed by a standard deviation."""
+    """Return the thesis's law in steel with both parameters changed by a standard deviation."""
 
     def build(shown_speed: float, corner: str) -> CoSimulation:
         return simulation(STEEL, TABLE_4_1["steel 316"].corner(*CORNERS[corner]), shown_speed, step)
@@ -189,7 +190,7 @@ def over_corners(step: float, jobs: int | None) -> xr.Dataset:
 
 
 def over_speeds(speeds: tuple[float, ...], step: float, jobs: int | None) -> xr.Dataset:
-    """Peaks and arrivals in steel without losses and with the thesis's law."""
+    """Return the peaks and arrivals in steel without losses and with the thesis's law."""
 
     def build(striker_speed: float, law: str) -> CoSimulation:
         return simulation(STEEL, STEEL.law(law), striker_speed, step)
@@ -199,7 +200,7 @@ def over_speeds(speeds: tuple[float, ...], step: float, jobs: int | None) -> xr.
 
 
 def asides(jobs: int | None) -> list[xr.Dataset]:
-    """Waves that collide, and linear dashpots in a chain of ellipsoids perpendicular to it."""
+    """Return the waves that collide, and linear dashpots in a chain of ellipsoids perpendicular to it."""
 
     def meeting(meeting: str) -> CoSimulation:
         beads = [STEEL.sphere] * MEETING_BEADS
@@ -219,7 +220,7 @@ def asides(jobs: int | None) -> list[xr.Dataset]:
 
 
 def mirror(meeting: str) -> Structure:
-    """The structure with which a wave meets its mirror image, at a contact or at the centre of a bead.
+    """Return the structure with which a wave meets its mirror image, at a contact or at the centre of a bead.
 
     A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides stays at rest.
     """
@@ -229,7 +230,7 @@ def mirror(meeting: str) -> Structure:
 
 
 def peaks(run: xr.Dataset) -> xr.Dataset:
-    """Largest force (N) and its time (s) at each bead except the last, interpolated by a parabola.
+    """Return the largest force (N) and its time (s) at each bead except the last, interpolated by a parabola.
 
     No wave returns before this time from the free end, so this is the incident wave.
     """
@@ -251,7 +252,7 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
 
 
 def with_history(run: xr.Dataset) -> xr.Dataset:
-    """The peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
+    """Return the peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
     force = xr.concat([sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
     found = peaks(run).assign_coords(shown=list(SHOWN_SENSORS))
     found["force"] = force.assign_attrs(units="N", long_name="force at the sensor")
@@ -261,13 +262,13 @@ def with_history(run: xr.Dataset) -> xr.Dataset:
 
 
 def secondary_waves(run: xr.Dataset) -> xr.Dataset:
-    """Peak force of the secondary wave over that of the original one."""
+    """Return the peak force of the secondary wave over that of the original one."""
     found = reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
     return xr.Dataset({"secondary": ((), found.amplitude_ratio if found else np.nan, {"units": "1"})})
 
 
 def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
-    """Front speed (m/s) between neighbouring sensors, and the geometric mean of their peak forces (N)."""
+    """Return the front speed (m/s) between neighbouring sensors, and the geometric mean of their peak forces (N)."""
     chosen = data.sel(law=law)
     distance = np.diff(chosen.swept_sensor.values) * STEEL.bead
     peak = chosen.swept_peak.transpose("striker_speed", "swept_sensor").values
@@ -277,19 +278,19 @@ def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
 
 
 def slope(speed: Vector, force: Vector) -> float:
-    """Exponent p of the line speed ∝ forceᵖ in log–log, by least squares."""
+    """Return the exponent p of the line speed ∝ forceᵖ in log–log, by least squares."""
     return float(np.polyfit(np.log(force.ravel()), np.log(speed.ravel()), 1)[0])
 
 
 def formation(peak: xr.DataArray) -> int:
-    """The last value that differs by more than 1 % from that in the middle of the chain, counted from 1."""
+    """Return the last value that differs by more than 1 % from that in the middle of the chain, counted from 1."""
     values = peak.values[: BEADS // 2]
     return int(np.flatnonzero(abs(values / values[-1] - 1.0) > 0.01)[-1]) + 1
 
 
 def yield_speed(bead: Sphere, yield_stress: float = YIELD_STRESS) -> float:
-    """Relative speed, m/s, at which two equal spheres start to yield: ½ m V² = 53 R³Y⁵/E*⁴ with reduced m, R and
-    modulus.
+    """Return the relative speed, m/s, at which two equal spheres start to yield: ½ m V² = 53 R³Y⁵/E*⁴ with reduced m, R
+    and modulus.
 
     Johnson, Contact Mechanics, section 11.4; for a sphere on a flat it gives his 0.14 m/s for Y = 1 GPa.
     """
@@ -298,7 +299,7 @@ def yield_speed(bead: Sphere, yield_stress: float = YIELD_STRESS) -> float:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of chapter 4 and those that depend on them, compared with those of hertzlink."""
+    """Return the numbers of chapter 4 and those that depend on them, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
         return _own_rows(data, of)
@@ -313,7 +314,7 @@ OWN_LAWS = dict(zip(LAWS, ("undamped", "thesis's law, equation 4.1", "the same �
 
 
 def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """What is left of the wave, and the undamped one compared with theory."""
+    """Return what is left of the wave, and the undamped one compared with theory."""
     last = of.beads - FROM_END
     speed, force = of.wave()
     undamped = data.sel(law="undamped")
@@ -385,14 +386,14 @@ def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
+    """Return the decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
     if Conditions.read(data).own:
         return {"decay": _own_decay(data)}
     return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
 
 
 def _over_beads(data: xr.Dataset, lines: Iterable[tuple[str, str, str, xr.DataArray]]) -> draw.Figure:
-    """Greatest forces over the beads. lines: colour, style, label and values of each."""
+    """Return the greatest forces over the beads. lines: colour, style, label and values of each."""
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for colour, style, label, values in lines:
         axis.plot(data.sensor, values, style, color=colour, label=label)

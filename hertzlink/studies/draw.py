@@ -38,14 +38,14 @@ def style() -> AbstractContextManager[None]:
 
 
 def blank(figsize: tuple[float, float], dpi: int) -> Figure:
-    """An empty figure, in inches."""
+    """Return an empty figure, in inches."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=figsize, layout="constrained", dpi=dpi)
 
 
 def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = True) -> tuple[Figure, list[Axes]]:
-    """A row of panels. The curves of a panel take COLOURS and MARKERS in order; the style "-" has no marker."""
+    """Return a row of panels. The curves of a panel take COLOURS and MARKERS in order; the style "-" has no marker."""
     figure = blank(figsize=(width * count + 0.6, height), dpi=200)
     axes = figure.subplots(1, count, sharey=sharey, squeeze=False)[0]
     for axis in axes:
@@ -55,12 +55,12 @@ def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = T
 
 
 def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
-    """The legend of one panel, above all panels."""
+    """Put the legend of one panel above all panels."""
     figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center", ncols=columns)
 
 
 def over_distance(data: xr.Dataset, edge: str, ylabel: str, sharey: bool = True) -> tuple[Figure, list[Axes]]:
-    """A panel for each bead, over the distance from the edge."""
+    """Return a panel for each bead, over the distance from the edge."""
     figure, axes = panels(data.sizes["diameter"], sharey=sharey)
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
@@ -69,14 +69,14 @@ def over_distance(data: xr.Dataset, edge: str, ylabel: str, sharey: bool = True)
 
 
 def thick(thickness: float) -> str:
-    """The name of a plate in figures. thickness: m."""
+    """Return the name of a plate in figures. thickness: m."""
     return f"t = {thickness * 1e3:.2f} mm"
 
 
 def against_distance(
     data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0, edge: str = "clamped"
 ) -> Figure:
-    """A variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
+    """Return a variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
 
     Bands are the brackets of the critical distances for a tolerance, open triangles their lower bounds. A ratio has a
     factor of 1.
@@ -103,7 +103,7 @@ def against_distance(
 
 
 def _mark_crossing(axis: Axes, one: xr.Dataset, colour: str) -> None:
-    """The bracket of the critical distance as a band, a lower bound as an open triangle on the x axis."""
+    """Draw the bracket of the critical distance as a band, a lower bound as an open triangle on the x axis."""
     if one.lower_bound:
         low = one.bracket.sel(end="low") * 1e3
         axis.plot(
@@ -115,7 +115,7 @@ def _mark_crossing(axis: Axes, one: xr.Dataset, colour: str) -> None:
 
 
 def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
-    """Critical distances against the bead diameter, with the A0 and the Rayleigh line.
+    """Return the critical distances against the bead diameter, with the A0 and the Rayleigh line.
 
     Bars are brackets; an open marker with an arrow is a lower bound.
     """
@@ -146,7 +146,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
 
 
 def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Figure:
-    """Difference of AR from its far value around the last crossing: all samples, and the brackets as bands.
+    """Return the difference of AR from its far value around the last crossing: all samples, and the brackets as bands.
 
     Dashed lines: linear interpolation between the samples of the first scan.
     """
@@ -177,7 +177,7 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
 
 
 def curves(axis: Axes, x: np.ndarray, lines: Iterable[tuple[str, np.ndarray, str]], xlabel: str, ylabel: str) -> None:
-    """Labelled lines over a logarithmic x; a line's style is matplotlib's short form."""
+    """Draw labelled lines over a logarithmic x; a line's style is matplotlib's short form."""
     for i, (label, y, style) in enumerate(lines):
         axis.plot(x, y, style, color=COLOURS[i], label=label)
     axis.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
@@ -188,7 +188,8 @@ def intensity_map(
     time: np.ndarray, values: np.ndarray, force: np.ndarray,
     label: str = "Young's modulus of the rod (GPa)", factor: float = 1e-9,
 ) -> Figure:  # fmt: skip
-    """Force at a sensor over time (s) and Young's modulus (Pa), or another value; rows of `force` belong to values."""
+    """Return the force at a sensor over time (s) and Young's modulus (Pa), or another value; rows of `force` belong to
+    values."""
     figure, (axis,) = panels(1, width=5.0, height=3.6)
     mesh = axis.pcolormesh(time * 1e6, values * factor, force, cmap="inferno", shading="nearest", rasterized=True)
     axis.grid(visible=False)
@@ -201,13 +202,13 @@ def intensity_map(
 def points(
     axis: Axes, x: np.ndarray, y: np.ndarray, number: int, label: str = "", hollow: bool = False, size: float = 4.0
 ) -> None:
-    """Markers without a line, in the marker and colour of this number."""
+    """Draw markers without a line, in the marker and colour of this number."""
     face = "white" if hollow else COLOURS[number]
     axis.plot(x, y, MARKERS[number], color=COLOURS[number], markerfacecolor=face, markersize=size, label=label)
 
 
 def logarithmic(axis: Axes) -> None:
-    """Both axes logarithmic, with plain numbers at 1, 2 and 5 of each decade, or more on an axis within one."""
+    """Make both axes logarithmic, with plain numbers at 1, 2 and 5 of each decade, or more on an axis within one."""
     axis.set(xscale="log", yscale="log")
     for one in (axis.xaxis, axis.yaxis):
         _plain_numbers(one)
@@ -217,7 +218,7 @@ def beside_theory(
     axis: Axes, lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], xlabel: str, ylabel: str,
     theory: str = "theory of long waves", simulation: str = "simulation",
 ) -> None:  # fmt: skip
-    """Curves of (label, x, simulated, theory): markers for what was simulated, a line for the theory.
+    """Draw curves of (label, x, simulated, theory): markers for what was simulated, a line for the theory.
 
     x increases and is positive, as is the theory, whose line runs between its points as a power law. Axes that are not
     logarithmic begin at zero.
@@ -244,7 +245,7 @@ def compared(
     lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], labels: tuple[str, str] = SPEED_OVER_FORCE,
     log: bool = False, height: float = 3.8, **names: str,
 ) -> Figure:  # fmt: skip
-    """A figure of curves beside theory. log: both axes logarithmic; names: of theory and simulation."""
+    """Return a figure of curves beside theory. log: both axes logarithmic; names: of theory and simulation."""
     figure, (axis,) = panels(1, width=4.6, height=height)
     if log:
         logarithmic(axis)
@@ -255,7 +256,7 @@ def compared(
 def against_angle(
     angle: np.ndarray, lines: Iterable[tuple[str, np.ndarray]], theory: xr.DataArray, trusted: float, ylabel: str
 ) -> Figure:
-    """Points over the angle between cylinders, in degrees from zero, compared with a theory over its own angles.
+    """Return points over the angle between cylinders, in degrees from zero, compared with a theory over its own angles.
 
     Below the smallest angle at which the theory is valid, markers are hollow and its line is dashed. The first point is
     for parallel cylinders, which follow another law.
@@ -281,7 +282,7 @@ def against_angle(
 
 
 def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -> Figure:
-    """Force (N) over approach (m), both logarithmic."""
+    """Return the force (N) over approach (m), both logarithmic."""
     figure, (axis,) = panels(1, width=4.6, height=3.6)
     for label, force in laws:
         axis.plot(approach * 1e6, force, "-", label=label)
@@ -293,7 +294,7 @@ def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -
 
 
 def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label: str) -> None:
-    """A curve over x for the middle dashpot (N s/m), and a band that covers all dashpots."""
+    """Draw a curve over x for the middle dashpot (N s/m), and a band that covers all dashpots."""
     ends = values.sortby("dashpot").transpose("dashpot", ...)
     low, high = float(ends.dashpot[0]), float(ends.dashpot[-1])
     band = ends.min("dashpot"), ends.max("dashpot")
@@ -302,12 +303,12 @@ def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label
 
 
 def theory_line(axis: Axes, x: Any, y: Any, label: str, style: str = "-") -> None:
-    """A thin black line of a closed form."""
+    """Draw a thin black line of a closed form."""
     axis.plot(x, y, style, color="black", linewidth=0.9, label=label)
 
 
 def marked(axis: Axes, x: float, text: str, left: bool = False) -> None:
-    """A dotted vertical line with a small text to its right, or left."""
+    """Draw a dotted vertical line with a small text to its right, or left."""
     axis.axvline(x, color="grey", linestyle=":", linewidth=0.9)
     axis.annotate(
         text, (x, 0.2), (-3 if left else 3, 0), xycoords=("data", "axes fraction"), textcoords="offset points",
@@ -316,7 +317,7 @@ def marked(axis: Axes, x: float, text: str, left: bool = False) -> None:
 
 
 def displacements(axis: Axes, displacement: xr.DataArray, thick: int) -> None:
-    """Displacements (m, drawn in µm) of striker and beads over time (µs): one bead thick, the last one red."""
+    """Draw displacements (m, drawn in µm) of striker and beads over time (µs): one bead thick, the last one red."""
     time, last = displacement.time.values * 1e6, int(displacement.bead[-1])
     for bead in displacement.bead.values:
         colour, width = {thick: (COLOURS[0], 1.8), last: (COLOURS[1], 1.8)}.get(int(bead), ("grey", 0.5))
@@ -326,14 +327,14 @@ def displacements(axis: Axes, displacement: xr.DataArray, thick: int) -> None:
 
 
 def histories(axis: Axes, force: xr.DataArray) -> None:
-    """Force (N) over time (µs) at each sensor."""
+    """Draw force (N) over time (µs) at each sensor."""
     for sensor in force.sensor.values:
         axis.plot(force.time * 1e6, force.sel(sensor=sensor), "-", label=f"at bead {sensor}")
     axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
 
 
 def log_x(axis: Axes) -> None:
-    """A logarithmic x with plain numbers at 1, 2 and 5 of each decade."""
+    """Make x logarithmic with plain numbers at 1, 2 and 5 of each decade."""
     axis.set_xscale("log")
     _plain_numbers(axis.xaxis)
 

@@ -64,17 +64,17 @@ class Pair:
         return float(wall / hertz_stiffness(self.bead.surface, self.bead.surface))
 
     def plate(self, inelasticity: float) -> Plate:
-        """A plate of the thickness that gives λ."""
+        """Return a plate of the thickness that gives λ."""
         one = inelasticity_parameter(self.bead, self._plate(1e-3), self.speed)
         return self._plate(float(1e-3 * (one / inelasticity) ** 0.5))
 
     def length(self, inelasticity: float) -> float:
-        """ℓ, m."""
+        """Return ℓ, m."""
         return edge_length(self.bead, self.plate(inelasticity), self.speed)
 
     def struck(self, edge: str, inelasticity: float, scaled_distance: float, until: float | None = None) -> Structure:
-        """The plate at a distance d/ℓ from an edge; a half-space directly at a supported edge, the infinite plate far
-        away.
+        """Return the plate at a distance d/ℓ from an edge; a half-space directly at a supported edge, the infinite
+        plate far away.
 
         until: the longest run, s; by default the `record`.
         """
@@ -92,7 +92,7 @@ class Pair:
         return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4))
 
     def coupled(self, structure: Structure) -> CoSimulation:
-        """The chain against a structure."""
+        """Return the chain against a structure."""
         return CoSimulation(self.chain, structure, dt=self.contact_time / STEPS_PER_CONTACT)
 
     def _plate(self, thickness: float) -> Plate:
@@ -118,23 +118,24 @@ SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")
 
 
 def tabulated_pair(stiffness_ratio: float) -> Pair:
-    """BEAD on a plate that gives the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); two beads have half the radius."""
+    """Return BEAD on a plate that gives the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); two beads have half the
+    radius."""
     beads = STEEL_440C.contact_modulus
     modulus = beads * stiffness_ratio / (2.0 * 2.0**0.5 - stiffness_ratio)
     return Pair(BEAD, Material(modulus * (1.0 - 0.33**2), 0.33, 2700.0), SPEED)
 
 
 def ratio(run: xr.Dataset) -> float:
-    """AR of the primary wave; 0 if there is none."""
+    """Return AR of the primary wave; 0 if there is none."""
     primary = reflections(run, SENSOR, SMALLEST_WAVE).primary
     return primary.amplitude_ratio if primary else 0.0
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that the study keeps."""
+    """Return the part of a run that the study keeps."""
     return xr.Dataset({"amplitude_ratio": ratio(run)})
 
 
 def ratios(pair: Pair, edge: str, inelasticity: float, distances: Iterable[float]) -> list[float]:
-    """AR at distances over ℓ; infinity is the plate without an edge."""
+    """Return AR at distances over ℓ; infinity is the plate without an edge."""
     return [ratio(pair.coupled(pair.struck(edge, inelasticity, distance)).run(pair.record)) for distance in distances]

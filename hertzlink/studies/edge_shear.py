@@ -42,13 +42,13 @@ REPORTED_DIFFERENCE = 0.01
 
 
 def pair(speed: float) -> Pair:
-    """Beads of 4.76 mm on aluminium."""
+    """Return the beads of 4.76 mm on aluminium."""
     return Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, speed)
 
 
 @lru_cache(maxsize=1)
 def thick(speed: float, place: float, until: float) -> Structure:
-    """Mindlin's plate, clamped at the left."""
+    """Return Mindlin's plate, clamped at the left."""
     one = pair(speed)
     side, length = SIDE * one.length(PARAMETER), one.length(PARAMETER)
     plate = mindlin_plate(
@@ -59,7 +59,8 @@ def thick(speed: float, place: float, until: float) -> Structure:
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR in Kirchhoff's and in Mindlin's theory over the striker's speed and d/ℓ. quick: one speed, two places."""
+    """Return AR in Kirchhoff's and in Mindlin's theory over the striker's speed and d/ℓ. quick: one speed, two
+    places."""
     speeds, places = (SPEEDS[1:2], PLACES[::2]) if quick else (SPEEDS, PLACES)
 
     until = RECORD * pair(min(speeds)).contact_time
@@ -77,22 +78,21 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def lowered(data: xr.Dataset) -> xr.DataArray:
-    """The amount by which Mindlin's AR is lower."""
+    """Return the amount by which Mindlin's AR is lower."""
     thin, thick_walled = (data.theory_ratio.sel(theory=theory, drop=True) for theory in THEORIES)
     difference: xr.DataArray = thin - thick_walled
     return difference
 
 
 def limit(thickness: Vector, difference: Vector) -> float:
-    """t/ℓ at which the difference, assumed proportional to (t/ℓ)², is REPORTED_DIFFERENCE; from the sample
-    nearest to it.
-    """
+    """Return t/ℓ at which the difference, assumed proportional to (t/ℓ)², is REPORTED_DIFFERENCE; from the sample
+    nearest to it."""
     nearest = int(np.argmin(np.abs(np.log(np.maximum(difference, 1e-9) / REPORTED_DIFFERENCE))))
     return float(thickness[nearest] * (REPORTED_DIFFERENCE / difference[nearest]) ** 0.5)
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """t/ℓ from which shear changes AR by 0.01."""
+    """Return t/ℓ from which shear changes AR by 0.01."""
     rows, difference, thickness = [], lowered(data), data.relative_thickness.values
     for place in data.place.values:
         found = difference.sel(place=place).values
@@ -103,7 +103,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figure(data: xr.Dataset) -> draw.Figure:
-    """AR lost by shear against t/ℓ."""
+    """Return AR lost by shear against t/ℓ."""
     drawn, (axis,) = draw.panels(1, width=4.4, height=3.4)
     for place in data.place.values:
         label = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"

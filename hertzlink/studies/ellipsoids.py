@@ -47,7 +47,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Conditions(Parameters):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     material: Annotated[Material, "Material of the ellipsoids and of the sphere of their mass"] = STEEL_316
     minor: Annotated[float, BEAD, "Minor diameter of the ellipsoids"] = MINOR
@@ -55,19 +55,19 @@ class Conditions(Parameters):
     peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
 
     def check(self) -> None:
-        """A major diameter that is greater than the minor one."""
+        """Refuse a major diameter that is not greater than the minor one."""
         if self.major <= self.minor:
             raise WrongValue("major", self.major, f"must be more than the minor diameter, {self.minor:g} m")
 
     def particle(self, shape: str) -> Bead:
-        """An ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
+        """Return an ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
         if shape == "equivalent sphere":
             return Sphere(0.5 * (self.minor**2 * self.major) ** (1.0 / 3.0), self.material)
         along = "across" if shape == "minor axis" else "along"
         return Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
 
     def curves(self) -> list[waves.Curve]:
-        """One for each shape."""
+        """Return one for each shape."""
         beads = {shape: self.particle(shape) for shape in SHAPES}
         return [
             waves.Curve(shape, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
@@ -80,7 +80,8 @@ particle = Conditions().particle
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """Speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's cases.
+    """Return the speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's
+    cases.
 
     The curves are without gravity, with masses from geometry and a striker equal to the beads. quick: three of the nine
     forces. jobs: 1 by default, because starting processes takes longer than the runs.
@@ -114,7 +115,7 @@ def struck_by_its_like(bead: Bead, force: float) -> Chain:
 
 
 def case_of_the_thesis(case: str) -> CoSimulation:
-    """Section 5.3.1 for each interpretation of the masses of beads and striker; gravity needs a floor."""
+    """Return section 5.3.1 for each interpretation of the masses of beads and striker; gravity needs a floor."""
     bead = Ellipsoid(MINOR / 2.0, MAJOR, STEEL_316)
     if case != "mass from geometry":
         bead = waves.of_mass(bead, PRINTED_MASS)
@@ -127,12 +128,12 @@ def case_of_the_thesis(case: str) -> CoSimulation:
 
 
 def printed_radius() -> float:
-    """Radius, m, of a steel sphere of the printed mass."""
+    """Return the radius, m, of a steel sphere of the printed mass."""
     return float((0.75 * PRINTED_MASS / (pi * STEEL_316.density)) ** (1.0 / 3.0))
 
 
 def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
-    """Equation 5.11 at the simulated peak forces; for spheres it is 1.10."""
+    """Return equation 5.11 at the simulated peak forces; for spheres it is 1.10."""
     speeds = [
         UniformChain(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface)).wave_speed_from_force(values)
         for bead, values in zip(beads, force.values, strict=True)
@@ -141,7 +142,7 @@ def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
+    """Return the numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
         return waves.curve_rows(data)
@@ -149,7 +150,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _contacts() -> list[Row]:
-    """Geometry and stiffness of the three contacts, unit of k: 10⁹ N/m^1.5."""
+    """Return the geometry and stiffness of the three contacts, unit of k: 10⁹ N/m^1.5."""
     printed = Sphere(printed_radius(), STEEL_316)
     surfaces = [*(particle(shape).surface for shape in SHAPES), printed.surface]
     minor, major, sphere, light = (hertz_stiffness(surface, surface) * 1e-9 for surface in surfaces)
@@ -164,7 +165,7 @@ def _contacts() -> list[Row]:
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:
-    """The wave of figure 5.5a."""
+    """Return the wave of figure 5.5a."""
     found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
     printed, gravity = found["printed mass"], found["gravity"]
     wide, wider = data.case_width.sel(case="printed mass").values / MINOR
@@ -181,7 +182,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
 
 
 def _relations(data: xr.Dataset) -> list[Row]:
-    """The relation of speed and force in figures 5.1 and 5.5b."""
+    """Return the relation of speed and force in figures 5.1 and 5.5b."""
     at = {shape: waves.speed_at(data.sel(shape=shape), 40.0) for shape in SHAPES}
     slope = waves.exponent(data.sel(shape="minor axis"))
     sizes = xr.Dataset({"wave_speed": data.size_wave_speed, "peak_force": data.size_peak_force})
@@ -200,7 +201,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
+    """Return wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
     if Conditions.read(data).own:
         return waves.curve_figures(data)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]

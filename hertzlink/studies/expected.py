@@ -45,14 +45,14 @@ class Rows:
 
     @property
     def entries(self) -> Mapping[str, Expected]:
-        """What is expected, by name."""
+        """The expected numbers, by name."""
         return {name: entry for file in self.files for name, entry in expected(file).get(self.part, {}).items()}
 
     def __call__(
         self, name: str, computed: float | str | None, /, *said: object, theory: float | str = "",
         otherwise: Mapping[str, float | str] = MappingProxyType({}), holds: bool | None = None, **labels: object,
     ) -> Row:  # fmt: skip
-        """The row of an entry. said: the values in its reason; labels: those in its name; the others as of a Row."""
+        """Return row of an entry. said: the values in its reason; labels: those in its name; the others as of a Row."""
         one = self.entries[name]
         computed = one.ours if computed is None else computed
         reason = one.reason.format(*said) if said else one.reason
@@ -62,6 +62,6 @@ class Rows:
 
 @cache
 def expected(file: str) -> dict[str, dict[str, Expected]]:
-    """What a file of data holds, by part and by the name of the entry."""
+    """Return what a file of data holds, by part and by the name of the entry."""
     parts = tomllib.loads((Path(__file__).parent / file).read_text(encoding="utf-8"))
     return {part: {name: Expected(**entry) for name, entry in entries.items()} for part, entries in parts.items()}

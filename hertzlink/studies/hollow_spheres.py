@@ -57,7 +57,7 @@ CASES = ("mass from geometry", "printed mass", "printed mass, gravity", "law of 
 
 @dataclass(frozen=True)
 class Conditions(Parameters):
-    """What can be changed. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
+    """Parameters to change. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
 
     material: Annotated[Material, "Material of the spheres"] = ALUMINIUM_6061
     radius: Annotated[float, BEAD, "Outer radius of the spheres"] = RADIUS
@@ -67,17 +67,17 @@ class Conditions(Parameters):
     peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
 
     def check(self) -> None:
-        """No more curves than colours."""
+        """Refuse more curves than colours."""
         waves.check_count(self, "ratio")
 
     def particle(self, ratio: float) -> Sphere | HollowSphere:
-        """A sphere, solid or hollow."""
+        """Return a sphere, solid or hollow."""
         if ratio <= 0.0:
             return Sphere(self.radius, self.material)
         return HollowSphere(self.radius, ratio * self.radius, self.material)
 
     def curves(self) -> list[waves.Curve]:
-        """One for each wall."""
+        """Return one for each wall."""
         beads = {_named(ratio): self.particle(ratio) for ratio in self.ratio}
         return [
             waves.Curve(label, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
@@ -90,7 +90,8 @@ particle = Conditions().particle
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """Speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; the contact laws.
+    """Return the speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; the contact
+    laws.
 
     The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
     three of nine striker speeds. jobs: 1 by default, because starting processes takes longer than the runs.
@@ -116,7 +117,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def own_laws() -> dict[float, ContactLaw]:
-    """The laws of hertzlink for the four walls: Hertz in series with Reissner's shell."""
+    """Return the laws of hertzlink for the four walls: Hertz in series with Reissner's shell."""
     return {ratio: contact_law(particle(ratio), particle(ratio)) for ratio in TABLE_5_1}
 
 
@@ -128,7 +129,7 @@ def struck(ratio: float, aimed_force: float) -> CoSimulation:
 
 
 def case_of_the_thesis(case: str) -> CoSimulation:
-    """Figure 5.14a for each interpretation of mass, gravity and law; gravity needs a floor."""
+    """Return figure 5.14a for each interpretation of mass, gravity and law; gravity needs a floor."""
     bead = particle(THIN)
     if case.startswith("printed mass"):
         bead = waves.of_mass(bead, PRINTED_MASS)
@@ -139,7 +140,7 @@ def case_of_the_thesis(case: str) -> CoSimulation:
 
 
 def fit(law: ContactLaw) -> tuple[float, float]:
-    """k (N/mⁿ) and n of a law, by least squares over FITTED_RANGE."""
+    """Return k (N/mⁿ) and n of a law, by least squares over FITTED_RANGE."""
     nearest = fit_power_law(law, *FITTED_RANGE, weighting="absolute")
     return nearest.stiffness, nearest.exponent
 
@@ -150,7 +151,7 @@ def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 5.3.3, compared with those of hertzlink."""
+    """Return the numbers of section 5.3.3, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
         return waves.curve_rows(data)
@@ -158,7 +159,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _laws(data: xr.Dataset) -> list[Row]:
-    """Table 5.1 compared with Hertz in series with Reissner's shell."""
+    """Return table 5.1 compared with Hertz in series with Reissner's shell."""
     solid = contact_law(particle(0.0), particle(0.0))
     rows = [row("mass of a hollow sphere", particle(THIN).mass * 1e3), row("k, Ri/Ro 0", solid.kernel[0] * 1e-9)]
     for ratio, law in own_laws().items():
@@ -177,7 +178,7 @@ def _laws(data: xr.Dataset) -> list[Row]:
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:
-    """The wave of figure 5.14a."""
+    """Return the wave of figure 5.14a."""
     found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
     plain, own = found["mass from geometry"], found["law of hertzlink"]
     lighter, gravity = found["printed mass"], found["printed mass, gravity"]
@@ -196,7 +197,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
 
 
 def _relations(data: xr.Dataset) -> list[Row]:
-    """Figures 5.14b and 5.14c: the influence of the force."""
+    """Return figures 5.14b and 5.14c: the influence of the force."""
     thin, solid = data.sel(ratio=THIN), data.sel(ratio=0.0)
     n = TABLE_5_1[THIN].exponent
     at = [waves.speed_at(data.sel(ratio=ratio), 20.0) for ratio in TABLE_5_1]
@@ -214,7 +215,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
+    """Return the wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
     if Conditions.read(data).own:
         return waves.curve_figures(data)
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}

@@ -59,8 +59,8 @@ Conditions = cases.Conditions
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """95 % half-widths of what is not known: plates near an edge (`edge_error`), with the modulus not known either
-    (`combination`), and rods with a bond (`bond_error`).
+    """Return 95 % half-widths of what is not known: plates near an edge (`edge_error`), with the modulus not known
+    either (`combination`), and rods with a bond (`bond_error`).
 
     quick: four distances, one plate, six bonds.
     """
@@ -80,7 +80,7 @@ def edges(
     parallel: joblib.Parallel, distances: Sequence[float], thicknesses: Sequence[float],
     diameters: Sequence[float] = DIAMETERS, of: Conditions = cases.THESIS,
 ) -> xr.Dataset:  # fmt: skip
-    """Half-widths over the distance, the thickness, the beads and what is measured."""
+    """Return the half-widths over the distance, the thickness, the beads and what is measured."""
     tested = set() if of.own else {*distances[::TESTED_EVERY], *CHECKED}
     grid = list(product(diameters, distances, thicknesses))
     runs = parallel(
@@ -101,7 +101,8 @@ def edges(
 
 
 def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Dataset:
-    """Combinations of distance, thickness and modulus, the best one first, where the contact is known or is not."""
+    """Return the combinations of distance, thickness and modulus, the best one first, where the contact is known or is
+    not."""
     contacts = (cases.KNOWN, cases.OF_PLATE)
     grid = list(product(contacts, distances))
     runs = parallel(
@@ -126,7 +127,7 @@ def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Datas
 
 
 def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
-    """Half-widths of the bond and the upper layer."""
+    """Return the half-widths of the bond and the upper layer."""
     grid = list(product(cases.UPPERS, uppers, stiffnesses))
     found = list(watched(parallel(joblib.delayed(cases.bond_errors)(*one) for one in grid), len(grid)))
     values = np.array(found).reshape(len(cases.UPPERS), len(uppers), len(stiffnesses), *found[0].shape)
@@ -141,7 +142,8 @@ def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequ
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Half-widths, and where an earlier estimate exists its numbers; `blind` where they exceed half of the value."""
+    """Return the half-widths, and where an earlier estimate exists its numbers; `blind` where they exceed half of the
+    value."""
     if Conditions.read(data).own:
         return _own_rows(data)
     rows = [
@@ -155,7 +157,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def printed(error: float) -> str:
-    """A half-width in per cent, or `blind`."""
+    """Return a half-width in per cent, or `blind`."""
     return f"{100.0 * error:.2g} %" if error <= BLIND else "blind"
 
 
@@ -174,7 +176,8 @@ def _distance_row(one: xr.Dataset, what: str, distance: float) -> Row:
 
 
 def _changed(steps: xr.DataArray) -> str:
-    """A mark where signals are not linear within the half-width, or within ± 0.4 % of the distance if that is less."""
+    """Return a mark where signals are not linear within the half-width, or within ± 0.4 % of the distance if that is
+    less."""
     first, half, wide = steps.values
     other = wide if first > cases.STEPS[2] else half
     return " (~)" if first <= BLIND and abs(other / first - 1.0) > 0.1 else ""
@@ -199,7 +202,7 @@ def _reach_row(one: xr.Dataset) -> Row:
 
 
 def _farthest(errors: xr.DataArray) -> str:
-    """The last distance of the grid that is identified, mm."""
+    """Return the last distance of the grid that is identified, mm."""
     good = errors.distance.values[errors.values <= BLIND]
     return f"{good[-1] * 1e3:.3g}" if good.size else "none"
 
@@ -264,7 +267,7 @@ def _bond_rows(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Maps of the half-widths: of the distance for each record, and of the bond."""
+    """Return the maps of the half-widths: of the distance for each record, and of the bond."""
     from hertzlink.studies import identifiable_figures as drawn
 
     if Conditions.read(data).own:
@@ -276,7 +279,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def _own_rows(data: xr.Dataset) -> list[Row]:
-    """The half-width of the distance for each bead, plate, distance and way to measure."""
+    """Return the half-width of the distance for each bead, plate, distance and way to measure."""
     found = []
     for diameter, thickness, distance in product(
         *(data[name].values for name in ("diameter", "thickness", "distance"))
@@ -300,7 +303,7 @@ def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> st
 
 
 def _own_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Half-widths of the distance over the distance: a panel for each plate and each bead."""
+    """Return the half-widths of the distance over the distance: a panel for each plate and each bead."""
     found = {}
     for diameter in data.diameter.values:
         figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)

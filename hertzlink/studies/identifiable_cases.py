@@ -93,7 +93,7 @@ MOST_PLATES = 6
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
-    """What can be changed. The plate's modulus stays known, and rods with a bond are left out."""
+    """Parameters that can be changed. The plate's modulus stays known, and rods with a bond are left out."""
 
     material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
     thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = (2.29e-3, 3.0e-3, 4.83e-3)
@@ -107,7 +107,7 @@ class Conditions(conditions.Conditions):
     record: Annotated[tuple[float, ...], Quantity("s", low=1e-5, high=0.1), "Lengths of the records"] = RECORDS
 
     def check(self) -> None:
-        """No more plates than panels."""
+        """Refuse more plates than panels."""
         for name in ("thickness", "bead"):
             if len(getattr(self, name)) > MOST_PLATES:
                 raise WrongValue(name, getattr(self, name), f"give at most {MOST_PLATES} values")
@@ -120,7 +120,7 @@ def edge_case(
     diameter: float, distance: float, thickness: float, impact_speed: float, youngs_modulus: float | None = None,
     contact: str = KNOWN, of: Conditions = THESIS,
 ) -> CoSimulation:  # fmt: skip
-    """A chain of beads against a plate, at a distance from its clamped edge."""
+    """Return a chain of beads against a plate, at a distance from its clamped edge."""
     bead, wall = Sphere(0.5 * diameter, of.bead_material), of.material
     if youngs_modulus is not None:
         wall = replace(wall, youngs_modulus=youngs_modulus)
@@ -135,7 +135,7 @@ def edge_design(
     diameter: float, values: Mapping[str, float], noise: float | None = None, sample_every: float = SAMPLE_EVERY,
     contact: str = KNOWN, of: Conditions = THESIS,
 ) -> Design:  # fmt: skip
-    """Of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
+    """Return design of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
 
     def build(**unknowns: float) -> CoSimulation:
         return edge_case(diameter, **unknowns, contact=contact, of=of)
@@ -148,7 +148,8 @@ def edge_design(
 def edge_errors(
     diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1], of: Conditions = THESIS
 ) -> Vector:
-    """95 % half-widths as parts of the values: steps × records × measured × free × unknowns; NaN for what is known."""
+    """Return 95 % half-widths as parts of the values: steps × records × measured × free × unknowns; NaN for what is
+    known."""
     values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, of.impact_speed), strict=True))
     design = edge_design(diameter, values, of=of)
     found = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
@@ -168,8 +169,8 @@ def edge_errors(
 def combinations_near_edge(
     diameter: float, distance: float, thickness: float, contact: str
 ) -> tuple[Vector, Vector, Vector]:
-    """Of relative changes of distance, thickness and modulus, by the trace of bead 7 in the shorter record: the 95 %
-    half-widths of the eigenvectors of the information, best first, these in rows, and the correlations.
+    """Return the 95 % half-widths of the eigenvectors of the information, best first, these in rows, and the
+    correlations: of relative changes of distance, thickness and modulus, by the trace of bead 7 in the shorter record.
 
     The impact speed, the gain and time zero are not known either.
     """
@@ -184,7 +185,7 @@ def combinations_near_edge(
 
 
 def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
-    """95 % half-widths as parts of the values: measured × free × unknowns; NaN for what is known.
+    """Return 95 % half-widths as parts of the values: measured × free × unknowns; NaN for what is known.
 
     The mesh is the same for all runs, so that derivatives are those of the rod alone. bond_stiffness: N/m³.
     """
@@ -213,9 +214,8 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
 
 
 def contact_stiffness(upper: str) -> float:
-    """Tangent stiffness of the contact over the area of the rod, N/m³, at the peak of Hertz's collision of one bead
-    with the speed of the wave's particles.
-    """
+    """Return the tangent stiffness of the contact over the area of the rod, N/m³, at the peak of Hertz's collision of
+    one bead with the speed of the wave's particles."""
     stiffness = hertz_stiffness(ROD_BEAD.surface, Surface(UPPERS[upper]))
     speed = PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED
     approach = (1.25 * ROD_BEAD.mass * speed**2 / stiffness) ** 0.4
@@ -223,7 +223,7 @@ def contact_stiffness(upper: str) -> float:
 
 
 def coordinates(**values: Iterable[float | str]) -> dict[str, tuple[str, list[float | str], dict[str, str]]]:
-    """Coordinates with their units."""
+    """Return the coordinates with their units."""
     units = {
         "distance": "m", "near": "m", "thickness": "m", "diameter": "m", "record": "s", "step": "1",
         "upper_thickness": "m", "bond_stiffness": "N/m3",
@@ -234,5 +234,5 @@ def coordinates(**values: Iterable[float | str]) -> dict[str, tuple[str, list[fl
 
 
 def relative(dims: Sequence[str], values: Vector, long_name: str) -> xr.DataArray:
-    """A variable of parts of values."""
+    """Return a variable of parts of values."""
     return xr.DataArray(values, dims=dims, attrs={"units": "1", "long_name": long_name})

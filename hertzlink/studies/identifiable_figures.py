@@ -20,7 +20,8 @@ GREY, HATCH = "0.85", "////"
 
 
 def distances(data: xr.Dataset) -> draw.Figure:
-    """Of the distance over distance and thickness, for each way to measure and each bead; data: of one record."""
+    """Draw half-widths of the distance over distance and thickness, for each way to measure and each bead; data: of one
+    record."""
     figure = draw.blank(figsize=(11.5, 4.6), dpi=150)
     axes = figure.subplots(data.diameter.size, len(cases.MEASURED), sharex=True, sharey=True, squeeze=False)
     for place, (row, diameter) in enumerate(zip(axes, data.diameter.values, strict=True)):
@@ -42,7 +43,8 @@ def distances(data: xr.Dataset) -> draw.Figure:
 
 
 def bonds(data: xr.Dataset) -> draw.Figure:
-    """Of the bond over its stiffness and the upper layer's thickness, for both materials and ways to measure."""
+    """Draw half-widths of the bond over its stiffness and the upper layer's thickness, for both materials and ways to
+    measure."""
     figure = draw.blank(figsize=(9.5, 6.2), dpi=150)
     axes = figure.subplots(data.upper.size, data.bond_measured.size, sharex=True, sharey=True, squeeze=False)
     for place, (row, upper) in enumerate(zip(axes, data.upper.values, strict=True)):
@@ -69,7 +71,7 @@ def bonds(data: xr.Dataset) -> draw.Figure:
 
 
 def _map(axis: draw.Axes, across: np.ndarray, errors: np.ndarray) -> None:
-    """Cells; hatched grey where blind. Rows are equally high."""
+    """Draw cells; hatched grey where blind. Rows are equally high."""
     edges, rows = _ends(across), np.arange(errors.shape[0] + 1) - 0.5
     axis.set(facecolor=GREY, xscale="log")
     axis.pcolormesh(edges, rows, np.where(errors <= BLIND, errors, np.nan), cmap=COLOURS, norm=LIMITS, zorder=1.5)

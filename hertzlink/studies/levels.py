@@ -42,11 +42,11 @@ class Body:
     speed: ClassVar[float] = 0.31
 
     def made(self, level: float, factor: float) -> Structure:
-        """The reduced body, with a factor of its stiffness."""
+        """Return the reduced body, with a factor of its stiffness."""
         raise NotImplementedError
 
     def measured(self, levels: Sequence[float], steps: Sequence[float]) -> dict[str, Any]:
-        """AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
+        """Return AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
         made = cache(self.made)  # almost half the runs are of a body that another one had
 
         def at(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
@@ -54,7 +54,7 @@ class Body:
             return CoSimulation(Chain([bead] * self.beads, bead, impact_speed), made(level, stiffness))
 
         def bound(part: float) -> float:
-            """The Cramér–Rao bound of the level, Pa, from one trace."""
+            """Return the Cramér–Rao bound of the level, Pa, from one trace."""
 
             def build(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
                 return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)

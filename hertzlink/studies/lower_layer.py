@@ -30,18 +30,18 @@ ECHOLESS_LENGTH = 25.4e-3
 
 @dataclass(frozen=True)
 class Conditions(TwoLayers):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     upper: Annotated[float, LENGTH, "Thickness of the upper layer"] = UPPER
     lower: Annotated[tuple[float, ...], LENGTH, "Thickness of the lower layer"] = LOWERS
 
     def longest(self) -> list[Layer]:
-        """With the thickest lower layer."""
+        """Return the cylinder with the thickest lower layer."""
         return self.layers(self.upper, max(self.lower))
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
+    """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
     of = Conditions.of(own)
     lowers = of.few("lower", [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS)
     solid_lowers = struck.chosen(sorted(set(lowers))) if of.own else SOLID_LOWERS[::3] if quick else SOLID_LOWERS
@@ -51,9 +51,8 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.4, compared with those of hertzlink; the delay of the secondary wave, compared with
-    theory.
-    """
+    """Return the numbers of section 6.1.4, compared with those of hertzlink; the delay of the secondary wave, compared
+    with theory."""
     of = Conditions.read(data)
     if of.own:
         sizes = np.full(data.sizes["solid_length"], of.upper)
@@ -79,7 +78,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
-    """Delay of the secondary wave after the primary one; the thesis prints no number."""
+    """Return the delay of the secondary wave after the primary one; the thesis prints no number."""
     of = middle.sel(length=length, method="nearest")
     expected = THESIS.theory(np.array([UPPER]), length) * 1e6
     found = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
@@ -96,7 +95,8 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force-intensity map (6.12)."""
+    """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force-intensity map
+    (6.12)."""
 
     of = Conditions.read(data)
 

@@ -1,4 +1,4 @@
-"""What can be changed in the studies of section 6.2: the chain, and the plate that it strikes."""
+"""Parameters that can be changed in the studies of section 6.2: the chain, and the plate that it strikes."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -78,7 +78,7 @@ class OnPlate(Conditions):
     """In units of ℓ."""
 
     def check(self) -> None:
-        """A sensor within the chain, no more values than colours, and a plate that a mesh can resolve."""
+        """Require a sensor within the chain, no more values than colours, and a plate that a mesh can resolve."""
         if self.sensor >= self.beads:
             raise WrongValue("sensor", self.sensor, f"must be less than the number of beads, {self.beads}")
         for name in ("thickness", "bead"):
@@ -105,26 +105,26 @@ class OnPlate(Conditions):
             raise WrongValue(name, value, f"{cure}, thicker plates or larger beads")
 
     def sphere(self, diameter: float) -> Sphere:
-        """A bead."""
+        """Return a bead."""
         return Sphere(diameter / 2.0, self.bead_material)
 
     def chain(self, diameter: float) -> Chain:
-        """The chain and its striker, undamped and without gravity."""
+        """Return the chain and its striker, undamped and without gravity."""
         bead = self.sphere(diameter)
         return Chain([bead] * self.beads, striker=bead, impact_speed=self.impact_speed)
 
     def supports(self) -> Supports:
-        """Of the four edges."""
+        """Return the supports of the four edges."""
         return Supports(left=self.support, right=self.support, bottom="free", top="free")
 
     def plate(self, thickness: float) -> Plate:
-        """The square plate."""
+        """Return the square plate."""
         return kirchhoff_plate(
             self.side, self.side, thickness, self.material, self.supports(), highest_frequency=self.highest_frequency
         )
 
     def contact_time(self, diameter: float) -> float:
-        """T_c, s: of one bead on a half-space at the striker's speed."""
+        """Return T_c, s: of one bead on a half-space at the striker's speed."""
         bead = self.sphere(diameter)
         stiffness = hertz_stiffness(bead.surface, Surface(self.material))
         return float(contact_time_half_space(bead.mass, stiffness, self.impact_speed))
@@ -152,15 +152,15 @@ class OnPlate(Conditions):
         return float(RECORD * longer * self.contact_time(max(self.bead)))
 
     def length(self, thickness: float, diameter: float) -> float:
-        """ℓ, m."""
+        """Return ℓ, m."""
         return edge_length(self.sphere(diameter), self.plate(thickness), self.impact_speed)
 
     def lengths(self) -> np.ndarray:
-        """ℓ, m, of all plates and beads."""
+        """Return ℓ, m, of all plates and beads."""
         return np.array([[self.length(t, d) for d in self.bead] for t in self.thickness])
 
     def scan(self, quick: bool) -> list[float]:
-        """Distances from the edge, m, to the centre: those in units of ℓ for every plate and bead."""
+        """Return the distances from the edge, m, to the centre: those in units of ℓ for every plate and bead."""
         centre, found = self.side / 2.0, list[float]()
         for one in sorted(float(x) for x in np.outer(self.lengths(), QUICK_SCAN if quick else SCAN).ravel()):
             if one * CLOSEST < centre and (not found or one > CLOSEST * found[-1]):
@@ -169,10 +169,11 @@ class OnPlate(Conditions):
 
 
 def theirs(diameter: float) -> Sphere:
-    """The bead of this diameter, m, with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 of 6.2.2."""
+    """Return the bead of this diameter, m, with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 of
+    6.2.2."""
     return Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """AR at the thesis's sensor."""
+    """Return AR at the thesis's sensor."""
     return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})

@@ -76,18 +76,18 @@ OWN_NEAR, OWN_BRACKET, OWN_QUICK_BRACKET = 2.5, 0.02, 0.4
 
 @dataclass(frozen=True)
 class Conditions(OnPlate):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     shortest_side: ClassVar[float] = 8.0
 
     def distances(self, quick: bool) -> tuple[float, ...]:
-        """The first scan, m."""
+        """Return the first scan, m."""
         if self.own:
             return tuple(self.scan(quick))
         return QUICK_DISTANCES if quick else DISTANCES
 
     def bracket(self, quick: bool) -> float:
-        """The greatest length of a bracket, m."""
+        """Return the greatest length of a bracket, m."""
         if self.own:
             return float(self.lengths().min()) * (OWN_QUICK_BRACKET if quick else OWN_BRACKET)
         return QUICK_BRACKET if quick else BRACKET
@@ -98,7 +98,7 @@ class Conditions(OnPlate):
         return min(OWN_NEAR * float(self.lengths().max()), self.side / 2.0) if self.own else NEAR
 
     def bases(self, quick: bool) -> list[tuple[Range, Range]]:
-        """Distances and thicknesses, m, that share a basis.
+        """Return the distances and thicknesses, m, that share a basis.
 
         All short distances do, and each farther one of the first scan has its own; so do similar thicknesses.
         """
@@ -115,7 +115,7 @@ THESIS = Conditions()
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
+    """Return AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
     Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
     eight of the 27 distances of the first scan, and brackets of 5 mm.
@@ -152,9 +152,8 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def without_edges(of: Conditions = THESIS) -> xr.Dataset:
-    """AR and contact time on the infinite plate, and the distance from which half of the echo is back at the contact's
-    end.
-    """
+    """Return AR and contact time on the infinite plate, and the distance from which half of the echo is back at the
+    contact's end."""
 
     def build(thickness: float, diameter: float) -> CoSimulation:
         return CoSimulation(of.chain(diameter), infinite_plate(thickness, of.material))
@@ -170,7 +169,7 @@ def without_edges(of: Conditions = THESIS) -> xr.Dataset:
 
 
 def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
-    """The part of a run on the infinite plate that is kept."""
+    """Return the part of a run on the infinite plate that is kept."""
     return xr.Dataset(
         {
             "infinite_amplitude_ratio": amplitude_ratio(run, sensor).rename(None),
@@ -180,7 +179,7 @@ def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
 
 
 def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> ReducedPlate:
-    """Plates of some thicknesses for some distances on their centre line."""
+    """Return the plates of some thicknesses for some distances on their centre line."""
     tolerance = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION
     plate = of.plate(min(of.thickness))
     return ReducedPlate(plate, of.until, place, of.side / 2.0, tolerance, of.pulse, thickness=walls)
@@ -188,7 +187,7 @@ def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> ReducedPlate
 
 @lru_cache(maxsize=1)
 def struck(plates: tuple[ReducedPlate, ...], thickness: float, distance: float, of: Conditions = THESIS) -> Structure:
-    """The reduced plate, struck on its centre line; cached for the next bead diameter."""
+    """Return the reduced plate, struck on its centre line; cached for the next bead diameter."""
     for one in plates:
         if covers(one.x, distance) and covers(one.thickness, thickness):
             return one.at(distance, of.side / 2.0, thickness=thickness)
@@ -197,9 +196,8 @@ def struck(plates: tuple[ReducedPlate, ...], thickness: float, distance: float, 
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The critical distances compared with the thesis's two lines and its statements about them; of other plates, with
-    the law for them.
-    """
+    """Return the critical distances compared with the thesis's two lines and its statements about them; of other
+    plates, with the law for them."""
     of = Conditions.read(data)
     pairs = [data.sel(diameter=d, thickness=t) for d in data.diameter for t in data.thickness]
     if of.own:
@@ -215,7 +213,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _contact(diameter: float) -> Row:
-    """T_c on a half-space, µs, and with the data of section 6.2.1."""
+    """Return T_c on a half-space, µs, and with the data of section 6.2.1."""
     sphere = theirs(diameter)
     stiffness = hertz_stiffness(sphere.surface, Surface(ALUMINIUM_6061))
     printed = float(contact_time_half_space(sphere.mass, stiffness, THESIS_IMPACT.striker_speed)) * 1e6
@@ -225,9 +223,8 @@ def _contact(diameter: float) -> Row:
 
 
 def _coefficients() -> list[Row]:
-    """The printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all other quantities equal to
-    one.
-    """
+    """Return the printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all other quantities
+    equal to one."""
     with collected():
         material = Material(1.0, 0.0, 1.0)
         sphere = Sphere(0.5, material)
@@ -241,7 +238,7 @@ def _coefficients() -> list[Row]:
 
 
 def _relative(one: xr.Dataset) -> Row:
-    """The critical distance relative to the far value."""
+    """Return the critical distance relative to the far value."""
     relative = one[[name for name in one if str(name).startswith("relative_")]]
     relative = relative.rename({name: str(name).removeprefix("relative_") for name in relative})
     far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
@@ -251,7 +248,7 @@ def _relative(one: xr.Dataset) -> Row:
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
-    """The critical distance at one tolerance in relation to the two lines, mm."""
+    """Return the critical distance at one tolerance in relation to the two lines, mm."""
     if at.lower_bound:
         return (
             f"a lower bound: from farther away no wave is back within {UNTIL * 1e3:.1f} ms, and longer records do not "
@@ -271,7 +268,7 @@ def _verdict(at: xr.Dataset, low: float, high: float) -> str:
 
 
 def _between(at: xr.Dataset) -> str:
-    """Between which distances, mm, the critical one lies."""
+    """Return between which distances, mm, the critical one lies."""
     low, high = at.bracket.values * 1e3
     if at.lower_bound:
         return f"> {low:.0f}"
@@ -279,12 +276,13 @@ def _between(at: xr.Dataset) -> str:
 
 
 def _named(one: xr.Dataset) -> Named:
-    """The bead and the plate, for the name of a row, mm."""
+    """Return the bead and the plate, for the name of a row, mm."""
     return {name: 1e3 * float(one[name]) for name in ("diameter", "thickness")}
 
 
 def _critical(one: xr.Dataset, of: Conditions) -> Row:
-    """The critical distance of a plate and bead, compared with the thesis's two lines; of the user's, with the law."""
+    """Return the critical distance of a plate and bead, compared with the thesis's two lines; of the user's, with the
+    law."""
     (low, high), at = one.bound.values * 1e3, one.sel(within=TOLERANCE)
     least, most = (f"± {other:g}: {_between(one.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
     said = TOLERANCE, least, most
@@ -298,7 +296,7 @@ def _critical(one: xr.Dataset, of: Conditions) -> Row:
 
 
 def _law(one: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
-    """The critical distance, mm, by the law, which is for 13 beads between sensor and plate, and its bounds."""
+    """Return the critical distance, mm, by the law, which is for 13 beads between sensor and plate, and its bounds."""
     if of.beads - of.sensor != BEADS - SENSOR:
         return "", f"the law of the study critical-distance is for {BEADS - SENSOR} beads behind the sensor; "
     bead, plate = of.sphere(float(one.diameter)), of.plate(float(one.thickness))
@@ -312,7 +310,7 @@ def _law(one: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
 
 
 def _echo(one: xr.Dataset, of: Conditions) -> list[Row]:
-    """The criterion without a tolerance, which is for clamped edges."""
+    """Return the criterion without a tolerance, which is for clamped edges."""
     if of.support != "clamped":
         return []
     half, contact = float(one.half_echo_distance) * 1e3, float(one.contact_time) * 1e6
@@ -329,7 +327,8 @@ def _far(one: xr.Dataset, of: Conditions) -> Row:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """AR and TOF against the distance, the critical distances and the two theory lines, and how they were refined."""
+    """Return AR and TOF against the distance, the critical distances and the two theory lines, and how they were
+    refined."""
     of = Conditions.read(data)
     ratio, flight = "amplitude ratio AR", "time of flight (µs)"
     return {

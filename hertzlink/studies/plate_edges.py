@@ -41,7 +41,8 @@ UNTIL, REDUCTION = 1.5e-3, 0.02
 
 
 def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR over kind of edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of each.
+    """Return AR over kind of edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of
+    each.
 
     clamped: AR of Kirchhoff's plates with clamped edges, over thickness, distance and diameter, which is not run again.
     """
@@ -74,21 +75,21 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
 
 @lru_cache(maxsize=1)
 def held(edge: str, distance: float) -> Structure:
-    """The thinnest plate by the kind of its edges, struck at the distance on its centre line, or from the corner."""
+    """Return thinnest plate by the kind of its edges, struck at the distance on its centre line, or from the corner."""
     plate = kirchhoff_plate(SIDE, SIDE, THICKNESS, ALUMINIUM_6061, EDGES[edge], highest_frequency=HIGHEST_FREQUENCY)
     return reduce(plate.at(distance, distance if edge == CORNER else SIDE / 2.0), UNTIL, REDUCTION)
 
 
 @lru_cache(maxsize=1)
 def mindlin(thickness: float, distance: float) -> Structure:
-    """A clamped plate in Mindlin's theory."""
+    """Return a clamped plate in Mindlin's theory."""
     clamped = Supports(left="clamped", right="clamped")
     plate = mindlin_plate(SIDE, SIDE, thickness, ALUMINIUM_6061, clamped, highest_frequency=HIGHEST_FREQUENCY)
     return reduce(plate.at(distance, SIDE / 2.0), UNTIL, REDUCTION)
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """AR at other edges and in Mindlin's theory; the thesis has neither."""
+    """Return AR at other edges and in Mindlin's theory; the thesis has neither."""
     rows = []
     nearest, farthest = (1e3 * float(data.edge_distance[place]) for place in (0, -1))
     for edge in data.edge.values:
@@ -105,12 +106,12 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _shown(ratio: float) -> str:
-    """AR, or that there is no wave."""
+    """Return AR, or that there is no wave."""
     return "no wave" if isnan(ratio) else f"{ratio:.3f}"
 
 
 def figure(data: xr.Dataset) -> draw.Figure:
-    """AR against the distance for each kind of edge, one panel for each bead."""
+    """Return AR against the distance for each kind of edge, one panel for each bead."""
     drawn, axes = draw.panels(data.sizes["edge_bead"], width=3.6)
     for axis, bead in zip(axes, data.edge_bead.values, strict=True):
         for i, edge in enumerate(data.edge.values):

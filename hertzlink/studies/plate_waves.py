@@ -10,14 +10,13 @@ row = Rows("plate_waves")
 
 
 def impact_frequency(diameter: float) -> float:
-    """Frequency, Hz, of the impact of a bead of this diameter, m: one half-period in its contact with a half-space,
-    1/(2T_c).
-    """
+    """Return the frequency, Hz, of the impact of a bead of this diameter, m: one half-period in its contact with a
+    half-space, 1/(2T_c)."""
     return 0.5 / OnPlate().contact_time(diameter)
 
 
 def group_speeds() -> dict[float, list[float]]:
-    """Group speed of A0, m/s, at the frequency of the impact: by diameter, m, one for each of THICKNESSES."""
+    """Return group speed of A0, m/s, at the frequency of the impact: by diameter, m, one for each of THICKNESSES."""
     return {
         diameter: [
             LambWaves(ALUMINIUM_6061, thickness).group_speed(impact_frequency(diameter)) for thickness in THICKNESSES
@@ -27,7 +26,7 @@ def group_speeds() -> dict[float, list[float]]:
 
 
 def table() -> list[Row]:
-    """k, c and round trip that section 6.2.2 prints for both waves, compared with the exact equations."""
+    """Return k, c and round trip that section 6.2.2 prints for both waves, compared with the exact equations."""
     bar, rayleigh = ALUMINIUM_6061.bar_speed, rayleigh_speed(ALUMINIUM_6061)
     by_bead = group_speeds()
     factors = "; ".join(

@@ -44,7 +44,7 @@ class Shell(levels.Body):
     speed: ClassVar[float] = 0.3
 
     def made(self, level: float, factor: float) -> Structure:
-        """The reduced shell, with a factor of its modulus."""
+        """Return the reduced shell, with a factor of its modulus."""
         material = replace(self.material, youngs_modulus=factor * self.material.youngs_modulus)
         shell = spherical_shell(self.radius, self.thickness, material, level, **self.mesh)
         return reduce(shell, self.until, TOLERANCE, **self.reduction)
@@ -62,12 +62,12 @@ SHELLS = (
 
 
 def coarser(shell: Shell) -> Shell:
-    """The shell with half as many cells along each side, for the quick study: AR changes by less than 0.002."""
+    """Return the shell with half as many cells along each side, for the quick study: AR changes by less than 0.002."""
     return replace(shell, mesh={**shell.mesh, "cells": QUICK_CELLS})
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR and TOF over the pressure, and the least error of a pressure that is read from one trace.
+    """Return AR and TOF over the pressure, and the least error of a pressure that is read from one trace.
 
     quick: three pressures of each shell on a coarser mesh, and the error by one step of its derivatives. jobs: always
     one process.
@@ -110,7 +110,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """AR and TOF over the pressure, in units of that which buckles the shell from outside."""
+    """Return AR and TOF over the pressure, in units of that which buckles the shell from outside."""
     lines = []
     for one in SHELLS:
         found = data.sel(shell=one.name)

@@ -41,12 +41,12 @@ class Body(levels.Body):
     build: Callable[[float, float], Structure]
 
     def made(self, level: float, factor: float) -> Structure:
-        """The reduced body."""
+        """Return the reduced body."""
         return reduce(self.build(level, factor), self.until, TOLERANCE)
 
 
 def _plate(stress: float, factor: float) -> Structure:
-    """An aluminium membrane of 80 × 80 × 1 mm, clamped all around."""
+    """Return an aluminium membrane of 80 × 80 × 1 mm, clamped all around."""
     thickness = 1e-3
     held = Supports("clamped", "clamped", "clamped", "clamped")
     inside = Prestress(xx=stress * thickness, yy=stress * thickness)
@@ -56,7 +56,7 @@ def _plate(stress: float, factor: float) -> Structure:
 
 
 def _strip(stress: float, factor: float) -> Structure:
-    """An aluminium strip of 60 × 10 × 3 mm, clamped at both ends."""
+    """Return an aluminium strip of 60 × 10 × 3 mm, clamped at both ends."""
     area, inertia = 10e-3 * 3e-3, 10e-3 * 3e-3**3 / 12.0
     bending, heavy = factor * ALUMINIUM_6061.youngs_modulus * inertia, ALUMINIUM_6061.density * area
     return beam(0.06, bending, heavy, ALUMINIUM_6061, 0.03, ("clamped", "clamped"), stress * area)
@@ -72,7 +72,7 @@ RAIL_STEEL = Material(210e9, 0.3, 7850.0, "rail steel", 5e8)
 
 
 def _rail(stress: float, factor: float) -> Structure:
-    """A rail struck sideways with large beads, on 20 MN/m² of elastic ground."""
+    """Return a rail struck sideways with large beads, on 20 MN/m² of elastic ground."""
     bending, ends = factor * RAIL_STEEL.youngs_modulus * RAIL_INERTIA, ("clamped", "clamped")
     return beam(RAIL_SPAN, bending, RAIL_MASS, RAIL_STEEL, 0.5 * RAIL_SPAN, ends, stress * RAIL_AREA, 2e7, 2e4)
 
@@ -91,7 +91,7 @@ BODIES = (
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR and TOF over the stress, and the least error of a stress that is read from one trace.
+    """Return AR and TOF over the stress, and the least error of a stress that is read from one trace.
 
     quick: three stresses of each body. jobs: always one process.
     """
@@ -101,7 +101,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def _measured(body: Body, quick: bool) -> xr.Dataset:
-    """What is kept of a body's runs. The number of stresses differs: NaN where there is none."""
+    """Return what is kept of a body's runs. The number of stresses differs: NaN where there is none."""
     stresses = np.array(body.levels[::2] if quick else body.levels)
     data = xr.Dataset(
         {
@@ -135,7 +135,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """AR and TOF, less their values without stress, over the stress."""
+    """Return AR and TOF, less their values without stress, over the stress."""
     lines = []
     for one in BODIES:
         found = data.sel(body=one.name).dropna("case")

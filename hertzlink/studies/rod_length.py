@@ -29,27 +29,27 @@ ECHOLESS_LENGTH = 0.2
 
 @dataclass(frozen=True)
 class Conditions(Striking):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     material: Annotated[Material, "Material of the cylinder"] = STEEL_440C
     radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
     length: Annotated[tuple[float, ...], LENGTH, "Length of the cylinder"] = LENGTHS
 
     def layers(self, length: float) -> list[Layer]:
-        """The cylinder."""
+        """Return the cylinder."""
         return [Layer(self.material, length, self.radius)]
 
     def stacks(self) -> Iterable[Sequence[Layer]]:
-        """The longest cylinder."""
+        """Return the longest cylinder."""
         return [self.layers(max(self.length))]
 
     def theory_length(self) -> float:
-        """Characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
+        """Return the characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
         return float(characteristic_length(self.material.bar_speed, self.contact_time(self.material)))
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
+    """Return AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
     of = Conditions.of(own)
     few = [SOLID_LENGTHS[0], 101.6e-3, SOLID_LENGTHS[-1]]
     lengths = of.few("length", LENGTHS[::4] if quick else LENGTHS)
@@ -59,13 +59,13 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
+    """Return the numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
     of = Conditions.read(data)
     return _own(data, of) if of.own else _thesis(data)
 
 
 def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """AR and TOF of other rods, compared with theory."""
+    """Return AR and TOF of other rods, compared with theory."""
 
     def theory(length: float) -> tuple[float, float | str, str]:
         return float(of.time_of_flight(of.wall(of.material))), "", "equation 6.20, without losses and preload"
@@ -103,12 +103,12 @@ def _thesis(data: xr.Dataset) -> list[Row]:
 
 
 def _heavier_length() -> float:
-    """The characteristic length, m, with beads of the density that section 6.2.1 uses."""
+    """Return the characteristic length, m, with beads of the density that section 6.2.1 uses."""
     return Conditions(bead_material=replace(STEEL_440C, density=8000.0)).theory_length()
 
 
 def _foot(force: xr.DataArray, peak: float) -> float:
-    """The time, µs, at which the pulse that peaks at a time, µs, rises above 5 % of its peak."""
+    """Return the time, µs, at which the pulse that peaks at a time, µs, rises above 5 % of its peak."""
     time, values = force.time.values * 1e6, force.values
     top = int(np.searchsorted(time, peak))
     low = np.flatnonzero(values[:top] < 0.05 * values[top])
@@ -130,7 +130,7 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
+    """Return AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
     of = Conditions.read(data)
     label = f"length of the {of.material.name if of.own else 'steel'} cylinder (mm)"
     figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)

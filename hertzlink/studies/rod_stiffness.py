@@ -46,7 +46,7 @@ FAR_SENSOR = 12
 
 @dataclass(frozen=True)
 class Conditions(Striking):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     material: Annotated[tuple[Material, ...], "Materials of rods and cylinders"] = tuple(MATERIALS.values())
     modulus: Annotated[
@@ -56,16 +56,16 @@ class Conditions(Striking):
     radius: Annotated[float, conditions.LENGTH, "Radius of the cylinder"] = RADIUS
 
     def layers(self, material: Material) -> list[Layer]:
-        """The cylinder of a material."""
+        """Return the cylinder of a material."""
         return [Layer(material, self.length, self.radius)]
 
     def stacks(self) -> Iterable[Sequence[Layer]]:
-        """All cylinders."""
+        """Return all cylinders."""
         softest = replace(STEEL_440C, youngs_modulus=min(self.modulus), name="")
         return [self.layers(one) for one in (*self.material, softest)]
 
     def walls(self) -> dict[str, Material]:
-        """The two extremes, whose chains are shown bead by bead; one if there is only one material."""
+        """Return the two extremes, whose chains are shown bead by bead; one if there is only one material."""
         if self.material == self.thesis("material"):
             return WALLS
         ends = [extreme(self.material, key=lambda one: one.youngs_modulus) for extreme in (max, min)]
@@ -77,7 +77,7 @@ def _called(material: Material) -> str:
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
+    """Return AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
 
     Over the modulus, density and Poisson's ratio stay those of 440C steel. Names with "material" belong to rods, with
     "solid" to axisymmetric cylinders and half-spaces, with "wall" to the two rods whose chains are shown bead by bead.
@@ -118,9 +118,8 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def walls(of: Conditions) -> xr.Dataset:
-    """The motion of each bead against the stiffest and the softest rod, the force at the sensors, and the distribution
-    of the energy.
-    """
+    """Return the motion of each bead against the stiffest and the softest rod, the force at the sensors, and the
+    distribution of the energy."""
     shown = of.walls()
 
     def against(wall: str) -> CoSimulation:
@@ -149,7 +148,7 @@ def walls(of: Conditions) -> xr.Dataset:
 
 
 def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
-    """Potential energy of the last bead's contact, J: 2/5 k δ^5/2. stiffness: k, N/m^1.5."""
+    """Return the potential energy of the last bead's contact, J: 2/5 k δ^5/2. stiffness: k, N/m^1.5."""
     resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
     overlap = run.displacement.sel(bead=BEADS, drop=True) - run.surface_displacement + resting
     energy: xr.DataArray = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
@@ -157,7 +156,7 @@ def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
 
 
 def speed_ratio(run: xr.Dataset) -> float:
-    """Speed of the primary wave over that of the incident one, between two sensors away from both ends."""
+    """Return the speed of the primary wave over that of the incident one, between two sensors away from both ends."""
     near, far = (reflections(run, sensor) for sensor in (SENSOR, FAR_SENSOR))
     if not (near.incident and far.incident and near.primary and far.primary):
         return float("nan")
@@ -165,9 +164,8 @@ def speed_ratio(run: xr.Dataset) -> float:
 
 
 def collisions(data: xr.Dataset) -> tuple[float, ...]:
-    """Against the softest rod, s: when bead 20 is deepest, and when it then hits bead 19 for the first and the second
-    time, if it does.
-    """
+    """Return against the softest rod, s: when bead 20 is deepest, and when it then hits bead 19 for the first and the
+    second time, if it does."""
     soft = data.isel(wall=-1)
     force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
     hits = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
@@ -175,7 +173,8 @@ def collisions(data: xr.Dataset) -> tuple[float, ...]:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.1 and of Table 2.1, compared with those of hertzlink; of other rods, with theory."""
+    """Return the numbers of section 6.1.1 and of Table 2.1, compared with those of hertzlink; of other rods, with
+    theory."""
     of = Conditions.read(data)
     if of.own:
         return _own(data, of)
@@ -186,7 +185,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """AR and TOF of other rods, the last bead's motion, and the modulus below which secondary waves form."""
+    """Return AR and TOF of other rods, the last bead's motion, and the modulus below which secondary waves form."""
     rows = []
     for name, material in {_called(one): one for one in of.material}.items():
         if name not in data.material.values:
@@ -212,7 +211,7 @@ def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
 
 
 def _both(data: xr.Dataset, label: str, name: str, factor: float = 1.0, *said: float) -> Iterable[Row]:
-    """The rows of steel and of PTFE. said: what the reason of each begins with."""
+    """Return the rows of steel and of PTFE. said: what the reason of each begins with."""
     for short, material, *first in zip(("steel", "PTFE"), WALLS, *([said] if said else []), strict=True):
         values = data[f"material_{name}"].sel(material=material)
         values = values.sel(wave="primary") if "wave" in values.dims else values
@@ -239,7 +238,7 @@ def _waves(data: xr.Dataset) -> list[Row]:
 
 
 def _sensor(data: xr.Dataset) -> list[Row]:
-    """The effect on AR of the time constant of the sensors, which section 2.2 gives."""
+    """Return the effect on AR of the time constant of the sensors, which section 2.2 gives."""
     rows = []
     for name in WALLS:
         plain = struck.ratio(data.material_amplitude_ratio.sel(material=name, dashpot=DASHPOT))
@@ -299,7 +298,8 @@ def _solid(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force-intensity map (6.5)."""
+    """Return the forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force-intensity map
+    (6.5)."""
     force = data.sensor_force.sel(sensor=SENSOR).transpose("youngs_modulus", "time").values
     return {
         "stiffness": _over_modulus(data),

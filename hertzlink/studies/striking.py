@@ -1,4 +1,4 @@
-"""What can be changed in the studies of section 6.1: the vertical chain, and the cylinder that it strikes."""
+"""Parameters of the studies of section 6.1: the vertical chain, and the cylinder that it strikes."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -49,7 +49,7 @@ class Striking(Conditions):
     dashpot: Annotated[tuple[float, ...], DASHPOT, BAND] = DASHPOTS
 
     def check(self) -> None:
-        """Not both a speed and a height."""
+        """Refuse both a speed and a height."""
         if self.impact_speed is not None and self.drop_height != DROP_HEIGHT:
             raise WrongValue("impact_speed", self.impact_speed, "give it or the drop height, not both")
 
@@ -60,7 +60,7 @@ class Striking(Conditions):
 
     @property
     def speed(self) -> float:
-        """Of the striker, m/s."""
+        """The speed of the striker, m/s."""
         return drop_speed(self.drop_height) if self.impact_speed is None else self.impact_speed
 
     @property
@@ -69,27 +69,27 @@ class Striking(Conditions):
         return self.dashpot[len(self.dashpot) // 2]
 
     def chain(self, dashpot: float | None = None) -> Chain:
-        """The chain of 20 spheres, with a dashpot, N s/m, by default that which counts."""
+        """Return the chain of 20 spheres, with a dashpot, N s/m, by default that which counts."""
         loss = LinearDashpot(self.middle if dashpot is None else dashpot)
         return Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, loss)
 
     def wall(self, material: Material) -> float:
-        """k of a bead on a half-space, N/m^1.5."""
+        """Return k of a bead on a half-space, N/m^1.5."""
         return hertz_stiffness(self.sphere.surface, Surface(material))
 
     def time_of_flight(self, wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
-        """TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
+        """Return TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
         bead_to_bead = hertz_stiffness(self.sphere.surface, self.sphere.surface)
         return np.asarray(
             primary_time_of_flight(BEADS - SENSOR, self.sphere.mass, bead_to_bead, wall, self.speed, restitution)
         )
 
     def contact_time(self, material: Material) -> float:
-        """Of one bead on a half-space at the striker's speed, s (equation 6.8)."""
+        """Return the contact time of one bead on a half-space at the striker's speed, s (equation 6.8)."""
         return float(contact_time_half_space(self.sphere.mass, self.wall(material), self.speed))
 
     def stacks(self) -> Iterable[Sequence[Layer]]:
-        """The cylinders of the study at their longest."""
+        """Return the cylinders of the study at their longest."""
         raise NotImplementedError
 
     @cached_property
@@ -105,25 +105,24 @@ class Striking(Conditions):
         return UNTIL * scale + echo + self.spring_time()
 
     def spring_time(self) -> float:
-        """Time, s, by which a soft layer makes the record longer."""
+        """Return the time, s, by which a soft layer makes the record longer."""
         return 0.0
 
     @cached_property
     def sharper(self) -> float:
-        """How much shorter than the thesis's contact with steel this one is, at least 1."""
+        """The factor by which the contact is shorter than the thesis's with steel, at least 1."""
         return max(1.0, type(self)().contact_time(STEEL_440C) / self.contact_time(STEEL_440C)) if self.own else 1.0
 
     def slender(self, layers: Sequence[Layer]) -> Structure:
-        """The rod of these layers on a fixed base, in the one-dimensional theory; its reduction does not change AR and
-        TOF.
-        """
+        """Return the rod of these layers on a fixed base, in the one-dimensional theory; its reduction does not change
+        AR and TOF."""
         elements = None
         if self.sharper > 1.0:
             elements = max(ceil(self.sharper * one.length / one.material.bar_speed / CROSSING) for one in layers)
         return reduce(rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
 
     def check_meshes(self) -> None:
-        """A ValueError before any run where a mesh would be too large; the thesis's are not."""
+        """Raise a ValueError before any run where a mesh would be too large; the thesis's are not."""
         if self.own:
             for stack in self.stacks():
                 try:
@@ -136,5 +135,5 @@ class Striking(Conditions):
         return layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
 
     def solid(self, layers: Sequence[Layer]) -> Structure:
-        """The axisymmetric cylinder of these layers on a fixed base, reduced."""
+        """Return the axisymmetric cylinder of these layers on a fixed base, reduced."""
         return reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)

@@ -34,7 +34,7 @@ DASHPOT = THESIS.middle
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that the studies keep: AR and TOF at bead 7, and the motion of the last bead."""
+    """Return the part of a run that the studies keep: AR and TOF at bead 7, and the motion of the last bead."""
     waves = reflections(run, SENSOR)
     incident, returned = waves.incident, (waves.primary, waves.secondary)
     largest = run.displacement.sel(bead=BEADS).max().reset_coords(drop=True)
@@ -53,13 +53,13 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
-    """The signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s."""
+    """Return the signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s."""
     step = float(run.time[1] - run.time[0])  # those of a run are equal
     return as_signal(run.time.values, {SENSOR: high_passed(sensor_force(run, SENSOR).values, step, time_constant)})
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
-    """AR and TOF, and the force at both sensors over time."""
+    """Return AR and TOF, and the force at both sensors over time."""
     force = xr.concat([sensor_force(run, sensor) for sensor in SENSORS], "sensor")
     found = measure(run)[["amplitude_ratio", "time_of_flight"]].assign_coords(sensor=list(SENSORS))
     return found.assign(sensor_force=force.assign_attrs(units="N", long_name="force at the sensor, above the preload"))
@@ -72,7 +72,7 @@ def over_lengths(
     jobs: int | None,
     of: Striking = THESIS,
 ) -> xr.Dataset:
-    """AR and TOF over a length (m): rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
+    """Return AR and TOF over a length (m): rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
     The force at the sensors is that of the rods, for the middle dashpot.
     """
@@ -100,57 +100,57 @@ def over_lengths(
 
 
 def ratio(values: xr.DataArray, wave: str = "primary") -> float:
-    """AR of one run; zero if the wave does not return."""
+    """Return AR of one run; zero if the wave does not return."""
     return float(values.sel(wave=wave).fillna(0.0))
 
 
 def flight(values: xr.DataArray, wave: str = "primary") -> float:
-    """TOF of one run, µs."""
+    """Return TOF of one run, µs."""
     return float(values.sel(wave=wave)) * 1e6
 
 
 def lost(values: xr.DataArray) -> float:
-    """Difference between the largest and the smallest value, in percent of the largest."""
+    """Return the difference between the largest and the smallest value, in percent of the largest."""
     return 100.0 * float(1.0 - values.min() / values.max())
 
 
 def middle(data: xr.Dataset) -> float:
-    """The dashpot that counts, N s/m."""
+    """Return the dashpot that counts, N s/m."""
     return float(data.dashpot[data.sizes["dashpot"] // 2])
 
 
 def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
-    """AR or TOF of the cylinders minus that of rods of the same length."""
+    """Return AR or TOF of the cylinders minus that of rods of the same length."""
     rods = data[name].sel(wave=wave, dashpot=middle(data)).dropna("length").interp(length=data.solid_length)
     return data[f"solid_{name}"].sel(wave=wave) - rods
 
 
 def interval(values: xr.DataArray, factor: float = 1.0) -> str:
-    """The smallest and the largest value."""
+    """Return the smallest and the largest value."""
     low, high = (f"{float(value) * factor:.3g}" for value in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
 
 
 def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
-    """The results with the other dashpots."""
+    """Return the results with the other dashpots."""
     low, high = values.sel(dashpot=[DASHPOTS[0], DASHPOTS[-1]]).fillna(0.0).values * factor
     return f"γ is not given; {low:.3g} and {high:.3g} for γ = 4 and 6 N s/m"
 
 
 def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
-    """The range of the results over the dashpots, by the name of this condition."""
+    """Return the range of the results over the dashpots, by the name of this condition."""
     low, high = float(values.fillna(0.0).min()) * factor, float(values.fillna(0.0).max()) * factor
     return {f"γ between {DASHPOTS[0]:g} and {DASHPOTS[-1]:g} N s/m, which is not given": f"{low:.5g} to {high:.5g}"}
 
 
 def undamped(data: xr.Dataset) -> dict[str, str]:
-    """TOF of the primary wave without losses, µs, for the shortest and the longest one, by its condition."""
+    """Return TOF of the primary wave without losses, µs, for the shortest and the longest one, by its condition."""
     flights = data.undamped_time_of_flight.sel(wave="primary")
     return {"no losses": interval(flights, 1e6)}
 
 
 def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
-    """At most so many of the lengths, evenly among them, with the first and the last one."""
+    """Return at most so many of the lengths, evenly among them, with the first and the last one."""
     places = np.unique(np.linspace(0, len(lengths) - 1, min(most, len(lengths))).round().astype(int))
     return tuple(lengths[i] for i in places)
 
@@ -158,7 +158,7 @@ def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
 def own_rows(
     data: xr.Dataset, what: str, theory: Callable[[float], tuple[float, float | str, str]], secondary: bool = False
 ) -> list[Row]:
-    """AR and TOF over the length, m, of a user's own chain and cylinder.
+    """Return AR and TOF over the length, m, of a user's own chain and cylinder.
 
     theory: TOF, s, AR or nothing, and the equations, for a length. secondary: whether its delay is a row too.
     """
@@ -185,17 +185,17 @@ def own_rows(
 
 
 def delay_of(flights: xr.DataArray) -> float:
-    """The secondary wave's delay after the primary one, µs; NaN without one."""
+    """Return the secondary wave's delay after the primary one, µs; NaN without one."""
     return flight(flights, "secondary") - flight(flights)
 
 
 def known(value: float) -> float | str:
-    """A number, or words where no wave was seen."""
+    """Return a number, or words where no wave was seen."""
     return value if np.isfinite(value) else "no wave"
 
 
 def band(values: xr.DataArray, factor: float = 1.0) -> str:
-    """The results with the least and the greatest dashpot, if there are several."""
+    """Return the results with the least and the greatest dashpot, if there are several."""
     if values.sizes["dashpot"] == 1:
         return ""
     ends = values.isel(dashpot=[0, -1])
@@ -205,7 +205,7 @@ def band(values: xr.DataArray, factor: float = 1.0) -> str:
 
 
 def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
-    """AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
+    """Draw AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
     factor = 1e6 if name == "time_of_flight" else 1.0
     values, solids = data[name].sel(wave=wave) * factor, data[f"solid_{name}"].sel(wave=wave) * factor
     draw.banded(axis, data.length.values * 1e3, values, middle(data), "rod, 1-D")
@@ -217,7 +217,7 @@ def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, labe
 def layers_figures(
     data: xr.Dataset, xlabel: str, theory: Callable[[draw.Axes, str, str, Vector], None]
 ) -> dict[str, draw.Figure]:
-    """AR and TOF of both waves over the thickness of a layer, and the force-intensity map.
+    """Return AR and TOF of both waves over the thickness of a layer, and the force-intensity map.
 
     theory: draws the theory lines; its arguments are axis, measure, wave, thicknesses in m.
     """

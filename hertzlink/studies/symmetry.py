@@ -60,21 +60,21 @@ class Model:
     vibrations: Callable[[Bead, int], Vibration]
 
     def between(self, first: Bead, second: Bead | Surface) -> ContactLaw:
-        """The law of two beads; a bead against the rigid wall is one half of them, by symmetry."""
+        """Return the law of two beads; a bead against the rigid wall is one half of them, by symmetry."""
         if not isinstance(second, Surface):
             return self.law
         approaches = np.append(np.geomspace(1e-4, 1.0, 400, endpoint=False), 1.0) * self.law.largest
         return TabulatedLaw(0.5 * approaches, self.law.force(approaches), self.law.name)  # type: ignore[arg-type]
 
     def run(self) -> xr.Dataset:
-        """The wave."""
+        """Return the wave."""
         beads, modes = [BEAD] * BEADS, {"modes": MODES, "vibrations": self.vibrations}
         chain = DeformableChain(beads, BEAD, IMPACT_SPEED, law=self.between, **modes)  # type: ignore[arg-type]
         return CoSimulation(chain, WALL).run(UNTIL, UNTIL / SAVED)
 
 
 def models(quick: bool) -> dict[str, Model]:
-    """Both models by name, and a third one that separates the effects of laws and modes."""
+    """Return both models by name, and a third one that separates the effects of laws and modes."""
     solid: Any = partial(vibration_of_solid, spacing=COARSE) if quick else vibration_of_solid
     law = contact_law_solid(BEAD, max_approach=LARGEST_APPROACH, spacing=COARSE_AT_POLE if quick else None)
     flat = contact_law_fem(BEAD, max_approach=LARGEST_APPROACH)
@@ -82,7 +82,7 @@ def models(quick: bool) -> dict[str, Model]:
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Forces through the central sections of beads 7 and 16 in both chains, their speeds; laws and modes.
+    """Return the forces through the central sections of beads 7 and 16 in both chains, their speeds; laws and modes.
 
     quick: larger cells in three dimensions. jobs: always one process, because there are only three runs.
     """
@@ -98,7 +98,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """The part of a run that the study keeps."""
+    """Return the part of a run that the study keeps."""
     force = run.section_force.sel(bead=list(SENSORS)).rename(bead="sensor")
     waves = [reflections(run, sensor) for sensor in SENSORS]
     amplitudes = [(wave.incident.amplitude, wave.primary.amplitude) for wave in waves]  # type: ignore[union-attr]
@@ -117,7 +117,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Figure 3.10 prints no numbers: one model compared with the other."""
+    """Return figure 3.10 prints no numbers: one model compared with the other."""
     flat, solid = data.sel(model=AXISYMMETRIC), data.sel(model=SOLID)
     law = 100.0 * (solid.law / flat.law - 1.0)
     apart = 100.0 * (solid.frequency / flat.frequency - 1.0)
@@ -143,12 +143,12 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def ends(values: xr.DataArray) -> tuple[float, float]:
-    """The smallest and the largest value."""
+    """Return the smallest and the largest value."""
     return float(values.min()), float(values.max())
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Figure 3.10: force at the centres of beads 7 and 16 over time, in both chains."""
+    """Return figure 3.10: force at the centres of beads 7 and 16 over time, in both chains."""
     figure, axes = draw.panels(2, width=3.7, height=3.2)
     titles = {AXISYMMETRIC: "axisymmetric", SOLID: "three-dimensional"}
     for axis, (model, title) in zip(axes, titles.items(), strict=True):

@@ -58,18 +58,18 @@ class Row(NamedTuple):
 
 
 def bracketed(low: float, high: float) -> str:
-    """A value that lies between two runs, with the digits of half their distance, or < high where low is 0."""
+    """Return a value that lies between two runs, with the digits of half their distance, or < high where low is 0."""
     digits = max(0, -floor(log10(0.5 * (high - low))))
     return f"{low:.{digits}f} to {high:.{digits}f}" if low > 0.0 else f"< {high:.{digits}f}"
 
 
 def span(values: Sequence[float], form: str = ".3f") -> str:
-    """The first and the last of some values."""
+    """Return the first and the last of some values."""
     return f"{values[0]:{form}} to {values[-1]:{form}}"
 
 
 def text(rows: Sequence[Row], thesis: bool = True) -> str:
-    """The rows as a plain table of 80 columns, each with its reason below it.
+    """Return the rows as a plain table of 80 columns, each with its reason below it.
 
     The column of theory exists only if a row has one. The difference is relative to the thesis's number, or to that of
     theory if the thesis prints none; the latter differences carry a mark. thesis: False leaves out its column, and the
@@ -88,13 +88,13 @@ def text(rows: Sequence[Row], thesis: bool = True) -> str:
 
 
 def footnotes(rows: Sequence[Row], thesis: bool = True) -> list[str]:
-    """What stands below the table. thesis: see `text`."""
+    """Return what stands below the table. thesis: see `text`."""
     found = [FOOTNOTE] if any(line[-1].endswith(MARK) for line in head_and_cells(rows, thesis)[1]) else []
     return [*found, OF_THESIS] if any(NUMBERED.search(f"{row.quantity} {row.reason}") for row in rows) else found
 
 
 def head_and_cells(rows: Sequence[Row], thesis: bool = True) -> tuple[list[str], list[list[str]]]:
-    """The names of the columns, and the text of each cell of each row, without reasons. thesis: see `text`."""
+    """Return the names of the columns, and the text of each cell of each row, without reasons. thesis: see `text`."""
     head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
     cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
     if not any(line[2] for line in cells):
@@ -108,7 +108,7 @@ def head_and_cells(rows: Sequence[Row], thesis: bool = True) -> tuple[list[str],
 
 
 def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:
-    """One row, each cell wrapped in its column: the first to the left, numbers to the right."""
+    """Return one row, each cell wrapped in its column: the first to the left, numbers to the right."""
     columns = [wrap(cell, width) for cell, width in zip(cells, widths, strict=True)]
     return [
         GAP.join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])])
@@ -121,7 +121,7 @@ def _with_unit(row: Row) -> str:
 
 
 def _printed(value: float | str) -> str:
-    """The thesis's digits, at most six."""
+    """Return the thesis's digits, at most six."""
     return value if isinstance(value, str) else f"{value:.6g}"
 
 
@@ -138,7 +138,7 @@ def _difference(row: Row) -> str:
 
 
 def _amount(value: float | str) -> float | None:
-    """A number, a text that is one, or nothing."""
+    """Return a number, a text that is one, or nothing."""
     try:
         return float(Fraction(value)) if isinstance(value, str) else float(value)
     except ValueError:

@@ -8,7 +8,7 @@ row = Rows("table_2_1")
 
 
 def table() -> list[Row]:
-    """The 27 numbers of Table 2.1, and those of hertzlink."""
+    """Return the 27 numbers of Table 2.1, and those of hertzlink."""
     rows = []
     for name in row.entries:
         constant, _, material = name.partition(", ")

@@ -64,7 +64,7 @@ KEPT = "{name}.json"
 
 
 def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **own: Any) -> xr.Dataset:
-    """The rows of all parts, and a verdict on each number of the thesis.
+    """Return the rows of all parts, and a verdict on each number of the thesis.
 
     quick: the quick versions of the studies. keep: a folder in which each finished part is kept, and from which a later
     run of the same version takes it.
@@ -84,7 +84,7 @@ def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, 
 
 
 def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[tuple[str, list[Row]]]:
-    """Each part and its rows, as they are finished."""
+    """Yield each part and its rows, as they are finished."""
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     parallel = joblib.Parallel(min(count, len(PARTS)), return_as="generator_unordered")
     done = parallel(joblib.delayed(_named_rows)(part, quick) for part in parts)
@@ -104,7 +104,7 @@ def _named_rows(part: str, quick: bool) -> tuple[str, list[Row]]:
 
 
 def rows_of(part: str, quick: bool) -> list[Row]:
-    """The rows of one part in which the thesis prints something."""
+    """Return the rows of one part in which the thesis prints something."""
     with collected():  # each study warns by itself
         if part in CHECKED:
             rows = import_module(f"hertzlink.studies.{CHECKED[part]}").table()
@@ -115,12 +115,12 @@ def rows_of(part: str, quick: bool) -> list[Row]:
 
 
 def source(part: str) -> str:
-    """The command that repeats a part."""
+    """Return the command that repeats a part."""
     return f"hertzlink study {STUDIED[part]}" if part in STUDIED else "hertzlink study thesis"
 
 
 def _kept(folder: Path | None, part: str, quick: bool) -> list[Row] | None:
-    """The rows of a part that an earlier run of this version kept."""
+    """Return the rows of a part that an earlier run of this version kept."""
     file = _file(folder, part)
     if file is None or not file.is_file():
         return None
@@ -167,7 +167,7 @@ def _row(**fields: Any) -> Row:
 
 
 def _dataset(parts: dict[str, list[Row]]) -> xr.Dataset:
-    """One entry for each row."""
+    """Return one entry for each row."""
     rows = [(part, row) for part, of in parts.items() for row in of]
     said = [verdict(row) for _, row in rows]
     columns = {
@@ -186,7 +186,7 @@ def _dataset(parts: dict[str, list[Row]]) -> xr.Dataset:
 
 
 def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, Verdict]]:
-    """Part, row and verdict of each entry."""
+    """Yield the part, row and verdict of each entry."""
     for part, text, word, condition in zip(
         *(data[name].values for name in ("part", "row", "verdict", "condition")), strict=True
     ):
@@ -239,7 +239,7 @@ def summary(data: xr.Dataset) -> str:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """How many verdicts of each kind every part has; and ours over the thesis's number, by part."""
+    """Return how many verdicts of each kind every part has; and ours over the thesis's number, by part."""
     return {"verdicts": _bars(data), "ratios": _ratios(data)}
 
 
@@ -292,7 +292,7 @@ LIMITS = (0.5, 2.0)
 
 
 def _ratio(row: Row) -> float | None:
-    """Ours over the thesis's, where both are single numbers."""
+    """Return ours over the thesis's, where both are single numbers."""
     try:
         ours, printed = float(row.computed), float(row.thesis)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What the thesis uses without saying where it comes from: beads, chains, sensors, specimens, plates.
+"""Data that the thesis uses without a source: beads, chains, sensors, specimens, plates.
 
 Nothing in the thesis confirms or refutes these numbers. Where a study takes one over, the table shows the study's.
 """
@@ -25,7 +25,7 @@ row = Rows("thesis_inputs")
 
 
 def table() -> list[Row]:
-    """Chapter 2, and the set-ups of chapters 3 to 6."""
+    """Return chapter 2, and the set-ups of chapters 3 to 6."""
     ours = _ours()
     return [row(name, ours.get(name)) for name in row.entries]
 
@@ -43,7 +43,7 @@ def _set_up(study: Any) -> str:
 
 
 def _ours() -> dict[str, float | str]:
-    """What the studies use, by the name of the quantity."""
+    """Return what the studies use, by the name of the quantity."""
     return {
         "radii of spheres, section 2.1": _listed((2.38, 4.76, 9.53)),
         "diameters, figure 5.1": _listed(ellipsoids.DIAMETERS, 1e3),

@@ -55,33 +55,32 @@ VISCOUS_UPPER = 6.35e-3
 
 @dataclass(frozen=True)
 class TwoLayers(Striking):
-    """What can be changed in both studies of layers."""
+    """Parameters that can be changed in both studies of layers."""
 
     upper_material: Annotated[Material, "Material of the upper layer, which the chain strikes"] = STEEL_440C
     lower_material: Annotated[Material, "Material of the lower layer, on the fixed base"] = PTFE
     radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
 
     def layers(self, upper: float, lower: float) -> list[Layer]:
-        """The cylinder, thicknesses in m."""
+        """Return the cylinder, thicknesses in m."""
         return [Layer(self.upper_material, upper, self.radius), Layer(self.lower_material, lower, self.radius)]
 
     def longest(self) -> list[Layer]:
-        """The longest cylinder of the study."""
+        """Return the longest cylinder of the study."""
         raise NotImplementedError
 
     def stacks(self) -> Iterable[Sequence[Layer]]:
-        """The longest cylinder."""
+        """Return the longest cylinder."""
         return [self.longest()]
 
     def spring_time(self) -> float:
-        """The secondary wave's delay, s."""
+        """Return the secondary wave's delay, s."""
         upper, lower = (layer.length for layer in self.longest())
         return float(self.theory(np.array([upper]), lower).delay_with_lower_mass[0])
 
     def theory(self, upper: Vector, lower: Vector | float) -> xr.Dataset:
-        """Equations 6.24 with 6.26, 6.29 and 6.34, the last with and without the lower layer's mass; thicknesses in
-        m.
-        """
+        """Return equations 6.24 with 6.26, 6.29 and 6.34, the last with and without the lower layer's mass; thicknesses
+        in m."""
         top, bottom = self.layers(1.0, 1.0)
         lengths = ((top, upper), (bottom, lower))
         masses = [layer.material.density * layer.area * np.asarray(length) for layer, length in lengths]
@@ -98,7 +97,7 @@ class TwoLayers(Striking):
         return xr.Dataset({name: ("length", np.broadcast_to(value, size)) for name, value in values.items()})
 
     def own_rows(self, data: xr.Dataset, what: str, theory: xr.Dataset) -> list[Row]:
-        """Rows of layers of a user's own. theory: over the cylinders' thicknesses."""
+        """Return the rows of layers of a user's own. theory: over the cylinders' thicknesses."""
         rows: list[Row] = []
         for i, length in enumerate(data.solid_length.values):
             one = data.isel(solid_length=[i])
@@ -114,13 +113,13 @@ class TwoLayers(Striking):
 
 @dataclass(frozen=True)
 class Conditions(TwoLayers):
-    """What can be changed."""
+    """Parameters that can be changed."""
 
     upper: Annotated[tuple[float, ...], LENGTH, "Thickness of the upper layer"] = UPPERS
     lower: Annotated[float, LENGTH, "Thickness of the lower layer"] = LOWER
 
     def longest(self) -> list[Layer]:
-        """With the thickest upper layer."""
+        """Return the cylinder with the thickest upper layer."""
         return self.layers(max(self.upper), self.lower)
 
 
@@ -128,7 +127,7 @@ THESIS = Conditions()
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-    """AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
+    """Return AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
 
     viscous_…: AR and TOF for the thinnest one, over the share of PTFE's modulus that relaxes.
     """
@@ -148,16 +147,15 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
 
 
 def viscoelastic(share: float) -> CoSimulation:
-    """The thinnest steel on PTFE, whose modulus is that of Table 2.1 for sudden loads, and whose given
-    share relaxes.
-    """
+    """Return the thinnest steel on PTFE, whose modulus is that of Table 2.1 for sudden loads, and whose given share
+    relaxes."""
     layers = THESIS.layers(VISCOUS_UPPER, LOWER)
     body = damped(rod(layers), StandardLinearSolid(share, RELAXATION, "instantaneous"), part=1)
     return CoSimulation(THESIS.chain(VISCOUS_DASHPOT), reduce(body, THESIS.until))
 
 
 def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
-    """The available closed forms, over a length in m."""
+    """Draw the available closed forms, over a length in m."""
     x = lengths * 1e3
     if (name, wave) == ("amplitude_ratio", "primary"):
         draw.theory_line(axis, x, found.amplitude_ratio.values, "theory of impact on the layer")
@@ -169,7 +167,7 @@ def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, found: 
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.3, compared with those of hertzlink; of other layers, with theory."""
+    """Return the numbers of section 6.1.3, compared with those of hertzlink; of other layers, with theory."""
     of = Conditions.read(data)
     if of.own:
         return of.own_rows(data, "upper layer", of.theory(data.solid_length.values, of.lower))
@@ -197,7 +195,7 @@ def _amplitudes(data: xr.Dataset) -> list[Row]:
 
 
 def thinnest_without(data: xr.Dataset, weak: float = WEAK_AMPLITUDE_RATIO) -> float:
-    """Thickness, m, beyond which no secondary wave exceeds this AR; interpolated."""
+    """Return the thickness, m, beyond which no secondary wave exceeds this AR; interpolated."""
     curve = data.amplitude_ratio.sel(wave="secondary").fillna(0.0).values
     last = int(np.flatnonzero(curve > weak)[-1])
     near = slice(last, last + 2)
@@ -225,7 +223,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
 
 
 def _viscoelastic(data: xr.Dataset) -> list[Row]:
-    """One possible cause of the weaker and later secondary wave: PTFE as a standard linear solid."""
+    """Return one possible cause of the weaker and later secondary wave: PTFE as a standard linear solid."""
     chosen = data.sel(share=SHARE)
     primary, secondary = (data.viscous_amplitude_ratio.sel(wave=wave).values for wave in struck.WAVES)
     later = data.viscous_time_of_flight.sel(wave="secondary").values * 1e6
@@ -257,7 +255,8 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force-intensity map (6.9)."""
+    """Return TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force-intensity map
+    (6.9)."""
 
     of = Conditions.read(data)
 

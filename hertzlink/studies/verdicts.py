@@ -1,4 +1,4 @@
-"""Whether hertzlink confirms a number of the thesis: a verdict on a row of a study, computed from its numbers."""
+"""Verdicts on numbers of the thesis: a verdict on a row of a study, computed from its numbers."""
 
 import re
 from collections.abc import Iterable
@@ -42,15 +42,15 @@ class Interval(NamedTuple):
     high: float
 
     def widened(self, share: float) -> "Interval":
-        """By a part of the size at each end; ends at infinity stay."""
+        """Return the range wider by a part of the size at each end; ends at infinity stay."""
         return Interval(self.low - share * abs(self.low), self.high + share * abs(self.high))
 
     def meets(self, other: "Interval") -> bool:
-        """Whether they have a number in common."""
+        """Return whether they have a number in common."""
         return self.low <= other.high and other.low <= self.high
 
     def contains(self, other: "Interval") -> bool:
-        """Whether it contains a whole other one."""
+        """Return whether it contains a whole other one."""
         return self.low <= other.low and other.high <= self.high
 
 
@@ -62,7 +62,8 @@ class Verdict(NamedTuple):
 
 
 def printed(value: float | str) -> Interval | None:
-    """What a printed number may stand for, from its last digit, its scatter, or words such as "about" and "below"."""
+    """Return what a printed number may stand for, from its last digit, its scatter, or words such as "about" and
+    "below"."""
     said = value.strip() if isinstance(value, str) else _digits(value)
     said = said.removesuffix("%").removesuffix("times").strip()
     for form, pattern in FORMS.items():
@@ -72,7 +73,7 @@ def printed(value: float | str) -> Interval | None:
 
 
 def exact(value: float | str) -> Interval | None:
-    """A number of ours, or a range of ours, as it stands."""
+    """Return a number of ours, or a range of ours, as it stands."""
     said = repr(float(value)) if not isinstance(value, str) else value.strip()
     said = said.removesuffix("%").removesuffix("times").strip()
     if found := FORMS["range"].fullmatch(said):
@@ -83,7 +84,7 @@ def exact(value: float | str) -> Interval | None:
 
 
 def verdict(row: Row) -> Verdict:
-    """The verdict on a row whose `thesis` is not empty."""
+    """Return the verdict on a row whose `thesis` is not empty."""
     if row.holds is not None:
         return Verdict(CONFIRMED if row.holds else REFUTED)
     expected, ours = printed(row.thesis), exact(row.computed)
@@ -108,7 +109,7 @@ def verdict(row: Row) -> Verdict:
 
 
 def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
-    """How many there are of each."""
+    """Return how many there are of each."""
     words = [one.word for one in verdicts]
     return {word: words.count(word) for word in VERDICTS}
 
@@ -133,7 +134,7 @@ def _interval(form: str, found: tuple[str, ...]) -> Interval:
 
 
 def _digits(value: float) -> str:
-    """A printed number that was written as a float: the digits that it needs."""
+    """Return a printed number that was written as a float: the digits that it needs."""
     return f"{value:.10g}" if value == value else str(nan)
 
 
@@ -142,7 +143,8 @@ def _number(said: str) -> float:
 
 
 def _cut(value: float | str, ours: Interval) -> bool:
-    """Whether ours gives a plain printed number when its further digits are cut off, as the thesis does sometimes."""
+    """Return whether ours gives a plain printed number when its further digits are cut off, as the thesis does
+    sometimes."""
     found = FORMS["plain"].fullmatch(value.strip() if isinstance(value, str) else _digits(value))
     if not found:
         return False
@@ -152,7 +154,7 @@ def _cut(value: float | str, ours: Interval) -> bool:
 
 
 def _rounded(value: float, said: str) -> Interval:
-    """The numbers that give these digits when rounded."""
+    """Return the numbers that give these digits when rounded."""
     mantissa, _, power = said.replace(" ", "").replace(",", "").partition("e")
     decimals = len(mantissa.partition(".")[2])
     unit = 10.0 ** (int(power or 0) - decimals)

@@ -30,7 +30,7 @@ LEVELS = (0.01, 0.001)
 
 
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
-    """The incident wave between two sensors: its speed, its peak contact force above the preload, its width.
+    """Return the incident wave between two sensors: its speed, its peak contact force above the preload, its width.
 
     The width, m, is the speed times the duration for which the force at the second sensor exceeds a level, a fraction
     of its peak. A sensor reads the mean of its two contacts, one bead apart: its signal is one bead longer than the
@@ -53,18 +53,18 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
 
 
 def of_mass(bead: Any, mass: float) -> Any:
-    """The bead of a material that gives it this mass, kg."""
+    """Return the bead of a material that gives it this mass, kg."""
     material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
     return replace(bead, material=material)
 
 
 def named(data: xr.Dataset, prefix: str) -> xr.Dataset:
-    """The variables under names with a prefix."""
+    """Return the variables under names with a prefix."""
     return data.rename({name: f"{prefix}_{name}" for name in data.data_vars})
 
 
 def widths(wider: float, size: float) -> dict[str, float]:
-    """Other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
+    """Return the other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
     return {
         "read from 0.1 % to 0.1 % of the peak": wider,
         "equation 5.13, and one bead more at a sensor": UniformChain(size, 1.0, 1.0).width / size + 1.0,
@@ -72,7 +72,8 @@ def widths(wider: float, size: float) -> dict[str, float]:
 
 
 def striker_speed(force: float, mass: float, stiffness: float, exponent: float = 1.5) -> float:
-    """Speed, m/s, of a striker, equal to the beads, for about this peak contact force, N, by equations 6.12 and 6.16.
+    """Return the speed, m/s, of a striker, equal to the beads, for about this peak contact force, N, by equations 6.12
+    and 6.16.
 
     These are for long waves: in a Hertzian chain the force is 0.886 of theirs (see
     `UniformChain.peak_force_from_particle_speed`).
@@ -83,19 +84,21 @@ def striker_speed(force: float, mass: float, stiffness: float, exponent: float =
 
 
 def speed_at(curve: xr.Dataset, force: float) -> float:
-    """Wave speed, m/s, at a peak contact force, N, interpolated as a power law; NaN outside the simulated forces."""
+    """Return the wave speed, m/s, at a peak contact force, N, interpolated as a power law; NaN outside the simulated
+    forces."""
     order = np.argsort(curve.peak_force.values)
     known, speed = np.log(curve.peak_force.values[order]), np.log(curve.wave_speed.values[order])
     return float(np.exp(np.interp(np.log(force), known, speed, left=np.nan, right=np.nan)))
 
 
 def exponent(curve: xr.Dataset) -> float:
-    """Slope of ln V over ln F, by least squares: (n − 1)/(2n) for F = k δⁿ (thesis, equation 5.12)."""
+    """Return the slope of ln V over ln F, by least squares: (n − 1)/(2n) for F = k δⁿ (thesis, equation 5.12)."""
     return float(np.polyfit(np.log(curve.peak_force.values), np.log(curve.wave_speed.values), 1)[0])
 
 
 def duration(time: Vector, force: Vector, arrival: float, level: float) -> float:
-    """Time, s, for which the pulse whose peak arrives at `arrival` exceeds a fraction of it; ends are interpolated."""
+    """Return the time, s, for which the pulse whose peak arrives at `arrival` exceeds a fraction of it; ends are
+    interpolated."""
     peak = int(np.searchsorted(time, arrival))
     peak = max(0, peak - 1) + int(force[max(0, peak - 1) : peak + 1].argmax())
     least = level * force[peak]
@@ -135,23 +138,23 @@ class Curve:
 
     @property
     def size(self) -> float:
-        """Of a particle along the chain, m."""
+        """The size of a particle along the chain, m."""
         return self.pair[0].size
 
     def fit(self, least: float, most: float) -> PowerFit:
-        """The power law nearest to the contact law between these forces, N."""
+        """Return the power law nearest to the contact law between these forces, N."""
         ends = self.law.approach(np.array([least, most]))
         return fit_power_law(self.law, float(ends[0]), float(ends[1]))
 
     def strikers(self) -> tuple[float, ...]:
-        """Speeds of the strikers, m/s."""
+        """Return the speeds of the strikers, m/s."""
         if self.speeds:
             return self.speeds
         power, mass = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1]), self.pair[0].mass
         return tuple(striker_speed(one, mass, power.stiffness, power.exponent) for one in self.forces)
 
     def slowest(self) -> float:
-        """About the speed of the slowest wave, m/s."""
+        """Return about the speed of the slowest wave, m/s."""
         moved, mass = PARTICLE_TO_STRIKER_SPEED * min(self.strikers()), self.pair[0].mass
         power = self.fit(0.01, 10.0) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
         return float(
@@ -160,7 +163,8 @@ class Curve:
 
 
 def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int) -> xr.Dataset:
-    """Speed, peak force and width between two sensors, over the curves and their strikers; theory and contact laws."""
+    """Return the speed, peak force and width between two sensors, over the curves and their strikers; theory and
+    contact laws."""
     known = {curve.label: curve for curve in curves}
     count = len(curves[0].forces or curves[0].speeds)
     until = max(SLACK * (2 * beads - second) * curve.size / curve.slowest() for curve in curves)
@@ -198,7 +202,7 @@ def _ends(forces: np.ndarray) -> tuple[float, float]:
 
 
 def curve_rows(data: xr.Dataset) -> list[Row]:
-    """The speeds of the weakest and of the strongest wave, their dependence on the force, and the width."""
+    """Return the speeds of the weakest and of the strongest wave, their dependence on the force, and the width."""
     found = []
     for label in data.curve.values:
         one = data.sel(curve=label)
@@ -217,7 +221,7 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
 
 
 def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Wave speed against peak contact force, and the contact laws."""
+    """Return the wave speed against peak contact force, and the contact laws."""
     curves = [data.sel(curve=label).sortby(data.sel(curve=label).peak_force) for label in data.curve.values]
     figure = draw.compared(line(curve, str(curve.curve.values)) for curve in curves)
     laws = [(str(label), data.force.sel(curve=label).values) for label in data.curve.values]
@@ -225,11 +229,11 @@ def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 
 def line(curve: xr.Dataset, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
-    """Wave speeds over peak forces, simulated and by theory, for `draw.compared`."""
+    """Return the wave speeds over peak forces, simulated and by theory, for `draw.compared`."""
     return label, curve.peak_force.values, curve.wave_speed.values, curve.theory.values
 
 
 def check_count(of: Conditions, name: str) -> None:
-    """A WrongValue for more curves than colours."""
+    """Raise a WrongValue for more curves than colours."""
     if len(getattr(of, name)) > MOST_CURVES and name in of.differing():
         raise WrongValue(name, getattr(of, name), f"give at most {MOST_CURVES} values")

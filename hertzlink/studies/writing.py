@@ -43,12 +43,12 @@ class Written:
         """What a terminal shows."""
 
     def write(self, into: Path, data: xr.Dataset) -> None:
-        """All files but the list of them. data: the Dataset with its provenance and warnings."""
+        """Write all files but the list of them. data: the Dataset with its provenance and warnings."""
         self._write_drawn(into, data)
         (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
 
     def write_again(self, into: Path) -> None:
-        """All that is drawn from the netCDF file, without it."""
+        """Write all that is drawn from the netCDF file, without it."""
         self._write_drawn(into, self.data)
 
     def _write_drawn(self, into: Path, data: xr.Dataset) -> None:
@@ -80,12 +80,12 @@ def stamp(figure: draw.Figure, words: str) -> None:
 
 
 def fill(words: str, width: int = WIDTH) -> str:
-    """The lines of words, none longer than a number of letters."""
+    """Return the lines of words, none longer than a number of letters."""
     return "\n".join(part for line in words.splitlines() for part in wrap(line, width))
 
 
 def read_study(file: Path) -> tuple[str, xr.Dataset]:
-    """The name and the data of a study from the netCDF file that it wrote; a ValueError for any other file."""
+    """Return name and the data of a study from the netCDF file that it wrote; raise a ValueError for any other file."""
     data = read_netcdf(file)
     name = stored(data.attrs.get("input")).get("study")
     if name not in STUDIES:

@@ -60,12 +60,12 @@ def _spheres(radius: float, material: Material, beads: int, speed: float) -> Cal
 
 
 def _thesis_chain() -> Chain:
-    """Of section 6.1, with gravity and the dashpot."""
+    """Return the chain of section 6.1, with gravity and the dashpot."""
     return striking.Striking().chain()
 
 
 def _struck(material: Material) -> Impact:
-    """Section 6.1.1."""
+    """Return section 6.1.1."""
     return Impact(
         f"rod of {material.name} (6.1.1)",
         _thesis_chain,
@@ -80,7 +80,7 @@ def _layered() -> Structure:
 
 
 def _plate(thickness: float, diameter: float, until: float) -> Impact:
-    """Section 6.2, away from all edges."""
+    """Return section 6.2, away from all edges."""
     return Impact(
         f"plate {1e3 * thickness:.2f} mm, beads {1e3 * diameter:.2f} mm (6.2)",
         _spheres(0.5 * diameter, STEEL_440C, on_plates.BEADS, on_plates.IMPACT_SPEED),
@@ -108,7 +108,7 @@ IMPACTS = (
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR, TOF and forces of the thesis's impacts by each law, and of pairs of metals over the impact speed.
+    """Return AR, TOF and forces of the thesis's impacts by each law, and of pairs of metals over the impact speed.
 
     quick: every fourth speed. jobs: always one process, because runs take some 20 ms.
     """
@@ -124,7 +124,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> xr.Dataset:
-    """The waves in chains of a metal on a half-space of one."""
+    """Return the waves in chains of a metal on a half-space of one."""
     wall = half_space(body)
 
     def at(speed: float) -> xr.Dataset:
@@ -135,7 +135,7 @@ def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> x
 
 
 def _measured(impact: Impact, law: YieldingLaw | None) -> xr.Dataset:
-    """What is kept of a run. first_yield: speed, m/s, by Hertz's forces, which grow with its power 6/5."""
+    """Return what is kept of a run. first_yield: speed, m/s, by Hertz's forces, which grow with its power 6/5."""
     chain = replace(impact.chain(), law=law)
     simulation = CoSimulation(chain, impact.structure())
     result = simulation.run(impact.until, SAVED)
@@ -167,7 +167,7 @@ def _measured(impact: Impact, law: YieldingLaw | None) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The thesis names plasticity as future work (chapter 7), and prints no numbers for it."""
+    """Return the thesis names plasticity as future work (chapter 7), and prints no numbers for it."""
     rows = []
     for section in data.impact.values:
         one = data.sel(impact=section)
@@ -188,7 +188,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """What yielding takes over the impact speed, and the force at bead 7 under three laws."""
+    """Return what yielding takes over the impact speed, and the force at bead 7 under three laws."""
     styles = dict(zip(LAWS, ("-", "--", ":"), strict=True))
     speeds, (over, panels) = data.impact_speed.values, draw.panels(2, width=3.7, height=4.0, sharey=False)
     names, shown = list(PAIRS), (data.swept_incident, data.swept_amplitude_ratio)

@@ -128,7 +128,7 @@ class LambWaves:
             raise ValueError(f"mode = {self.mode!r}: must be 'A' or 'S' and a number, such as 'A0' or 'S1'")
 
     def frequency(self, wave_number: Number) -> Number:
-        """Frequency at a given wave number: the whole curve of the mode, including backward waves.
+        """Return the frequency at a given wave number: the whole curve of the mode, including backward waves.
 
         Parameters
         ----------
@@ -164,7 +164,7 @@ class LambWaves:
         return _like(wave_number, pulse * shear_speed(self.material) / (pi * self.thickness))
 
     def phase_speed(self, frequency: Number) -> Number:
-        """Phase speed ω/k at a given frequency.
+        """Return the phase speed ω/k at a given frequency.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class LambWaves:
         return _like(frequency, shear_speed(self.material) * pulse / waves)
 
     def group_speed(self, frequency: Number) -> Number:
-        """Group speed dω/dk at a given frequency, from the derivatives of the Rayleigh-Lamb equation itself.
+        """Return the group speed dω/dk at a given frequency, from the derivatives of the Rayleigh-Lamb equation itself.
 
         Parameters
         ----------
@@ -221,7 +221,7 @@ class LambWaves:
         return _like(frequency, shear_speed(self.material) * waves / pulse * self._curve.slope(waves, pulse))
 
     def cutoff_frequency(self) -> float:
-        """Cut-off frequency, Hz: that at infinite wavelength; 0 for A0 and S0.
+        """Return the cut-off frequency, Hz: that at infinite wavelength; 0 for A0 and S0.
 
         The cut-offs are the resonances through the thickness, in ascending order: t f = c_s m and c_p (m − ½) for S
         modes, c_p m and c_s (m − ½) for A modes, with m = 1, 2 … A mode that is a backward wave at its cut-off has a
@@ -252,7 +252,7 @@ class LambWaves:
         return _Curve(self.mode.startswith("S"), int(self.mode[1:]), _speed_ratio(self.material))
 
     def _forward(self, frequency: Number) -> tuple[Vector, Vector]:
-        """κ of the forward wave, which is the largest κ of the mode, and Ω, in one row each."""
+        """Return κ of the forward wave, which is the largest κ of the mode, and Ω, in one row each."""
         frequencies, curve = each(positive, "frequency", frequency, "Hz").ravel(), self._curve
         unit = shear_speed(self.material) / (pi * self.thickness)
         pulse = pi * frequencies * self.thickness / shear_speed(self.material)

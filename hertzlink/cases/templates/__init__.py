@@ -26,14 +26,14 @@ NOISE, LEAD, VOLTS = 0.01, 50e-6, 25.0
 
 
 def template(kind: str) -> str:
-    """The text of a first case file; a ValueError for an unknown kind."""
+    """Return the text of a first case file; raise a ValueError for an unknown kind."""
     if kind not in KINDS:
         raise CaseError(f'hertzlink: new: "{kind}" {_no_kind(kind)}')
     return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
 
 
 def _no_kind(kind: str) -> str:
-    """What a word is that is no kind, and what to give: files and folders are taken for places of results."""
+    """Return what a word is that is no kind, and what to give: files and folders are taken for places of results."""
     place = Path(kind)
     if not kind or (len(place.parts) == 1 and not place.suffix and not place.exists()):
         return f"is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}"
@@ -75,7 +75,7 @@ def _next(path: Path) -> str:
 
 
 def example_trace(path: Path) -> str:
-    """A trace such as an oscilloscope's: a run of the case with another plate, with noise."""
+    """Return a trace such as an oscilloscope's: a run of the case with another plate, with noise."""
     import tomllib
 
     case = Case(tomllib.loads(path.read_text(encoding="utf-8"))).changed(TRUE)
