@@ -348,6 +348,14 @@ def test_a_wrong_case_is_one_line(
     assert words in said
 
 
+def test_a_hint_is_of_the_entry_and_not_of_its_section(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(ROD.replace('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 0'))
+    assert complaint(capsys, "check", "case.toml").rstrip().endswith("run.substeps: 0 must be at least 1")
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -109,8 +109,8 @@ def _hint(loc: Sequence[str | int]) -> str:
 
 
 def _example(loc: Sequence[str | int]) -> str:
-    """Return what would be right, of the nearest entry around a place that says it."""
-    for end in range(len(loc), max(0, len(loc) - 3), -1):
+    """Return what would be right, of the nearest entry around a place that says it; its section says too little."""
+    for end in range(len(loc), max(min(1, len(loc) - 1), len(loc) - 3), -1):
         if isinstance(loc[end - 1], str) and (hint := _hint(loc[:end])) != "give it":
             return f"; {hint}"
     return ""
