@@ -76,11 +76,12 @@ def not_negative(name: str, value: float, unit: str = "") -> float:
     return number
 
 
-def up_to(name: str, value: float, largest: float, unit: str = "") -> float:
-    """Return `value` as a float; raise a ValueError if it is negative or exceeds the largest."""
-    number = not_negative(name, value, unit)
-    if number > largest:
-        raise ValueError(f"{name} = {value!r}: must be at most {largest:g}{' ' + unit if unit else ''}")
+def between(name: str, value: float, low: float, high: float, unit: str = "") -> float:
+    """Return `value` as a float; raise a ValueError if it lies outside a range, whose end may be infinite."""
+    number = finite(name, value, unit)
+    if not low <= number <= high:
+        valid = f"be at least {low:g}" if high == math.inf else f"lie between {low:g} and {high:g}"
+        raise ValueError(f"{name} = {value!r}: must {valid}{' ' + unit if unit else ''}")
     return number
 
 

@@ -1,29 +1,36 @@
 """Cracks and stops that close: unilateral contacts inside a structure, without a penalty."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from structures.checks import count_of, each, finite, instance, short
+from structures.described import described
 from structures.moving import MovingStructure
 from structures.oscillators import Oscillators
+from structures.quantities import Quantity
 from structures.stepping import ImplicitMidpoint, Step, StructureState, energies
 from structures.structure import Structure, Vector
 
-LARGEST_OPENING = 1e-2
-"""m. Chains move structures by micrometres; a wider gap is most likely in another unit."""
-
-LARGEST_PRELOAD = 1e9
-"""N. More than the strength of any rod in use."""
-
-
-NO_PRELOAD = "must be 0 where the gap is open, opening > 0"
-
 PARTS = 16
 """Parts of a window in which a gap closes, so that the time at which it does is known to one of them."""
+
+
+@described
+class Gap:
+    """A gap in static equilibrium: its width, m, and the force across it, N, which only a closed gap has."""
+
+    # Chains move structures by micrometres; a wider gap is most likely in another unit.
+    opening: Annotated[float, Quantity("m", "a length", "2.29 mm", high=1e-2, or_zero=True)] = 0.0
+    # More than the strength of any rod in use.
+    preload: Annotated[float, Quantity("N", "a force", "2 N", high=1e9, or_zero=True)] = 0.0
+
+    def __post_init__(self) -> None:
+        if self.opening > 0.0 and self.preload > 0.0:
+            raise ValueError(f"preload = {self.preload:g}: must be 0 where the gap is open, opening > 0")
 
 
 class ClosingState(NamedTuple):
@@ -121,15 +128,18 @@ class Closing:
 
     def __init__(self, structure: Structure, opening: Sequence[float], preload: Sequence[float] | None = None) -> None:
         instance("structure", structure, Structure, "a Structure")
-        widths = _each("opening", opening, "m", LARGEST_OPENING)
-        forces = np.zeros(len(widths)) if preload is None else _each("preload", preload, "N", LARGEST_PRELOAD)
+        widths = _each("opening", opening, "m")
+        forces = np.zeros(len(widths)) if preload is None else _each("preload", preload, "N")
         if len(forces) != len(widths):
             raise ValueError(
                 f"preload: has {count_of(len(forces), 'number')}, must have {len(widths)}, one for each opening"
             )
-        if ((widths > 0.0) & (forces > 0.0)).any():
-            gap = int(np.flatnonzero((widths > 0.0) & (forces > 0.0))[0])
-            raise ValueError(f"preload[{gap}] = {forces[gap]:g}: {NO_PRELOAD}")
+        for number, (width, force) in enumerate(zip(widths.tolist(), forces.tolist(), strict=True)):
+            try:
+                Gap(width, force)
+            except ValueError as error:
+                name, _, words = str(error).partition(" = ")
+                raise ValueError(f"{name}[{number}] = {words}") from None
         if len(widths) >= structure.contacts:
             raise ValueError(
                 f"opening: has {count_of(len(widths), 'number')}, must have fewer than the structure's "
@@ -339,24 +349,9 @@ def _separating(compliance: Vector, rate: Vector) -> Vector:
     return force
 
 
-def _each(name: str, values: Any, unit: str, largest: float) -> Vector:
-    """Return one number or more from 0 to the largest."""
+def _each(name: str, values: Any, unit: str) -> Vector:
+    """Return one number or more."""
     numbers = np.asarray(each(finite, name, values, unit))  # type: ignore[arg-type]
     if numbers.ndim != 1 or not numbers.size:
         raise ValueError(f"{name} = {short(values)}: must be a list with one number of {unit} for each gap")
-    for i, number in enumerate(numbers):
-        _check(f"{name}[{i}]", number, unit, largest)
     return numbers
-
-
-def check_gap(opening: float, preload: float) -> None:
-    """Raise a ValueError where these are no width (m) and no force (N) of one gap."""
-    _check("opening", opening, "m", LARGEST_OPENING)
-    _check("preload", preload, "N", LARGEST_PRELOAD)
-    if opening > 0.0 and preload > 0.0:
-        raise ValueError(f"preload = {preload:g}: {NO_PRELOAD}")
-
-
-def _check(name: str, number: float, unit: str, largest: float) -> None:
-    if not 0.0 <= number <= largest:
-        raise ValueError(f"{name} = {number:g}: must lie between 0 and {largest:g} {unit}")

@@ -8,7 +8,7 @@ solid.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,10 +16,10 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from structures.checks import each, finite, instance, short
-from structures.described import described
+from structures.described import described, described_as, description
 from structures.factor import symmetric
 from structures.material import Material
-from structures.quantities import Likely, Rate, RelaxationTime, Share, Time, WhichModulus
+from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
 from structures.rod import Layer, rod_parts
 from structures.structure import Structure, Vector, known_field
 from structures.symmetric import check_definite
@@ -137,10 +137,18 @@ class Modal(Viscous):
         rates = 2.0 * ratios * np.sqrt(structure.stiffness.diagonal())
         if not rates.any():
             return structure
-        return _damped(structure, sparse.diags_array(rates), kind="modal", ratio=ratios.tolist())
+        return _damped(structure, sparse.diags_array(rates), self)
 
 
 @described
+def loss_factor(factor: Annotated[float, Quantity(or_zero=True)]) -> Modal:
+    """Modal damping with a structural loss factor η = 2ζ."""
+    if factor > 1.0:
+        raise ValueError(f"factor = {factor!r}: must lie between 0 and 1; it is η = 2ζ, not a percentage")
+    return Modal(factor / 2.0)
+
+
+@described_as(called="Rayleigh")
 class Rayleigh(Viscous):
     """Damping in proportion to mass and stiffness, α M + β K: ζ = α/2ω + βω/2 of a mode of the frequency ω.
 
@@ -193,10 +201,10 @@ class Rayleigh(Viscous):
         if structure.size == 0 or alpha == beta == 0.0:
             return structure
         matrix = alpha * structure.mass + beta * structure.stiffness
-        return _damped(structure, matrix, kind="Rayleigh", mass_rate=alpha, stiffness_time=beta)
+        return _damped(structure, matrix, self)
 
 
-@described
+@described_as(called="standard linear solid")
 class StandardLinearSolid(Viscous):
     """A viscoelastic solid: a Maxwell arm (a spring and a dashpot in series) in parallel to its stiffness.
 
@@ -264,9 +272,8 @@ class StandardLinearSolid(Viscous):
             return structure
         added = self.share * _part(structure, part)
         root = _root(added)
-        arm = {"kind": "standard linear solid", "share": self.share, "time": self.time}
-        arm |= {"modulus": self.modulus} | ({} if part is None else _named(structure, part))
-        structure = replace(structure, origin=_noted(structure, arm))
+        where = {} if part is None else _named(structure, part)
+        structure = replace(structure, origin=_noted(structure, self, **where))
         if self.modulus == "relaxed":
             return with_arms(structure, root, self.time, structure.stiffness + added)
         try:
@@ -414,12 +421,14 @@ def maxwell_arms(structure: Structure) -> MaxwellArms | None:
     return MaxwellArms(body, coupling, scale**2 * losses[:, arms].diagonal())
 
 
-def _damped(structure: Structure, matrix: sparse.sparray, **note: Any) -> Structure:
+def _damped(structure: Structure, matrix: sparse.sparray, damping: Viscous) -> Structure:
     total = matrix if structure.damping is None else structure.damping + matrix
-    return replace(structure, damping=sparse.csr_array(total), origin=_noted(structure, note))
+    return replace(structure, damping=sparse.csr_array(total), origin=_noted(structure, damping))
 
 
-def _noted(structure: Structure, note: dict[str, Any]) -> dict[str, Any]:
+def _noted(structure: Structure, damping: Viscous, **where: Any) -> dict[str, Any]:
+    entry = description(type(damping))
+    note = {"kind": type(damping).__name__ if entry is None else entry.called, **vars(damping), **where}
     return {**structure.origin, "damping": [*structure.origin.get("damping", []), note]}
 
 

@@ -90,6 +90,11 @@ class Described:
         return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
 
     @cached_property
+    def builds(self) -> bool:
+        """Whether it makes something anew; a function that changes a structure takes one."""
+        return all(parameter.type is not self.makes for parameter in self.parameters.values())
+
+    @cached_property
     def _looks(self) -> list[tuple[str, Parameter, Any, float, float]]:
         """Name, default and ends of each parameter: between these its numbers need no further look."""
         ends = {
@@ -209,6 +214,9 @@ def as_argument(value: Any) -> Any:
 
 
 def _class(target: Any, eq: bool) -> Any:
+    if "__init__" in vars(target):  # what it makes of its arguments are no fields
+        target.__init__ = checked_call(target.__init__)
+        return target
     before = getattr(target, "__post_init__", None)
 
     def __post_init__(self: Any) -> None:
@@ -240,7 +248,7 @@ def _function(target: Any) -> Any:
             return target(*arguments, **named)  # Python names what is wrong with the call.
         bound.arguments.update(entry.checked(bound.arguments, entry.name))
         product = target(*bound.args, **bound.kwargs)
-        if hasattr(product, "origin") and product.origin.get("kind", entry.called) == entry.called:
+        if hasattr(product, "origin") and entry.builds and product.origin.get("kind", entry.called) == entry.called:
             bound.apply_defaults()
             plain = {name: as_argument(value) for name, value in bound.arguments.items()} | dict(product.origin)
             stated = {name: value for name, value in plain.items() if value is not None}

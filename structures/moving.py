@@ -94,7 +94,8 @@ class MovingStructure:
             )
         else:
             one_of("stepper", stepper, STEPPERS)
-        self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
+        method = stepper.func if isinstance(stepper, partial) else STEPPERS.get(str(stepper), stepper)
+        self.structure = lumped(structure) if method is CentralDifference and structure.size else structure
         self.stepper, self._vectors, self._contacts = stepper, structure.contact_vectors, structure.contacts
         self._steps: dict[float, Step] = {}
         self._responses: dict[float, StructureState] = {}

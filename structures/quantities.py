@@ -14,12 +14,12 @@ from structures.checks import (
     LARGEST,
     MOST,
     SMALLEST,
+    between,
     finite,
     not_negative,
     one_of,
     positive,
     turn,
-    up_to,
     whole,
     within,
 )
@@ -99,11 +99,13 @@ class Quantity:
         if self.or_zero and self.low > 0.0:
             return 0.0 if value == 0.0 else within(name, value, self.low, self.high, self.unit)
         if self.or_zero and self.high < inf:
-            return up_to(name, value, self.high, self.unit)
+            return between(name, value, 0.0, self.high, self.unit)
         if self.or_zero:
             return not_negative(name, value, self.unit)
         if self.low == 0.0 and self.high == inf:
             return positive(name, value, self.unit)
+        if self.high == inf:
+            return between(name, value, self.low, inf, self.unit)
         return within(name, value, self.low, self.high, self.unit)
 
     def warn(self, owner: str, name: str, value: float) -> None:

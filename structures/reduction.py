@@ -2,8 +2,9 @@
 
 from bisect import bisect
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import log
-from typing import Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,13 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from structures.caution import caution
-from structures.checks import instance, positive, whole, within
+from structures.checks import instance
 from structures.damping import maxwell_arms, with_arms
+from structures.described import checked_call
 from structures.factor import Solve
 from structures.field import Field
 from structures.one_thread import one_thread
-from structures.quantities import Likely
+from structures.quantities import Likely, Quantity, Several
 from structures.structure import Structure, Vector, known_field
 from structures.unmeshed import is_left_out
 
@@ -69,14 +71,15 @@ PROPORTIONAL_DIFFERENCE = 1e-11
 Apply: TypeAlias = Callable[[Vector], Vector]
 
 
+@checked_call
 @one_thread
 def reduce(
     structure: Structure,
-    until: float,
-    tolerance: float = 1e-2,
-    largest: int = MOST_VECTORS,
+    until: Annotated[float, Likely.TIME],
+    tolerance: Annotated[float, Quantity()] = 1e-2,
+    largest: Several = MOST_VECTORS,
     keep_field: bool = False,
-    pulse: float = DEFAULT_PULSE,
+    pulse: Annotated[float, replace(Likely.TIME, low=PULSE_RANGE[0], high=PULSE_RANGE[1])] = DEFAULT_PULSE,
 ) -> Structure:
     """Reduce a structure to oscillators (M = I, K diagonal) with the same motion of the contact points.
 
@@ -138,12 +141,7 @@ def reduce(
     """
     if is_left_out(instance("structure", structure, Structure, "a Structure")):
         return structure
-    until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
-    pulse = within("pulse", pulse, *PULSE_RANGE, "s")
-    Likely.TIME.warn("reduce", "until", until)
-    Likely.TIME.warn("reduce", "pulse", pulse)
-    instance("keep_field", keep_field, bool, "True or False")
-    largest, size = whole("largest", largest), structure.size
+    size = structure.size
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
     field = known_field(structure) if keep_field else None

@@ -7,21 +7,25 @@ that is known in advance. A strong coupling therefore needs one structural solve
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, sqrt
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Annotated, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from structures.checks import finite, instance, whole, within
+from structures.checks import instance
+from structures.described import described
 from structures.factor import Solve, factorise
+from structures.quantities import Quantity, Several
 from structures.structure import Structure, Vector
 
 NO_MEMORY = np.zeros(0)
 
 SHORTEST_WINDOW, LONGEST_WINDOW = 1e-18, 1e6
 """s. Squares of windows beyond these, times a stiffness, leave the range of floating point."""
+
+Window = Annotated[float, Quantity("s", "a time", "1 us", SHORTEST_WINDOW, LONGEST_WINDOW)]
 
 MOST_STEPS = 1_000_000
 """Explicit steps in one window: half a minute. Windows in use have one or two."""
@@ -137,6 +141,7 @@ class ImplicitMidpoint:
         return StructureState(u + self.window * middle, 2.0 * middle - v)
 
 
+@described
 class Newmark:
     """Newmark's method, driven by the mean force F̄ from the beginning to the end of the window.
 
@@ -177,14 +182,15 @@ class Newmark:
     0.89
     """
 
-    def __init__(self, structure: Structure, window: float, beta: float = 0.25, gamma: float = 0.5) -> None:
-        window = _check_given(structure, window)
-        self.structure, self.window = structure, window
-        self.beta, self.gamma = finite("beta", beta), finite("gamma", gamma)
-        if self.gamma < 0.5 or self.beta < 0.0:
-            raise ValueError(
-                f"beta, gamma = {beta!r}, {gamma!r}: must be 0 or more, and ½ or more, or nothing is stable"
-            )
+    def __init__(
+        self,
+        structure: Structure,
+        window: Window,
+        beta: Annotated[float, Quantity(or_zero=True)] = 0.25,
+        gamma: Annotated[float, Quantity(low=0.5)] = 0.5,
+    ) -> None:
+        instance("structure", structure, Structure, "a Structure")
+        self.structure, self.window, self.beta, self.gamma = structure, window, beta, gamma
         _check_masses(structure, "newmark")
         if 2.0 * self.beta < self.gamma:
             longest = 1.0 / (_highest_frequency(structure) * sqrt(self.gamma / 2.0 - self.beta))
@@ -222,6 +228,7 @@ class Newmark:
         return StructureState(u + self.window**2 * self.beta * last, v + self.window * self.gamma * last)
 
 
+@described
 class GeneralisedAlpha:
     """The generalised-α method: second order, and it damps motions that are too fast for the window.
 
@@ -259,11 +266,14 @@ class GeneralisedAlpha:
     True
     """
 
-    def __init__(self, structure: Structure, window: float, spectral_radius: float = 0.8) -> None:
-        radius = finite("spectral_radius", spectral_radius)
-        if not 0.0 <= radius <= 1.0:
-            raise ValueError(f"spectral_radius = {spectral_radius!r}: must lie between 0 and 1")
-        window = _check_given(structure, window)
+    def __init__(
+        self,
+        structure: Structure,
+        window: Window,
+        spectral_radius: Annotated[float, Quantity(high=1.0, or_zero=True)] = 0.8,
+    ) -> None:
+        radius = spectral_radius
+        instance("structure", structure, Structure, "a Structure")
         self.structure, self.window = structure, window
         self.inertial, self.late = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         self.gamma = 0.5 - self.inertial + self.late
@@ -292,6 +302,7 @@ class GeneralisedAlpha:
         return StructureState(ahead_u, ahead_v, np.append(last, np.zeros(count)))
 
 
+@described
 class CentralDifference:
     """Explicit central differences with a lumped mass, in as many equal steps h as the window needs.
 
@@ -327,12 +338,11 @@ class CentralDifference:
     True
     """
 
-    def __init__(self, structure: Structure, window: float, steps: int | None = None) -> None:
-        window = _check_given(structure, window)
+    def __init__(self, structure: Structure, window: Window, steps: Several | None = None) -> None:
         self.structure = lumped(structure)
         self.stable_step = 2.0 / max(_highest_frequency(self.structure), 1e-300)
         needed = max(1.0, window / (DEFAULT_STABLE_FRACTION * self.stable_step))
-        count = ceil(needed) if steps is None else whole("steps", steps)
+        count = ceil(needed) if steps is None else steps
         if count > MOST_STEPS:
             raise ValueError(f"window = {window!r}: takes {count:.3g} steps, must take at most {MOST_STEPS:.0e}")
         self.steps, self.step = count, window / count
@@ -422,12 +432,6 @@ def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:
     """Return K u + C v."""
     force: Vector = structure.stiffness @ u
     return force if structure.damping is None else force + structure.damping @ v
-
-
-def _check_given(structure: Structure, window: float) -> float:
-    """Return the window as a float."""
-    instance("structure", structure, Structure, "a Structure")
-    return within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
 
 
 def _check_masses(structure: Structure, what: str) -> None:

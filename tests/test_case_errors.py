@@ -240,7 +240,7 @@ WRONG_BALLS = [
         'patch_radius = "2 mm"',
         'damping = [{ kind = "standard_linear_solid", share = 0.5, time = "1 ms", layer = 1 }]',
         12,
-        "structure.damping[0]: layer = 1: must be below 1",
+        "structure.damping[0].layer: 1 must be below 1",
     ),
 ]
 

@@ -379,11 +379,11 @@ CUT = hl.rod([HALF, HALF], elements=2, cracks=[0])
     [
         ({"opening": [-1e-6]}, r"opening\[0\] = -1e-06: must lie between 0 and 0.01 m"),
         ({"opening": [float("nan")]}, r"opening = nan"),
-        ({"opening": [1.0]}, r"opening\[0\] = 1: must lie between 0 and 0.01 m"),
+        ({"opening": [1.0]}, r"opening\[0\] = 1.0: must lie between 0 and 0.01 m"),
         ({"opening": []}, "opening = "),
         ({"opening": 1e-6}, "opening = 1e-06: must be a list"),
         ({"opening": [0.0, 0.0]}, "opening: has 2 numbers, must have fewer than the structure's 2 contacts"),
-        ({"preload": [-1.0]}, r"preload\[0\] = -1: must lie between"),
+        ({"preload": [-1.0]}, r"preload\[0\] = -1.0: must lie between"),
         ({"preload": [1.0, 1.0]}, "preload: has 2 numbers, must have 1"),
         ({"opening": [1e-6], "preload": [1.0]}, r"preload\[0\] = 1: must be 0 where the gap is open"),
         ({"structure": spring_and_stop(1.0, mass=0.0)}, "structure: has a gap at a degree of freedom without mass"),

@@ -2,158 +2,96 @@
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from inspect import isclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
-from hertzlink.cases.declared import SPECIAL, Data, Declared, fields_of, quantity_of, refused, tables_of
-from hertzlink.cases.parts import (
-    Duration,
-    Force,
-    Length,
-    Number,
-    Part,
-    World,
-    forms,
-    made,
+from hertzlink.cases.declared import (
+    SPECIAL,
+    Data,
+    Declared,
+    described_by,
+    fields_of,
+    quantity_of,
+    refused,
+    table_of,
+    tables_of,
+    union,
+    union_of,
 )
-from hertzlink.cases.units import Unit
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.parts import Part, World, forms, made
 from plates.plate import Plate
-from structures import damping, quantities
-from structures.closing import Closing, check_gap
+from structures.closing import Closing, Gap
 from structures.cylinder import layered_cylinder
-from structures.described import of_family
+from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_layer
+from structures.damping import damped as with_damping
+from structures.described import Described, of_family, registered
 from structures.elasticity import Foundation
+from structures.moving import STEPPERS
+from structures.reduction import reduce
 from structures.rod import rod
 from structures.solid import solid
-from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark
 from structures.structure import Structure
 
-OF_ALL = ("damping", "reduce", "stepper")
-"""Entries that all structures have, and no builder takes."""
+GAP = described_by(Gap)
 
 
-class Damping(Part):
-    """A damping of the structure."""
+class LinearSolid(Declared):
+    """Zener's standard linear solid, in a structure of all of it or of one layer."""
 
-    early: ClassVar[bool] = False
-    """Whether it acts on the structure before that is reduced."""
+    layer: Annotated[int, Field(ge=0)] | None = Field(
+        None, description="of a structure: the layer, or material, counted from 0"
+    )
 
-    @property
-    def is_early(self) -> bool:
-        """True if it acts on the structure before that is reduced."""
-        return self.early
-
-    def damped(self, structure: Structure) -> Structure:
-        """Return the structure with this damping."""
-        raise NotImplementedError
+    def make(self, world: World) -> StandardLinearSolid:
+        if self.layer is not None:
+            raise Fault(("layer",), "is for structures; a bead has no layers")
+        solid: StandardLinearSolid = super().make(world)
+        return solid
 
 
-class Rayleigh(Damping):
-    """α M + β K."""
-
-    early = True
-    kind: Literal["rayleigh"]
-    mass_rate: Annotated[float, Unit.noted(quantities.Rate)] = 0.0
-    stiffness_time: Duration = 0.0
-
-    def damped(self, structure: Structure) -> Structure:
-        return damping.damped(structure, damping.Rayleigh(self.mass_rate, self.stiffness_time))
+def is_early(part: Declared) -> bool:
+    """Return whether a damping acts before the structure is reduced, on its matrices or on one of its layers."""
+    return issubclass(part.of.makes, Rayleigh) or getattr(part, "layer", None) is not None
 
 
-class Modal(Damping):
-    """A damping ratio for all modes of the reduced structure, or one for each."""
-
-    kind: Literal["modal"]
-    ratio: Annotated[
-        Annotated[Number, Tag("one")] | Annotated[list[Number], Tag("many")],
-        forms(lambda given: "many" if isinstance(given, list) else "one", "must be a number, or a list of numbers"),
-    ]
-
-    def damped(self, structure: Structure) -> Structure:
-        return damping.damped(structure, damping.Modal(self.ratio))
+def damped(part: Declared, structure: Structure, world: World) -> Structure:
+    """Return the structure with a damping."""
+    layer = getattr(part, "layer", None)
+    matrix = None if layer is None else part_of_layer(structure, layer)
+    return with_damping(structure, part.of.target(**part.arguments(world)), matrix)
 
 
-class LossFactor(Damping):
-    """A structural loss factor."""
-
-    kind: Literal["loss_factor"]
-    factor: Number
-
-    def damped(self, structure: Structure) -> Structure:
-        if not 0.0 <= self.factor <= 1.0:
-            raise ValueError(f"factor = {self.factor!r}: must lie between 0 and 1; it is η = 2ζ, not a percentage")
-        return damping.damped(structure, damping.Modal(self.factor / 2.0))
-
-
-class LinearSolid(Damping):
-    """Zener's standard linear solid, of the whole structure or of one layer."""
-
-    kind: Literal["standard_linear_solid"]
-    share: Number
-    time: Duration
-    modulus: Literal["relaxed", "instantaneous"] = "relaxed"
-    layer: Annotated[int, Field(ge=0)] | None = Field(None, description="the layer, or material, counted from 0")
-
-    @property
-    def is_early(self) -> bool:
-        """That of a layer: a reduced structure has none."""
-        return self.layer is not None
-
-    def damped(self, structure: Structure) -> Structure:
-        solid = damping.StandardLinearSolid(self.share, self.time, self.modulus)
-        part = None if self.layer is None else damping.part_of_layer(structure, self.layer)
-        return damping.damped(structure, solid, part)
-
-
-OneDamping = Annotated[Rayleigh | Modal | LossFactor | LinearSolid, Discriminator("kind")]
-
-
-class Stepping(Part):
+class Stepping(Declared):
     """How a structure is moved in time. Such a structure is not reduced."""
 
-    makes: ClassVar[Any]
+    without = ("structure", "window")
 
     def make(self, world: World) -> Any:
         """Return the name of a stepper, or a function of a structure and a window."""
-        given = self.given("kind")
-        return partial(self.makes, **given) if given else str(getattr(self, "kind")).replace("_", "-")  # noqa: B009
+        given, target = self.arguments(world), self.of.target
+        self.of.checked(given, self.of.name)
+        names = {stepper: name for name, stepper in STEPPERS.items()}
+        return partial(target, **given) if given else names.get(target, target)
 
 
-class NewmarkPart(Stepping):
-    """Newmark's method."""
-
-    makes = Newmark
-    kind: Literal["newmark"]
-    beta: Annotated[Number, Field(ge=0.0)] | None = None
-    gamma: Annotated[Number, Field(ge=0.5)] | None = None
+def steppers() -> list[Described]:
+    """Return the steppers that are described: classes of a structure and a window."""
+    classes = [of for of in registered() if isclass(of.target) and hasattr(of.target, "free")]
+    return [of for of in classes if list(of.parameters)[:2] == [*Stepping.without]]
 
 
-class GeneralisedAlphaPart(Stepping):
-    """The generalised-α method."""
-
-    makes = GeneralisedAlpha
-    kind: Literal["generalised_alpha"]
-    spectral_radius: Annotated[Number, Field(ge=0.0, le=1.0)] | None = None
-
-
-class CentralDifferencePart(Stepping):
-    """Explicit central differences with a lumped mass."""
-
-    makes = CentralDifference
-    kind: Literal["central_difference"]
-
-
-OneStepper = Annotated[NewmarkPart | GeneralisedAlphaPart | CentralDifferencePart, Discriminator("kind")]
-
-
-class Reduction(Part):
+class Reduction(Declared):
     """How large structures are replaced by oscillators."""
 
-    tolerance: Number | None = None
-    pulse: Duration | None = None
-    largest: Annotated[int, Field(ge=1)] | None = None
-    until: Duration | None = None
+    named_so = "Reduction"
+    optional = dict.fromkeys(("until",), "")
+    without = ("structure", "keep_field")
+
+    if TYPE_CHECKING:
+        until: float | None
 
 
 def _reduced(given: Any) -> str | None:
@@ -162,18 +100,14 @@ def _reduced(given: Any) -> str | None:
     return "settings" if isinstance(given, dict | Reduction) else None
 
 
-Reduce = Annotated[
-    Annotated[bool, Tag("yes or no")] | Annotated[Reduction, Tag("settings")],
+Reduce: Any = Annotated[
+    Annotated[bool, Tag("yes or no")] | Annotated[table_of(described_by(reduce), base=Reduction), Tag("settings")],
     forms(_reduced, "must be true, false, or a table such as { tolerance = 0.01 }"),
 ]
 
 
 class Body(Part):
     """What a chain faces."""
-
-    damping: list[OneDamping] = Field(default_factory=list)
-    reduce: Reduce | None = Field(None, description="as in [run], for this structure alone")
-    stepper: OneStepper | None = Field(None, description='how it is moved in time, such as { kind = "newmark" }')
 
     @property
     def contacts(self) -> int:
@@ -182,10 +116,6 @@ class Body(Part):
 
     def make(self, world: World) -> Structure | None:
         raise NotImplementedError
-
-    def in_time(self, structure: Structure) -> Any:
-        """Return what moves in a run: the structure, or the participant that its gaps or its stepper make of it."""
-        return structure
 
 
 class Nothing(Body):
@@ -200,6 +130,22 @@ class Nothing(Body):
 class Built(Declared, Body):
     """What a described function builds."""
 
+    damping: list[Any] = Field(default_factory=list)
+    reduce: Reduce | None = Field(None, description="as in [run], for this structure alone")
+    stepper: Any = None
+
+    @classmethod
+    def others(cls) -> Data:
+        how = 'how it is moved in time, such as { kind = "newmark" }'
+        return {
+            "damping": (list[union_of(Viscous)], Field(default_factory=list)),  # type: ignore[misc]
+            "stepper": (union(tables_of(steppers(), "kind", Stepping)) | None, Field(None, description=how)),
+        }
+
+    def in_time(self, structure: Structure) -> Any:
+        """Return what moves in a run: the structure, or the participant that its gaps or its stepper make of it."""
+        return structure
+
     @property
     def contacts(self) -> int:
         return 2 if getattr(self, "base", "") == "contact" else 1
@@ -212,22 +158,21 @@ class Built(Declared, Body):
         return fields_of(given, cls.of, "structure")
 
 
-class Crack(Part):
+class Crack(Declared):
     """A crack between two layers of a rod. It closes."""
 
+    named_so = "Crack"
     after: Annotated[int, Field(ge=0, description="the layer before the crack, counted from 0")]
-    opening: Length = 0.0
-    preload: Force = 0.0
 
     def make(self, world: World) -> int:
-        check_gap(self.opening, self.preload)
+        super().make(world)
         return self.after
 
 
 class Rod(Built):
     """A rod, whose cracks close."""
 
-    cracks: list[Crack] = Field(default_factory=list)
+    cracks: list[table_of(GAP, base=Crack)] = Field(default_factory=list)  # type: ignore[valid-type]
 
     if TYPE_CHECKING:
         elements: int | None
@@ -239,9 +184,8 @@ class Rod(Built):
 
     def in_time(self, structure: Structure) -> Any:
         cracks = sorted(self.cracks, key=lambda one: one.after)
-        if not cracks:
-            return structure
-        return Closing(structure, [one.opening for one in cracks], [one.preload for one in cracks])
+        gaps = [[getattr(one, name) for one in cracks] for name in GAP.parameters]
+        return Closing(structure, *gaps) if cracks else structure
 
     @classmethod
     def entries(cls, given: Mapping[str, Any]) -> Data:
@@ -251,8 +195,8 @@ class Rod(Built):
         if "cracks" in given:
             if "opening" not in given:
                 raise refused("structure.cracks", "cracks that nothing closes")
-            gaps = zip(given["cracks"], given["opening"], given["preload"], strict=True)
-            data["cracks"] = [{"after": i, "opening": opening, "preload": load} for i, opening, load in gaps]
+            gaps = zip(given["cracks"], *(given[name] for name in GAP.parameters), strict=True)
+            data["cracks"] = [{"after": i, **dict(zip(GAP.parameters, gap, strict=True))} for i, *gap in gaps]
         elif "opening" in given:
             super().entries(given)
         return data
@@ -280,12 +224,12 @@ class Solid(Built):
         return super().entries({**given, "material": given["materials"][0]})
 
 
-SPECIAL.update({rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid})
+SPECIAL.update({
+    rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid, StandardLinearSolid: LinearSolid,
+})  # fmt: skip
 
 
 def structure_tables() -> list[type[Built]]:
     """Return the tables of all structures that are described."""
-    # A function that changes a structure builds none.
-    made = [*of_family(Structure), *of_family(Plate)]
-    built = [one for one in made if all(of.type is not Structure for of in one.parameters.values())]
+    built = [one for one in (*of_family(Structure), *of_family(Plate)) if one.builds]
     return tables_of(built, "kind", Built)  # type: ignore[return-value]

@@ -3,17 +3,18 @@
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path as File
 from typing import Any
 
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
-from hertzlink.cases.bodies import Body, Nothing, Reduction
+from hertzlink.cases.bodies import Body, Built, Nothing, Reduction, damped, is_early
 from hertzlink.cases.chains import Seat
 from hertzlink.cases.entry_paths import Path, written
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, RunPart, run_entries
-from hertzlink.cases.parts import World, made
+from hertzlink.cases.parts import World, located, made
 from plates.laminate import OrthotropicMaterial
 from structures.material import Material
 from structures.moving import MovingStructure
@@ -146,53 +147,46 @@ def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
 
 def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
     structure: Structure | None = made(body, world, path)
-    if structure is None:
-        return None
-    early = [one.is_early for one in body.damping]
-    for i, one in enumerate(body.damping):
-        if early[i]:
-            structure = _damped(one, structure, (*path, "damping", i))
+    if structure is None or not isinstance(body, Built):
+        return structure
+    structure = _damped(body, structure, world, path, early=True)
     if body.stepper is None:
         own = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
         structure = reduced(structure, own, ("run",) if body.reduce is None else path)
-    for i, one in enumerate(body.damping):
-        if not early[i]:
-            structure = _damped(one, structure, (*path, "damping", i))
-    try:
-        moving = body.in_time(structure)
-    except ValueError as error:
-        raise fault_of(str(error), body.names(), path) from error
+    structure = _damped(body, structure, world, path, early=False)
+    moving = located(body, path, partial(body.in_time, structure))
     if body.stepper is None:
         return moving
     if moving is not structure:
         raise Fault((*path, "stepper"), "is for structures without gaps; gaps close by the implicit midpoint")
-    try:
-        return MovingStructure(structure, made(body.stepper, world, (*path, "stepper")))
-    except ValueError as error:
-        raise Fault((*path, "stepper"), str(error)) from error
+    at: Path = (*path, "stepper")
+    stepper = made(body.stepper, world, at)
+    return located(body.stepper, at, partial(MovingStructure, structure, stepper))
 
 
-def _damped(damping: Any, structure: Structure, path: Path) -> Structure:
-    try:
-        damped: Structure = damping.damped(structure)
-        return damped
-    except ValueError as error:
-        raise Fault(path, str(error)) from error
+def _damped(body: Built, structure: Structure, world: World, path: Path, early: bool) -> Structure:
+    """The structure with the dampings that act before it is reduced, or after."""
+    for i, one in enumerate(body.damping):
+        if is_early(one) == early:
+            structure = located(one, (*path, "damping", i), partial(damped, one, structure, world))
+    return structure
 
 
 def reduced(structure: Structure, run: RunPart, path: Path) -> Structure:
     """Return the structure as `[run] reduce` wants it; small ones stay as they are."""
     if run.reduce is False or is_unmeshed() or not structure.size:
         return structure
-    settings = run.reduce.given("until") if isinstance(run.reduce, Reduction) else {}
-    until = run.reduce.until if isinstance(run.reduce, Reduction) and run.reduce.until else run.until
-    if not isinstance(run.reduce, Reduction) and (structure.valid_until < float("inf") or _compact(structure)):
+    own = run.reduce if isinstance(run.reduce, Reduction) else None
+    if own is None and (structure.valid_until < float("inf") or _compact(structure)):
         return structure
+    settings = {"until": run.until, **({} if own is None else own.given())}
     try:
-        return reduce(structure, until, **settings)
+        return reduce(structure, **settings)
     except ValueError as error:
-        of_reduction = isinstance(run.reduce, Reduction) and run.reduce.until
-        fault = fault_of(str(error), {"until": (*path, "reduce", "until") if of_reduction else ("run", "until")})
+        names: dict[str, Path] = {name: (*path, "reduce", name) for name in settings}
+        if own is None or own.until is None:
+            names["until"] = ("run", "until")
+        fault = fault_of(str(error), names)
         raise (fault if fault.path else Fault((*path, "reduce"), str(error))) from error
 
 

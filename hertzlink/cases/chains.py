@@ -26,6 +26,7 @@ from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
 from particles.excitation import Excitation, SpringLoaded
+from particles.laws.choose import computed_law
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw
 
@@ -49,7 +50,8 @@ SPECIAL[SpringLoaded] = Spring
 def chain_table() -> type["ChainPart"]:
     """Return the table of a chain with all parts that are described."""
     bead: Any = union_of(Bead)
-    laws = union([*tables_of([*members(ContactLaw), *members(YieldingLaw)]), NumericalLaw])
+    numerical = table_of(described_by(computed_law), base=NumericalLaw)
+    laws = union([*tables_of([*members(ContactLaw), *members(YieldingLaw)]), numerical])
     known = ChainPart.model_fields
     base: type[ChainPart] = create_model(
         "ChainPart",
@@ -121,7 +123,11 @@ class ChainPart(Declared):
         modes: int | None
         damping: Part | None
 
-    named: ClassVar[Mapping[str, Path]] = {"height": ("drop_height",), "stiffness": ("striker", "stiffness")}
+    named: ClassVar[Mapping[str, Path]] = {
+        "height": ("drop_height",),
+        "stiffness": ("striker", "stiffness"),
+        "ratio": ("damping", "ratio"),
+    }
 
     def make(self, world: World) -> Chain:
         bead = None if self.bead is None else made(self.bead, world, ("bead",))

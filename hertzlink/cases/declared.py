@@ -75,6 +75,11 @@ class Declared(Part):
     optional: ClassVar[Mapping[str, str]] = EMPTY
     without: ClassVar[tuple[str, ...]] = ()
 
+    @classmethod
+    def others(cls) -> Data:
+        """Further entries, whose types follow from what is described when the table is made."""
+        return {}
+
     def make(self, world: World) -> Any:
         return self.of.target(**self.arguments(world))
 
@@ -102,6 +107,7 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
     fields: dict[str, Any] = {tag: (Literal[(of.kind, *of.also)], ...)} if tag else {}
     hidden = {*base.model_fields, *base.without} - {*base.optional}
     fields |= {name: field_of(one) for name, one in of.parameters.items() if name not in hidden}
+    fields |= base.others()
     bases: tuple[type[Part], ...] = (base,)
     for name, asks in base.optional.items():
         fields[name] = (fields[name][0] | None, Field(None, description=asks or None))
@@ -265,6 +271,9 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     if all(kinds):
         return Form(union(tables_of(filter(None, kinds))), made)
     table = next(filter(None, kinds), None)
+    listed = next((kind for kind, _ in members if get_origin(kind) is Sequence), None)
+    if listed is not None and members[0][0] is float:
+        return _one_or_many(_form(*members[0]), _list(listed, 1))
     words = next((own for _, own in members if any(isinstance(note, OneOf) for note in own)), None)
     if words is None or table is None:
         plain = all(kind in (str, int) for kind, _ in members)
@@ -279,6 +288,16 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
         ],
         lambda value, world, path: value if isinstance(value, str) else made(value, world, path),
         lambda value, path: fields_of(value, table, path) if isinstance(value, Mapping) else value,
+    )
+
+
+def _one_or_many(one: Form, many: Form) -> Form:
+    """Of a number, or a list of them."""
+    return Form(
+        Annotated[
+            Annotated[one.entry, Tag("one")] | Annotated[many.entry, Tag("many")],
+            forms(lambda given: "many" if isinstance(given, list) else "one", "must be a number, or a list of numbers"),
+        ]
     )
 
 

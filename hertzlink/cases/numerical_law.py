@@ -3,19 +3,18 @@
 from collections.abc import Sequence
 from typing import Any, Literal
 
+from hertzlink.cases.declared import Declared
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.parts import Force, Length, Part
 from particles.laws.choose import computed_law
 from particles.laws.law import ContactLaw
 
 
-class NumericalLaw(Part):
+class NumericalLaw(Declared):
     """A law that is computed for two of the chain's beads, by finite or boundary elements."""
 
+    named_so = "NumericalLaw"
+    without = ("first", "second", "options")
     kind: Literal["numerical"]
-    max_force: Force | None = None
-    max_approach: Length | None = None
-    method: Literal["axisymmetric", "half-spaces", "plane strain", "plane stress", "three-dimensional"] | None = None
 
     def of_beads(self, beads: Sequence[Any]) -> ContactLaw:
         """Return the law of equal beads; a Fault for beads that differ."""

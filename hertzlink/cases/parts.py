@@ -64,10 +64,14 @@ class Part(BaseModel):
 
 
 def made(part: Part, world: World, path: Path) -> Any:
-    """Return what a part makes; a Fault at its path, or at the entry that the message names, where hertzlink refuses
-    it."""
+    """Return what a part makes; raise a Fault where hertzlink refuses it, as `located` does."""
+    return located(part, path, lambda: part.make(world))
+
+
+def located(part: Part, path: Path, make: Callable[[], Any]) -> Any:
+    """Return what a function makes of a part; raise a Fault at its path, or at the entry that the message names."""
     try:
-        return part.make(world)
+        return make()
     except ValueError as error:
         inner = error if isinstance(error, Fault) else part.fault(str(error))
         raise Fault((*path, *inner.path), inner.reason, inner.value) from error

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, Tag
 
 from hertzlink.cases import materials as _materials  # noqa: F401  for its forms
-from hertzlink.cases.bodies import Built
-from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, fields_of, refused, table_of
+from hertzlink.cases.bodies import GAP, Built
+from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, field_of, fields_of, refused, table_of
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import Force, Length, Part, World, file_of, forms, made
+from hertzlink.cases.parts import Length, Part, World, file_of, forms, made
 from plates.additions import Addition, Delamination, PointMass
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate
@@ -20,7 +20,7 @@ from plates.plate import Plate
 from plates.section import Section
 from plates.shapes.outline import Outline, circle
 from structures.checks import short
-from structures.closing import Closing, check_gap
+from structures.closing import Closing, Gap
 from structures.described import description
 from structures.structure import Structure
 
@@ -49,18 +49,17 @@ class MassPart(Declared):
 class DelaminationPart(Declared):
     """A delamination, whose gap closes."""
 
-    opening: Length = 0.0
-    preload: Force = 0.0
+    @classmethod
+    def others(cls) -> Data:
+        return {name: field_of(one) for name, one in GAP.parameters.items()}
 
     def make(self, world: World) -> Delamination:
-        check_gap(self.opening, self.preload)
-        return Delamination(**self.arguments(world))
+        Gap(**{name: getattr(self, name) for name in GAP.parameters})
+        delamination: Delamination = super().make(world)
+        return delamination
 
 
 SPECIAL.update({PointMass: MassPart, Delamination: DelaminationPart})
-
-GAP = ("opening", "preload")
-"""What closes a gap; the addition does not know it."""
 
 ONE_MATERIAL = {"thickness": 'a length, such as "2.29 mm"', "material": 'a material, such as "aluminium 6061"'}
 
@@ -103,7 +102,7 @@ class Walled(Built):
     def entries(cls, given: Mapping[str, Any]) -> Data:
         wall = given.get("material", given.get("section"))
         of = next((one for name, one in WALLS.items() if name in wall), None) if isinstance(wall, Mapping) else None
-        without = GAP if of is None else (*ONE_MATERIAL, *GAP)
+        without = [*GAP.parameters, *(ONE_MATERIAL if of is not None else ())]
         rest = {name: value for name, value in given.items() if name not in without}
         return super().entries(rest) | ({} if of is None else {"wall": fields_of(wall, of, "structure.wall")})
 
@@ -140,10 +139,8 @@ class PlateBody(Walled):
         if not split:
             return structure
         counts = [prod(one.given().get("points", Delamination.points)) for one in split]
-        opening, preload = (
-            [getattr(one, name) for one, n in zip(split, counts, strict=True) for _ in range(n)] for name in GAP
-        )
-        return Closing(structure, opening, preload)
+        gaps = [one for one, count in zip(split, counts, strict=True) for _ in range(count)]
+        return Closing(structure, *([getattr(one, name) for one in gaps] for name in GAP.parameters))
 
     @property
     def contacts(self) -> int:
@@ -158,7 +155,7 @@ class PlateBody(Walled):
 
     @classmethod
     def entries(cls, given: Mapping[str, Any]) -> Data:
-        at, gaps = given.get("at"), {name: [*given.get(name, [])] for name in GAP}
+        at, gaps = given.get("at"), {name: [*given.get(name, [])] for name in GAP.parameters}
         if not isinstance(at, list):
             raise refused("structure.at", f"{short(at)}, which is no point")
         places = [list(place) for place in zip(*at, strict=True)] if isinstance(at[0], list) else at

@@ -93,7 +93,8 @@ def _several(data: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
     found = [structure_data(one) for one in data["structures"]]
     reductions = [reduction for (one, reduction) in found if one["kind"] not in ("nothing", "half_space")]
     alike = all(one == reductions[0] for one in reductions)
-    structures = [one if alike else {**one, "reduce": reduction} for one, reduction in found]
+    apart = [{} if alike or one["kind"] == "nothing" else {"reduce": reduction} for one, reduction in found]
+    structures = [{**one, **more} for (one, _), more in zip(found, apart, strict=True)]
     chains = [chain_data(one) for one in data["chains"]]
     for chain, end, structure, point in data["contacts"]:
         chains[chain]["behind" if end else "on"] = {"structure": structure, "point": point}

@@ -6,16 +6,14 @@ from typing import Any
 
 from hertzlink.cases.bodies import structure_tables
 from hertzlink.cases.chains import CHAIN
-from hertzlink.cases.declared import data_of, fields_of, refused
+from hertzlink.cases.declared import data_of, described_by, fields_of, members, refused
 from particles.bead import Bead
 from particles.excitation import Excitation
 from structures.checks import short
-
-STEPPERS = {
-    "newmark": "newmark", "generalised-alpha": "generalised_alpha", "central-difference": "central_difference",
-}  # fmt: skip
-
-DAMPINGS = {"Rayleigh": "rayleigh", "modal": "modal", "standard linear solid": "standard_linear_solid"}
+from structures.damping import Viscous
+from structures.described import description
+from structures.moving import STEPPERS
+from structures.reduction import reduce
 
 Data = dict[str, Any]
 
@@ -70,10 +68,10 @@ def _stepper(given: Any) -> Data:
     if given is None:
         return {}
     own = {"name": given} if isinstance(given, str) else given
-    if not isinstance(own, Mapping) or own.get("name") not in STEPPERS:
+    of = None if not isinstance(own, Mapping) else description(STEPPERS.get(str(own.get("name"))))
+    if of is None:
         raise refused("structure.stepper", "a stepper of your own")
-    rest = {name: value for name, value in own.items() if name != "name"}
-    return {"stepper": {"kind": STEPPERS[own["name"]], **rest}}
+    return {"stepper": {"kind": of.kind, **fields_of(own, of, "structure.stepper")}}
 
 
 def _reduction(given: Any) -> bool | Data:
@@ -81,10 +79,11 @@ def _reduction(given: Any) -> bool | Data:
         return False
     if "shared" in given:
         raise refused("structure.reduction.shared", "a ReducedPlate")
-    return {name: given[name] for name in ("tolerance", "pulse", "until", "largest") if name in given}
+    return fields_of(given, described_by(reduce), "structure.reduction")
 
 
 def _damping(given: Mapping[str, Any], path: str) -> Data:
-    if given.get("kind") not in DAMPINGS or given.get("part"):
+    of = next((one for one in members(Viscous) if one.called == given.get("kind")), None)
+    if of is None or given.get("part"):
         raise refused(path, f"{short(dict(given))}, which is neither of the whole structure nor of a layer")
-    return {**given, "kind": DAMPINGS[given["kind"]]}
+    return {"kind": of.kind, **fields_of(given, of, path), **({"layer": given["layer"]} if "layer" in given else {})}

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from inspect import signature
-from typing import Any
+from typing import Annotated, Any
 
 from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere, check_bead, check_body
 from particles.laws.axisymmetric import contact_law_fem
@@ -12,7 +12,8 @@ from particles.laws.formulas import LINE
 from particles.laws.half_spaces import contact_law_bem
 from particles.laws.plane import contact_law_plane
 from particles.laws.solid import contact_law_solid
-from structures.checks import one_of
+from structures.described import checked_call
+from structures.quantities import Length, OneOf, Quantity
 from structures.surface import Surface, relative_curvatures
 
 METHODS: dict[str, Callable[..., ComputedLaw]] = {
@@ -29,12 +30,13 @@ SLENDER = 10.0
 over about one radius, so here a fifth of the length lies near the two ends."""
 
 
+@checked_call
 def computed_law(
     first: Bead,
     second: Bead | Surface | None = None,
-    max_force: float | None = None,
-    max_approach: float | None = None,
-    method: str | None = None,
+    max_force: Annotated[float, Quantity("N", "a force", "2 N")] | None = None,
+    max_approach: Length | None = None,
+    method: Annotated[str, OneOf(*METHODS)] | None = None,
     **options: Any,
 ) -> ComputedLaw:
     """Return the law of two bodies by the numerical method that suits them.
@@ -93,7 +95,7 @@ def computed_law(
     """
     check_bead("first", first, "a body")
     other = first if second is None else check_body("second", second)
-    name = method_for(first, other) if method is None else one_of("method", method, METHODS)
+    name = method_for(first, other) if method is None else method
     if name == "half-spaces":
         has_midplane = all(isinstance(body, Sphere | Cylinder | Surface) for body in (first, other))
         options = {"midplane": has_midplane and "correction" not in options} | options

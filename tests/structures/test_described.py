@@ -23,7 +23,7 @@ from structures.described import Described, description, registered
 
 HOME = Path(hl.__file__).parent.parent
 ROOMS = ("structures", "particles", "plates", "coupling")
-CHECKS = {"positive", "finite", "not_negative", "within", "up_to", "turn", "whole", "one_of", "warn"}
+CHECKS = {"positive", "finite", "not_negative", "within", "between", "turn", "whole", "one_of", "warn"}
 
 SECOND = {
     # Zero is for a free edge alone.
