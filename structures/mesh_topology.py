@@ -1,4 +1,4 @@
-"""How the cells of a mesh hang together: cells listed twice, points that coincide, cells that overlap, and hinges."""
+"""Topology of a mesh: cells listed twice, points that coincide, cells that overlap, and hinges."""
 
 import numpy as np
 from scipy import sparse

@@ -70,7 +70,7 @@ class Case:
         return replace(self, data=data)
 
     def to_toml(self) -> str:
-        """The text of a case file, whose first lines name the files of parts of the user's own."""
+        """Return the text of a case file, whose first lines name the files of parts of the user's own."""
         return "".join(f"# --with {name}\n" for name in names_of(self.parts)) + as_toml(self.data)
 
 

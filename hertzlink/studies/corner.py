@@ -1,4 +1,4 @@
-"""Beyond section 6.2.2: AR near a corner of two straight edges, and its prediction from the two single edges."""
+"""AR beyond section 6.2.2, near a corner of two straight edges, and its prediction from the two single edges."""
 
 from functools import lru_cache, partial
 

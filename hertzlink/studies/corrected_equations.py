@@ -33,24 +33,24 @@ EXACT = 1e-6
 
 
 def table() -> list[Row]:
-    """All of them."""
+    """Return all of them."""
     return [_compared(equation, *passes()) for equation, passes in CHECKS.items()]
 
 
 def _compared(equation: str, before: bool | None, after: bool) -> Row:
-    """The row of an equation. before, after: whether the printed and the corrected form pass the check."""
+    """Return the row of an equation. before, after: whether the printed and the corrected form pass the check."""
     unread = "; the printed form lacks symbols and cannot be evaluated" if before is None else ""
     said = "passes" if after else "fails", unread
     return row(f"equation {equation}", None, *said, holds=before if after else False)
 
 
 def near(value: float, expected: float, share: float = EXACT) -> bool:
-    """Whether two numbers agree within a share."""
+    """Return whether two numbers agree within a share."""
     return isclose(value, expected, rel_tol=share)
 
 
 def _dispersion() -> tuple[bool | None, bool]:
-    """The eigenfrequencies of a ring of masses and springs."""
+    """Return the eigenfrequencies of a ring of masses and springs."""
     count, springs, mass = 12, 3.0, 0.7
     ring = 2.0 * np.eye(count) - np.roll(np.eye(count), 1, 0) - np.roll(np.eye(count), -1, 0)
     squares = np.sort(np.linalg.eigvalsh(springs / mass * ring))
@@ -65,7 +65,7 @@ def _gap() -> tuple[bool | None, bool]:
 
 
 def _third_term() -> tuple[bool | None, bool]:
-    """ω/k over c₀ of short waves, by the exact dispersion: 1 − (kd)²/24."""
+    """Return ω/k over c₀ of short waves, by the exact dispersion: 1 − (kd)²/24."""
     k = 1e-2 / BEAD.size
     chain = UniformChain(BEAD.size, BEAD.mass, 1.0)
     ratio = float(chain.angular_frequency(k, 1.0)) / (k * float(chain.sound_speed(1.0)))
@@ -92,20 +92,20 @@ def _impulse() -> tuple[bool | None, bool]:
 
 
 def _beta() -> tuple[bool | None, bool]:
-    """Peak contact force over peak bead-centre force, simulated, far from the ends."""
+    """Return the peak contact force over peak bead-centre force, simulated, far from the ends."""
     run = CoSimulation(Chain([BEAD] * 40, BEAD, SLOW), None).run(2.2e-3, save_every=2.5e-7)
     contacts = run.contact_force.values.T
     return None, near(contacts[29].max() / (0.5 * (contacts[29] + contacts[30])).max(), sqrt(2.0), 1e-3)
 
 
 def _shear() -> tuple[bool | None, bool]:
-    """E = 2 G (1 + ν)."""
+    """Return E = 2 G (1 + ν)."""
     lame = STEEL_316.youngs_modulus / (2.0 * (1.0 + STEEL_316.poisson_ratio))
     return near(2.0 * lame, shear_modulus(STEEL_316)), near(lame, shear_modulus(STEEL_316))
 
 
 def _momentum() -> tuple[bool | None, bool]:
-    """The momentum of striker and beads after an impact, with no structure."""
+    """Return the momentum of striker and beads after an impact, with no structure."""
     kept = []
     for form in ("thesis", "pairwise"):
         loss = PowerDashpot(5.58, 1.81, form)
@@ -130,7 +130,7 @@ def _axes() -> tuple[bool | None, bool]:
 
 
 def _line() -> tuple[bool | None, bool]:
-    """F(δ) of parallel cylinders put back into δ(F), equation 5.7."""
+    """Return F(δ) of parallel cylinders put back into δ(F), equation 5.7."""
     law = contact_law(Cylinder(2.38e-3, 4.76e-3, STEEL_316), Cylinder(2.38e-3, 4.76e-3, STEEL_316))
     approach, radius = 5e-6, 2.38e-3
     plane = STEEL_316.youngs_modulus / (1.0 - STEEL_316.poisson_ratio**2)
@@ -150,7 +150,7 @@ def _root() -> tuple[bool | None, bool]:
 
 
 def _wall() -> tuple[bool | None, bool]:
-    """k of a steel ball on PTFE, with the Poisson's ratio of each."""
+    """Return k of a steel ball on PTFE, with the Poisson's ratio of each."""
     exact = hertz_stiffness(BEAD.surface, Surface(PTFE))
     found = []
     for ratio in (STEEL_440C.poisson_ratio, PTFE.poisson_ratio):
@@ -160,7 +160,7 @@ def _wall() -> tuple[bool | None, bool]:
 
 
 def _beads() -> tuple[bool | None, bool]:
-    """TOF on steel, simulated without gravity and losses: 0.459 ms."""
+    """Return TOF on steel, simulated without gravity and losses: 0.459 ms."""
     chain = striking.Striking()
     k, wall = hertz_stiffness(BEAD.surface, BEAD.surface), chain.wall(STEEL_440C)
     whole, part = (float(time_of_flight(n, BEAD.mass, k, wall, chain.speed)) for n in (20, 13))
@@ -174,13 +174,13 @@ def _stiffer() -> tuple[bool | None, bool]:
 
 
 def _particle_ratio() -> tuple[bool | None, bool]:
-    """V ∝ v^{1/5}: a wave of half the particle speed."""
+    """Return V ∝ v^{1/5}: a wave of half the particle speed."""
     ratio = 0.5 ** (1.0 / 5.0)
     return near(ratio ** (-1.0 / 5.0), 0.5), near(ratio**5, 0.5)
 
 
 def _half_period() -> tuple[bool | None, bool]:
-    """Half a period of a mass on an elastic rod: x tan x = M_l/M_u, for the thesis's thickest lower layer."""
+    """Return half a period of a mass on an elastic rod: x tan x = M_l/M_u, for the thesis's thickest lower layer."""
     area, upper, lower = pi * 9.525e-3**2, 6.35e-3, 152.4e-3
     heavy, light = STEEL_440C.density * area * upper, PTFE.density * area * lower
     spring = float(axial_stiffness(PTFE.youngs_modulus, area, lower))
@@ -191,7 +191,7 @@ def _half_period() -> tuple[bool | None, bool]:
 
 
 def _return() -> tuple[bool | None, bool]:
-    """e = −dσ/dτ at the return to σ = 0 of q′ = −σ^{3/2}, q = σ′ + λ σ^{3/2}, integrated."""
+    """Return e = −dσ/dτ at the return to σ = 0 of q′ = −σ^{3/2}, q = σ′ + λ σ^{3/2}, integrated."""
     inelasticity = 1.28
 
     def rates(_: float, state: np.ndarray) -> list[float]:
@@ -215,13 +215,13 @@ def _slower() -> tuple[bool | None, bool]:
 
 
 def _aspect() -> tuple[bool | None, bool]:
-    """AR by theory at D/t = 1 and 4; λ goes as (D/t)²."""
+    """Return AR by theory at D/t = 1 and 4; λ goes as (D/t)²."""
     thick, thin = (float(impact.amplitude_ratio(0.07 * ratio**2)) for ratio in (1.0, 4.0))
     return thick < thin, thick > thin
 
 
 def _modulus() -> tuple[bool | None, bool]:
-    """E of PTFE in Table 4.1 and in Table 2.1."""
+    """Return E of PTFE in Table 4.1 and in Table 2.1."""
     printed = float(Rows("table_2_1").entries["Young's modulus, PTFE"].value)
     return near(1.46, printed), near(1.53, printed)
 
