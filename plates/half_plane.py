@@ -189,6 +189,7 @@ class _HalfPlane(NamedTuple):
     def compliance_above(self, lowest: float) -> float:
         """Return (2/π) ∫ Re Y/ω² dω from a circular frequency up, m/N."""
         settled = max(lowest, self.diffusion * (SETTLED / self.distance) ** 2) if self.distance > 0.0 else lowest
+        # Above `settled` the edge's part averages out: Re Y is the infinite plate's, and ∫ dω/ω² has a closed form.
         beyond = 2.0 / (pi * self.impedance * settled)
         if self.distance == 0.0:
             return beyond * float(conductance(np.zeros(1), self.edge, self.poisson_ratio)[0])

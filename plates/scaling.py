@@ -78,6 +78,8 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     heavier, stiffer = factors(old, new.thickness, new.struck.youngs_modulus, new.struck.density)
     faster = wave_speed(old, new)
     field, oscillators = structure.field, _identity(structure.mass)
+    # Modes keep M = I, so their shapes scale with 1/√mass and their ω² with the square of the wave speed; a plate on
+    # a mesh keeps its shapes, and M and K scale.
     if oscillators:
         smaller = heavier**-0.5
         mass, stiffness = structure.mass, faster**2 * structure.stiffness

@@ -82,6 +82,8 @@ def propagators(square: Vector, rate: Vector, window: float, exact: bool = True)
     fast = phase > (1.0 if exact else -1.0)
     lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
     lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
+    # The implicit midpoint is stable for any ωH and conserves the energy of undamped oscillators, which no window
+    # resolves.
     push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
     lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
     # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.

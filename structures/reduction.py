@@ -336,6 +336,7 @@ class _Krylov:
                 "stiffness: must have no negative eigenvalue, but there is a motion that grows as "
                 f"e^(t/τ) with τ = {1.0 / np.sqrt(-square[0]):.3g} s"
             )
+        # Rigid motions have ω² = 0, which rounding may have made negative.
         square = np.maximum(square, 0.0)
 
         def projected(part: _Part) -> Vector:

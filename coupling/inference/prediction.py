@@ -239,6 +239,7 @@ class Prediction:
                 shift = step if places[k] + step <= 1.0 else -step
                 offsets, weights = (0.0, shift), (-step / shift, step / shift)
             elif places[k] - step < 0.0:
+                # At an end of the range three points on one side, of second order as the central difference.
                 offsets, weights = (0.0, step, 2.0 * step), (-1.5, 2.0, -0.5)
             elif places[k] + step > 1.0:
                 offsets, weights = (0.0, -step, -2.0 * step), (1.5, -2.0, 0.5)
@@ -261,6 +262,7 @@ class Prediction:
 def high_passed(trace: Vector, interval: float, time_constant: float) -> Vector:
     """A trace behind an RC high-pass of a time constant, s; exact for a force that is straight between samples."""
     decay = np.exp(-interval / time_constant)
+    # y′ + y/τ = x′, solved exactly with x′ constant between two samples.
     gain = (1.0 - decay) * time_constant / interval
     passed: Vector = lfilter([gain, -gain], [1.0, -decay], trace, axis=-1)
     return passed

@@ -45,6 +45,8 @@ def bend(node: Records, window: Records, totals: Records, static: Vector) -> flo
         earlier = node[2, k].surface if remembered > 2 else 0.0
         change = abs((node[0, k].surface - start) / now - (start - earlier) / before)
         greatest = max(greatest, change if node[0, k].force > -static[k] else UNTOUCHED * change)
+    # The surface's acceleration is the change of mean velocity over (h₁ + h₂)/2; a parabola leaves its chord by
+    # that times h²/8.
     return 2.0 * greatest / (now + before) * now**2 / 8.0
 
 
@@ -99,6 +101,7 @@ def adapt(
         if problem == OK and not adaptation.finest and bent > adaptation.tolerance:
             problem = TOO_LONG
         if problem != OK:
+            # The windows tried count the failed one, too; all else goes back to the start of it.
             tried = run.totals[0].tried
             copy_run(adaptation.before, run)
             run.totals[0].tried = tried
@@ -106,6 +109,7 @@ def adapt(
         done, error = done + 1, bent
         if done % (whole * stride) == 0:
             record(recorder, done // (whole * stride), done * window, run, chains, structure, begin, trial.work)
+        # Windows double in pairs only, so that saved times stay ends of windows.
         if whole > 1 and done % 2 == 0 and error < GROWS_BELOW * adaptation.tolerance:
             break
     return OK, done, error

@@ -140,6 +140,7 @@ class Contacts(NamedTuple):
         predict(run, t + window / 2.0, trial)
         for k in range(count):
             contact = trial.contact[k]
+            # A contact cannot pull: the prediction, static force included, must not be negative.
             contact.force = max(contact.force, -contacts.static[k])
             last_surface[k], last_answer[k], slope[k] = contact.at_rest, contact.force, run.contact[k].slope
         rigid, residual, taken = is_zero(compliance), np.inf, 0.0
@@ -166,9 +167,11 @@ class Contacts(NamedTuple):
                 break
             for k in range(count):
                 step = trial.contact[k].surface - last_surface[k]
+                # The secant of the last two trials; where the surface hardly moved, its quotient would be rounding.
                 if tried > 1 and abs(step) > search.still:
                     slope[k] = min((trial.contact[k].answer - last_answer[k]) / step, 0.0)
                 for j in range(count):
+                    # Newton's equation (I − diag(slope) C) ΔF = answer(w_free + C F) − F.
                     matrix[k, j] = (1.0 if j == k else 0.0) - slope[k] * compliance[k, j]
             solve(matrix, gap, count)
             for k in range(count):

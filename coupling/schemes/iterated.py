@@ -235,6 +235,8 @@ class _LeastSquares(Search):
         independent, factors = _independent(columns, self.scheme.filtering)
         if not independent:
             return self.scheme.relaxation * residual
+        # Least squares of Σ cᵢ Δresidualᵢ = −residual, whose cᵢ give the change of the answers: IQN-ILS (Degroote,
+        # Bathe and Vierendeels, Comput. Struct. 87 (2009) 793).
         coefficients = np.linalg.solve(factors[1], -(factors[0].T @ residual))
         change: Vector = np.array([changes[i] for i in independent]).T @ coefficients + residual
         return change
@@ -257,6 +259,7 @@ def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tu
         if n == most:
             break
         rest, shares = column, np.zeros(n)
+        # The second pass removes what rounding left of the first along almost parallel columns.
         for _ in range(2):
             part = directions[:n] @ rest
             shares += part

@@ -336,6 +336,7 @@ def _hermite(left: Vector, length: Vector, points: Vector) -> list[Vector]:
 def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
     """Return the terms of K for a bending stiffness 3 × 3, over the rectangle of the integrals."""
     d = stiffness
+    # κᵀ D κ with κ = (w_xx, w_yy, 2 w_xy) and w = X(x) Y(y): each pair is a product of integrals along x and along y.
     terms = [
         (d[0, 0], x[2, 2], y[0, 0]), (d[1, 1], x[0, 0], y[2, 2]), (4.0 * d[2, 2], x[1, 1], y[1, 1]),
         (d[0, 1], x[2, 0], y[0, 2]), (d[0, 1], x[0, 2], y[2, 0]),

@@ -169,6 +169,7 @@ class MorleyFunctions:
         squares = ((self.middle[cell] - self.middle[neighbour]) ** 2).sum(axis=1)
         around = np.bincount(np.append(cell, neighbour), np.append(squares, squares), self.mesh.nelements)
         away = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0) - self.middle[:, None]
+        # ∫ |x − middle|² over a triangle is its area/12 times the sum of its corners' squared distances.
         spread = factors * area * (away**2).sum(axis=(1, 2)) / 12.0
         share = np.divide(spread, around, out=np.zeros_like(around), where=around > 0.0)
         jump = np.concatenate([curved[cell], -curved[neighbour]], axis=2)
