@@ -176,14 +176,6 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
     return figure
 
 
-def curves(axis: Axes, x: np.ndarray, lines: Iterable[tuple[str, np.ndarray, str]], xlabel: str, ylabel: str) -> None:
-    """Draw labelled lines over a logarithmic x; a line's style is matplotlib's short form."""
-    for i, (label, y, style) in enumerate(lines):
-        axis.plot(x, y, style, color=COLOURS[i], label=label)
-    axis.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
-    axis.xaxis.set_major_formatter("{x:g}")
-
-
 def intensity_map(
     time: np.ndarray, values: np.ndarray, force: np.ndarray,
     label: str = "Young's modulus of the rod (GPa)", factor: float = 1e-9,

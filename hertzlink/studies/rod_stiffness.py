@@ -318,11 +318,15 @@ def _over_modulus(data: xr.Dataset) -> draw.Figure:
         (axes[0], "time_of_flight", 1e6, "time of flight (µs)"),
         (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
     ):
-        swept = [(f"{wave} wave", data[name].sel(wave=wave).values * factor, "-") for wave in WAVES]
-        draw.curves(axis, modulus * 1e-9, swept, label, what)
-        for style, values in (("o", real[f"material_{name}"]), ("x", solid[f"solid_{name}"])):
-            points = [("", values.sel(wave=wave).values * factor, style) for wave in WAVES]
-            draw.curves(axis, data.material_modulus.values * 1e-9, points, label, what)
+        for colour, wave in zip(draw.COLOURS, WAVES, strict=False):
+            swept, rods, cylinders = (
+                factor * part.sel(wave=wave) for part in (data[name], real[f"material_{name}"], solid[f"solid_{name}"])
+            )
+            axis.plot(modulus * 1e-9, swept, "-", color=colour, label=f"{wave} wave")
+            axis.plot(data.material_modulus * 1e-9, rods, "o", color=colour)
+            axis.plot(data.material_modulus * 1e-9, cylinders, "x", color=colour)
+        axis.set(xscale="log", xlabel=label, ylabel=what)
+        axis.xaxis.set_major_formatter("{x:g}")
     walls = [Surface(replace(STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
     stiffness = np.array([hertz_stiffness(of.sphere.surface, wall) for wall in walls])
     theory = of.time_of_flight(stiffness) * 1e6
