@@ -93,8 +93,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     with collected():  # that aluminium yields under steel beads is the study of yield's
         speeds, openings = (SPEEDS[::4], OPENINGS[::2]) if quick else (SPEEDS, OPENINGS)
-        found = [_measured(one, speeds, openings, quick) for one in watched(BODIES)]
-    return xr.concat(found, "body").assign_coords(body=[one.name for one in BODIES])
+        parts = [_measured(body, speeds, openings, quick) for body in watched(BODIES)]
+    return xr.concat(parts, "body").assign_coords(body=[body.name for body in BODIES])
 
 
 def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...], quick: bool) -> xr.Dataset:
@@ -108,7 +108,7 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
     def split(opening: float) -> Closing:
         return Closing(cut, [opening] * body.gaps)
 
-    limits = np.array([[measures(one, speed) for speed in speeds] for one in (split(WIDE), whole)])
+    limits = np.array([[measures(facing, speed) for speed in speeds] for facing in (split(WIDE), whole)])
     gaps = np.array([[measures(split(opening), speed) for speed in speeds] for opening in (0.0, *openings)])
     half = np.full(len(speeds), np.nan)
     for i, speed in enumerate([] if quick else speeds):
@@ -141,21 +141,21 @@ def table(data: xr.Dataset) -> list[Row]:
     rows = []
     taps = data.impact_speed.values
     ends = taps[0], taps[-1]
-    for one in BODIES:
-        found, named = data.sel(body=one.name), Named(body=one.name, flaw=one.flaw, linear=one.bonded)
-        ratio, (open_, closed) = found.amplitude_ratio, found.limit_amplitude_ratio.values
-        late = 1e6 * (found.time_of_flight - found.limit_time_of_flight.sel(limit="closed"))
+    for body in BODIES:
+        at, named = data.sel(body=body.name), Named(body=body.name, flaw=body.flaw, linear=body.bonded)
+        ratio, (open_, closed) = at.amplitude_ratio, at.limit_amplitude_ratio.values
+        late = 1e6 * (at.time_of_flight - at.limit_time_of_flight.sel(limit="closed"))
         rows += [
             row("open", span(open_), *ends, **named),
             row("linear", span(closed), *ends, **named),
             row("closed", f"{abs(ratio.sel(opening=0.0).values - closed).max():.0e}", **named),
         ]
         for opening in data.opening.values[1:]:
-            own, delay = ratio.sel(opening=opening).values, late.sel(opening=opening).values
-            part, latest = 100.0 * (own - open_) / (closed - open_), int(abs(delay).argmax())
-            said = round(part[0]) + 0, round(part[-1]) + 0, one.bonded, *ends, delay[latest], taps[latest]
-            rows.append(row("gap", span(own), *said, opening=1e6 * opening, **named))
-        half = 1e6 * found.half_way.values
+            ratios, delay = ratio.sel(opening=opening).values, late.sel(opening=opening).values
+            part, latest = 100.0 * (ratios - open_) / (closed - open_), int(abs(delay).argmax())
+            said = round(part[0]) + 0, round(part[-1]) + 0, body.bonded, *ends, delay[latest], taps[latest]
+            rows.append(row("gap", span(ratios), *said, opening=1e6 * opening, **named))
+        half = 1e6 * at.half_way.values
         if np.isfinite(half).all():
             slope = np.polyfit(np.log(taps), np.log(half), 1)[0]
             rows.append(row("half-way", span(half, ".2f"), *ends, 100 * ERROR, slope, **named))
@@ -165,17 +165,17 @@ def table(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR over the impact speed, one line for each opening, between the lines of the linear limits."""
     figure, axes = draw.panels(2, width=3.7, height=3.6, sharey=False)
-    for axis, one in zip(axes, BODIES, strict=True):
-        found = data.sel(body=one.name)
-        speeds = found.impact_speed.values
+    for axis, body in zip(axes, BODIES, strict=True):
+        at = data.sel(body=body.name)
+        speeds = at.impact_speed.values
         for name, style in (("closed", "--"), ("open", ":")):
-            limit = found.limit_amplitude_ratio.sel(limit=name)
+            limit = at.limit_amplitude_ratio.sel(limit=name)
             axis.plot(speeds, limit, style, color="0.3", label=f"linear, {name}")
         for opening in data.opening.values[1:]:
-            axis.plot(speeds, found.amplitude_ratio.sel(opening=opening), label=f"{1e6 * opening:g} µm")
+            axis.plot(speeds, at.amplitude_ratio.sel(opening=opening), label=f"{1e6 * opening:g} µm")
         axis.set_xscale("log")
         axis.set_xticks(SPEEDS, [f"{speed:g}" for speed in SPEEDS])
         axis.minorticks_off()
-        axis.set(xlabel="impact speed (m/s)", ylabel="AR", title=f"{one.name} with a {one.flaw}")
+        axis.set(xlabel="impact speed (m/s)", ylabel="AR", title=f"{body.name} with a {body.flaw}")
     axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return {"amplitude": figure}

@@ -41,17 +41,17 @@ class Body:
     sensor: ClassVar[int] = 10
     speed: ClassVar[float] = 0.31
 
-    def made(self, level: float, factor: float) -> Structure:
+    def built(self, level: float, factor: float) -> Structure:
         """Return the reduced body, with a factor of its stiffness."""
         raise NotImplementedError
 
     def measured(self, levels: Sequence[float], steps: Sequence[float]) -> dict[str, Any]:
         """Return AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
-        made = cache(self.made)  # almost half the runs are of a body that another one had
+        built = cache(self.built)  # almost half the runs are of a body that another one had
 
         def at(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
             bead = Sphere(0.5 * self.diameter, STEEL_440C)
-            return CoSimulation(Chain([bead] * self.beads, bead, impact_speed), made(level, stiffness))
+            return CoSimulation(Chain([bead] * self.beads, bead, impact_speed), built(level, stiffness))
 
         def bound(part: float) -> float:
             """Return the Cramér–Rao bound of the level, Pa, from one trace."""
@@ -60,11 +60,11 @@ class Body:
                 return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
 
             with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
-                known = identifiability(
+                estimate = identifiability(
                     build, NOISE, sensors=[self.sensor], until=self.until, level=1.0, stiffness=1.0,
                     impact_speed=self.speed,
                 )  # fmt: skip
-            return float(known.bounds["level"] * self.near * part)
+            return float(estimate.bounds["level"] * self.near * part)
 
         runs = [at(level, 1.0, self.speed).run(self.until) for level in levels]
         least, other = (bound(part) if part else np.nan for part in steps)

@@ -43,7 +43,7 @@ class Shell(levels.Body):
     sensor: ClassVar[int] = 8
     speed: ClassVar[float] = 0.3
 
-    def made(self, level: float, factor: float) -> Structure:
+    def built(self, level: float, factor: float) -> Structure:
         """Return the reduced shell, with a factor of its modulus."""
         material = replace(self.material, youngs_modulus=factor * self.material.youngs_modulus)
         shell = spherical_shell(self.radius, self.thickness, material, level, **self.mesh)
@@ -73,8 +73,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     one process.
     """
     with collected():  # that Hertz's contact on soft rubber is wide is said in the docs
-        found = [_measured(coarser(one) if quick else one, quick) for one in watched(SHELLS)]
-    return xr.concat(found, "shell").assign_coords(shell=[one.name for one in SHELLS])
+        parts = [_measured(coarser(shell) if quick else shell, quick) for shell in watched(SHELLS)]
+    return xr.concat(parts, "shell").assign_coords(shell=[shell.name for shell in SHELLS])
 
 
 def _measured(shell: Shell, quick: bool) -> xr.Dataset:
@@ -94,17 +94,17 @@ def _measured(shell: Shell, quick: bool) -> xr.Dataset:
 def table(data: xr.Dataset) -> list[Row]:
     """The thesis does not name shells under pressure."""
     rows = []
-    for one in SHELLS:
-        found = data.sel(shell=one.name)
-        pressure, flight = 1e-3 * found.pressure.values, 1e6 * found.time_of_flight.values
-        sigma, other = 1e-3 * float(found.deviation), 1e-3 * float(found.deviation_by_twice_the_step)
+    for shell in SHELLS:
+        at = data.sel(shell=shell.name)
+        pressure, flight = 1e-3 * at.pressure.values, 1e6 * at.time_of_flight.values
+        sigma, other = 1e-3 * float(at.deviation), 1e-3 * float(at.deviation_by_twice_the_step)
         check = "" if np.isnan(other) else f"; {other:.2g} by twice the step"
-        said = one.sensor, 100 * NOISE, 1e-3 * one.near, check, 100.0 * float(found.deviation / found.buckling_pressure)
-        ends = pressure[0], pressure[-1], found.relative_pressure.values[-1]
+        said = shell.sensor, 100 * NOISE, 1e-3 * shell.near, check, 100.0 * float(at.deviation / at.buckling_pressure)
+        ends = pressure[0], pressure[-1], at.relative_pressure.values[-1]
         rows += [
-            row("AR", span(found.amplitude_ratio.values), *ends, shell=one.name),
-            row("TOF", span(flight, ".1f"), 100.0 * (flight[-1] / flight[0] - 1.0), shell=one.name),
-            row("error", f"{sigma:.2g}", *said, shell=one.name),
+            row("AR", span(at.amplitude_ratio.values), *ends, shell=shell.name),
+            row("TOF", span(flight, ".1f"), 100.0 * (flight[-1] / flight[0] - 1.0), shell=shell.name),
+            row("error", f"{sigma:.2g}", *said, shell=shell.name),
         ]
     return rows
 
@@ -112,10 +112,10 @@ def table(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR and TOF over the pressure, in units of that which buckles the shell from outside."""
     lines = []
-    for one in SHELLS:
-        found = data.sel(shell=one.name)
-        name = f"{one.name}, {1e3 * one.radius:.0f} × {1e3 * one.thickness:g} mm"
-        ratio, flight = found.amplitude_ratio, found.time_of_flight
-        lines.append((name, found.relative_pressure, ratio - ratio[0], 100.0 * (flight / flight[0] - 1.0)))
+    for shell in SHELLS:
+        at = data.sel(shell=shell.name)
+        name = f"{shell.name}, {1e3 * shell.radius:.0f} × {1e3 * shell.thickness:g} mm"
+        ratio, flight = at.amplitude_ratio, at.time_of_flight
+        lines.append((name, at.relative_pressure, ratio - ratio[0], 100.0 * (flight / flight[0] - 1.0)))
     figure, _ = levels.figure(lines, "pressure / buckling pressure", ("AR − AR without pressure", "change of TOF (%)"))
     return {"pressure": figure}

@@ -40,7 +40,7 @@ class Body(levels.Body):
     stress_of_kelvin: float
     build: Callable[[float, float], Structure]
 
-    def made(self, level: float, factor: float) -> Structure:
+    def built(self, level: float, factor: float) -> Structure:
         """Return the reduced body."""
         return reduce(self.build(level, factor), self.until, TOLERANCE)
 
@@ -96,8 +96,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: three stresses of each body. jobs: always one process.
     """
     with collected():  # that aluminium yields under steel beads is the study of yield's
-        found = [_measured(one, quick) for one in watched(BODIES)]
-    return xr.concat(found, "body", join="outer").assign_coords(body=[one.name for one in BODIES]).drop_vars("case")
+        parts = [_measured(body, quick) for body in watched(BODIES)]
+    return xr.concat(parts, "body", join="outer").assign_coords(body=[body.name for body in BODIES]).drop_vars("case")
 
 
 def _measured(body: Body, quick: bool) -> xr.Dataset:
@@ -117,19 +117,19 @@ def _measured(body: Body, quick: bool) -> xr.Dataset:
 def table(data: xr.Dataset) -> list[Row]:
     """The thesis names neither stress nor temperature."""
     rows = []
-    for one in BODIES:
-        found = data.sel(body=one.name).dropna("case")
-        stress, ratio = found.stress.values / MEGA, found.amplitude_ratio.values
-        sigma, other = float(found.deviation) / MEGA, float(found.deviation_by_twice_the_step) / MEGA
-        unit = one.stress_of_kelvin / MEGA
+    for body in BODIES:
+        at = data.sel(body=body.name).dropna("case")
+        stress, ratio = at.stress.values / MEGA, at.amplitude_ratio.values
+        sigma, other = float(at.deviation) / MEGA, float(at.deviation_by_twice_the_step) / MEGA
+        unit = body.stress_of_kelvin / MEGA
         kelvin, reach = sigma / unit, "less" if sigma / unit < HAMMER else "more"
         blind = kelvin > BLIND
-        said = one.sensor, 100 * NOISE, one.near / MEGA, other
+        said = body.sensor, 100 * NOISE, body.near / MEGA, other
         rows += [
-            row("AR", span(ratio), stress[0], stress[-1], ratio.min(), ratio.max(), body=one.name),
-            row("TOF", span(1e6 * found.time_of_flight.values, ".1f"), body=one.name),
-            row("error", "blind" if blind else sigma, *said, body=one.name),
-            row("temperature", f"above {BLIND:.0f}" if blind else kelvin, unit, reach, HAMMER, body=one.name),
+            row("AR", span(ratio), stress[0], stress[-1], ratio.min(), ratio.max(), body=body.name),
+            row("TOF", span(1e6 * at.time_of_flight.values, ".1f"), body=body.name),
+            row("error", "blind" if blind else sigma, *said, body=body.name),
+            row("temperature", f"above {BLIND:.0f}" if blind else kelvin, unit, reach, HAMMER, body=body.name),
         ]
     return rows
 
@@ -137,11 +137,11 @@ def table(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR and TOF, less their values without stress, over the stress."""
     lines = []
-    for one in BODIES:
-        found = data.sel(body=one.name).dropna("case")
-        stress = found.stress.values / MEGA
-        measures = found.amplitude_ratio.values, 1e6 * found.time_of_flight.values
-        lines.append((one.name, stress, *(values - np.interp(0.0, stress, values) for values in measures)))
+    for body in BODIES:
+        at = data.sel(body=body.name).dropna("case")
+        stress = at.stress.values / MEGA
+        measures = at.amplitude_ratio.values, 1e6 * at.time_of_flight.values
+        lines.append((body.name, stress, *(values - np.interp(0.0, stress, values) for values in measures)))
     labels = ("AR − AR without stress", "TOF − TOF without stress (µs)")
     figure, axes = levels.figure(lines, "stress, tension positive (MPa)", labels)
     for axis, linear in zip(axes, (1e-3, 0.1), strict=True):
