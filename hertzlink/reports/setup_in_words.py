@@ -9,9 +9,10 @@ from coupling.plots.canvas import in_words
 from hertzlink import _described as _described  # for what they describe
 from hertzlink.reports.page import Table, table
 from structures.described import description, registered
+from structures.reduction import reduce
 from structures.units import handy
 
-UNITS = {"impedance": "N s/m", "region": "m", "pulse": "s"}
+UNITS = {"impedance": "N s/m", "region": "m"}
 """Units of numbers that are no parameter of what is described."""
 
 LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform", "shorter_pulses")
@@ -60,12 +61,14 @@ def _units(given: Mapping[str, Any]) -> dict[str, str]:
 
     Of a part whose class is not noted, such as a chain, the units on which all parameters of a name agree.
     """
-    every = [*registered(), *filter(None, map(description, (CoSimulation.__init__, CoSimulation.run)))]
+    every = [*registered(), *filter(None, map(description, (CoSimulation.__init__, CoSimulation.run, reduce)))]
     all_units = [pair for one in every for pair in one.units.items()]
     units = UNITS | dict(all_units)
     units |= {name: "" for name, unit in all_units if units[name] != unit}
     names = given.get("class"), given.get("kind")
     of = next((one for one in every if one.name == names[0] or one.called == names[1]), None)
+    # Of additions and plies only the arguments are noted.
+    of = of or next((one for one in every if one.parameters.keys() == given.keys()), None)
     return units if of is None else units | of.units
 
 
@@ -77,7 +80,7 @@ def counted(texts: list[str]) -> list[str]:
 def _value(name: str, value: Any, units: Mapping[str, str]) -> str:
     if isinstance(value, bool) or value is None:
         return str(value)
-    unit = units.get(name, "")
+    unit = "" if isinstance(value, int) else units.get(name, "")  # checks make floats of all but counts
     if isinstance(value, int | float):
         return _numbers(unit, [value])
     if isinstance(value, Mapping):

@@ -4,7 +4,7 @@ import json
 import stat
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -194,6 +194,10 @@ def test_input_is_told_with_units_and_equal_beads_once() -> None:
     assert Line(("impact speed", "0.3 m/s")) in tables[0].rows
     assert Line(("inclination", "90 °")) in tables[0].rows
     given = {"kind": "plate", "thickness": 2.29e-3, "at": [0.06, 0.457], "highest_frequency": 8e4, "until": 1.5e-3}
+    sensor = asdict(hl.PointMass(0.1, 0.1, 2e-3))
+    assert dict(setup_in_words.rows_of({"largest": 600, "pulse": 2.5e-5, "additions": [sensor]})) == {
+        "largest": "600", "pulse": "25 µs", "additions": "x 100 mm; y 100 mm; mass 2 g",
+    }  # fmt: skip
     assert dict(setup_in_words.rows_of(given)) == {
         "kind": "plate", "thickness": "2.29 mm", "at": "60, 457 mm", "highest frequency": "80 kHz",
         "until": "1.5 ms",
