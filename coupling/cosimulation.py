@@ -139,8 +139,7 @@ class CoSimulation:
 
     @property
     def faces(self) -> Any:
-        """The structure that the only chain faces, as it was given; None with several chains, or with a structure
-        behind."""
+        """The structure that the only chain faces, as it was given; None with several, or with a structure behind."""
         alone = len(self.interface.chains) == 1 and self._given["behind"] is None
         return self._given["structure"] if alone else None
 

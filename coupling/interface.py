@@ -364,8 +364,7 @@ class Interface:
 
 
 def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
-    """Return what each of `count` chains faces: of several a list, one structure with as many points, or None for
-    all."""
+    """Return what each of `count` chains faces: a list, one structure with as many points, or None for all."""
     if not several:
         return [facing]
     if facing is None:

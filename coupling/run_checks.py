@@ -193,8 +193,7 @@ def _worst(energy: Vector, interface: Interface) -> float:
 
 
 def _of_record(chain: MovingChain, motion: Motion, times: Any, where: str) -> list[str]:
-    """Return a finding if a record ends before a reflected wave can be back in mid chain; for a chain struck by a
-    body."""
+    """Return a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
     if chain.surface is None or chain.behind is not None or _is_driven(chain) or not chain.chain.speed > 0.0:
         return []
     last, middle = chain.mass.size - 1, middle_of(chain)

@@ -88,8 +88,7 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
 
 
 def _change(chain: MovingChain, motion: Motion, times: Vector) -> str | None:
-    """Return what yielding would change, and the cure; empty where that is little, None where the law does not
-    apply."""
+    """Return what yielding would change, and the cure; empty where that is little, None where no law applies."""
     limits = chain.once("yield forces", lambda: _yield_forces(chain))
     if limits is None:
         return None

@@ -67,8 +67,7 @@ _CHAINS: dict[Any, tuple[Any, dict[str, Any]]] = {}
 
 
 def _never_changes(part: Any) -> bool:
-    """Return whether a part of a chain is a frozen dataclass of ours, all of whose fields are such or plain; or
-    None."""
+    """Return whether a part of a chain is a frozen dataclass of ours whose fields are all such or plain; or None."""
     kind = type(part)
     if kind in (NoneType, bool, int, float, str):
         return True
@@ -164,8 +163,7 @@ class MovingChain:
         self._check_step()
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return a fact that does not depend on the impact speed, made once for all chains that differ in nothing
-        else."""
+        """Return a fact that does not depend on the impact speed, made once for chains that differ in nothing else."""
         if name not in self.shared:
             self.shared[name] = make()
         return self.shared[name]

@@ -27,8 +27,7 @@ def overloads(chain: MovingChain, force: Vector) -> Vector:
 
 
 def _pressures(chain: MovingChain) -> Vector:
-    """Return of each contact the factor and the power of its force in the pressure, and the pressure at which it
-    yields."""
+    """Return the factor and the power of each contact's force in the pressure, and the pressure at which it yields."""
     pressures, by_pair = np.tile([[0.0], [1.0], [inf]], len(chain.pairs)), dict[tuple[int, int], Any]()
     for i, pair in enumerate(chain.pairs):
         # Contacts whose law yields leave nothing out.

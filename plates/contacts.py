@@ -26,8 +26,7 @@ class Contact(NamedTuple):
 
     @property
     def sign(self) -> float:
-        """The sign of the contact's displacement, positive away from its chain, where the plate's is positive from the
-        front."""
+        """The sign of the contact's displacement, positive away from its chain; the plate's, from the front."""
         return 1.0 if self.face == "front" else -1.0
 
 

@@ -154,8 +154,7 @@ def scaled_critical_distance(
 
 
 def _between(stiffness_ratio: float) -> float:
-    """Return the part of c by which it may be off between the stiffness ratios of the table: a parabola between each
-    two."""
+    """Return the part of c by which it may be off between the table's stiffness ratios: a parabola between each two."""
     logarithms = np.log(_table().ratios)
     place = int(np.clip(np.searchsorted(logarithms, log(stiffness_ratio)), 1, logarithms.size - 1))
     left, right = logarithms[place - 1 : place + 1]

@@ -102,8 +102,7 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
 
 
 def _inverse_lothe(constants: Vector) -> Vector:
-    """Return (L⁻¹)₃₃, 1/Pa, for lines at equal angular distances in the surface; constants: C_ijkl, 3 × 3 × 3 × 3,
-    Pa."""
+    """Return (L⁻¹)₃₃, 1/Pa, for lines at equal angles in the surface; constants: C_ijkl, 3 × 3 × 3 × 3, Pa."""
     angles = (np.arange(INTEGRATION_DIRECTIONS) + 0.5) * pi / INTEGRATION_DIRECTIONS
     cosine, sine = np.cos(angles), np.sin(angles)
     across, down = (

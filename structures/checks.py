@@ -137,8 +137,7 @@ def takes(name: str, function: Callable[..., object], count: int, what: str) -> 
 def has_members(
     name: str, value: object, attributes: Iterable[str], methods: Mapping[str, int], what: str, shown: str = ""
 ) -> None:
-    """Raise a ValueError that names the members which a user's object lacks, and methods of another number of
-    arguments."""
+    """Raise a ValueError that names the members a user's object lacks, and methods with a wrong number of arguments."""
     shown, needed = shown or short(value), (*attributes, *methods)
     lacking = [attribute for attribute in needed if not hasattr(value, attribute)]
     if isinstance(value, type) or len(lacking) == len(needed):

@@ -471,8 +471,7 @@ def _root(matrix: sparse.csr_array) -> sparse.csr_array:
 
 
 def _factored(matrix: sparse.sparray) -> tuple[sparse.sparray, Vector]:
-    """Return L and the diagonal of D in matrix = L D Lᵀ, rows of L in the matrix's order; D in units of its own
-    diagonal."""
+    """Return L and the diagonal of D in matrix = L D Lᵀ, rows of L in its order; D in units of its own diagonal."""
     diagonal = matrix.diagonal()
     if not (diagonal > 0.0).all():
         raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")

@@ -152,8 +152,7 @@ class Cells:
         return self._assembled(lame[each] * dilations + shear[each] * strains)
 
     def stress_stiffness(self, stress: Vector, hoop: Vector) -> sparse.csr_array:
-        """Return n × n, N/m: ∫ σ_ij u_k,i v_k,j, on rings with the hoop stress's part; σ_ij, σ_hoop: at all points,
-        Pa."""
+        """Return n × n, N/m: ∫ σ_ij u_k,i v_k,j, on rings with the hoop stress's; σ_ij, σ_hoop: at all points, Pa."""
         cells, count, points = self.values.shape
         slopes = self.slopes.reshape(cells, count, self.dim, points)
         pulled = self.weight[:, :, None] * np.einsum("ijcq,caiq->cajq", stress, slopes)

@@ -43,8 +43,7 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
 
 
 def _members(h5py: Any, file: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """Yield all groups and datasets with their paths, those behind soft links last: these may lead through any other
-    link."""
+    """Yield all groups and datasets with their paths, those behind soft links last: these may lead through others."""
     seen: set[Any] = set()
     groups, soft = [("", file)], []
     yield "/", file

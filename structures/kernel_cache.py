@@ -220,8 +220,7 @@ def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def entry(function: Callable[..., Any]) -> Any:
-    """Return Numba's decorator for a kernel that Python calls, around one that kernels call and that is compiled
-    once."""
+    """Return Numba's decorator for a kernel that Python calls, around one that kernels call, compiled once."""
     return njit(cache=True, _nrt=False, nogil=True, no_cfunc_wrapper=True)(function)
 
 

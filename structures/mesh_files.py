@@ -151,8 +151,7 @@ def _check_beside(path: Path, other: str, name: str) -> None:
 
 
 def _check_bulk(path: Path, name: str) -> None:
-    """Raise a ValueError for Nastran's nodes in coordinate systems of their own, and for included files: none is
-    read."""
+    """Raise a ValueError for Nastran's nodes in systems of their own, and for included files: none is read."""
     for number, line in enumerate(path.read_bytes().splitlines(), 1):
         match = BULK_LINE.match(line)
         if match is None:

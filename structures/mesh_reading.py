@@ -153,8 +153,7 @@ def hint_of(source: Any, field: str | None) -> str:
 
 
 def _numbers(source: Any, blocks: list[int], field: str | None) -> Numbers:
-    """Return the number of each cell of the blocks in the field; in gmsh's physical groups, or in the only field there
-    is."""
+    """Return the number of each cell of the blocks in the field; gmsh's physical groups, or the only field there is."""
     fields = tag_fields(source)
     if field is not None and field not in fields:
         if fields:

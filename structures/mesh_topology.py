@@ -91,8 +91,7 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
 
 
 def _equal(rows: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Return the rows in an order in which equal ones follow each other; the first of each kind; and the kind of each
-    row."""
+    """Return the rows in an order where equal ones follow each other; the first of each kind; and each row's kind."""
     order = np.lexsort(rows.T[::-1])
     new = np.concatenate([[True], (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
     kind = np.empty(len(rows), dtype=np.int64)

@@ -43,8 +43,7 @@ STEPPERS: dict[str, Stepper] = {
 
 
 def _described(stepper: str | Stepper) -> Any:
-    """Return a stepper as plain data: a partial of one of STEPPERS with its constants, a function of the user's as it
-    is."""
+    """Return a stepper as plain data: a partial of one of STEPPERS with its constants, a user's function as it is."""
     names = {stepper: name for name, stepper in STEPPERS.items()}
     if isinstance(stepper, partial) and stepper.func in names and not stepper.args:
         return {"name": names[stepper.func], **stepper.keywords}

@@ -212,8 +212,7 @@ def _cut(cracks: Sequence[int], layers: int) -> list[int]:
 
 
 def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any) -> sparse.csr_array:
-    """Return the matrix of a rod that is cut at nodes: the part behind each has a node of its own there, after all
-    others."""
+    """Return the matrix of a rod that is cut at nodes: the part behind each has its own node there, after others."""
     whole_matrix = sparse.csr_array(form.assemble(basis, coefficient=coefficient * (part == 0)[:, None]))
     if not len(faces):
         return whole_matrix

@@ -93,8 +93,7 @@ def check_definite(name: str, matrix: sparse.csr_array) -> None:
 
 
 def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
-    """Return whether scale · matrix · scale, with its diagonal raised, is positive definite; by Cholesky's
-    factorisation."""
+    """Return whether scale · matrix · scale, with its diagonal raised, is positive definite, by Cholesky's method."""
     scaled = scale[:, None] * matrix.toarray() * scale
     scaled.flat[:: scale.size + 1] += raised
     try:

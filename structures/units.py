@@ -102,8 +102,7 @@ def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[flo
 
 
 def readable(value: float, unit: str, digits: int = 3) -> str:
-    """Return a quantity in a message, with the prefix in which its number is handy: "2.29 mm"; the value is in SI
-    units."""
+    """Return a quantity in a message, with the prefix that makes its number handy: "2.29 mm"; the value is in SI."""
     # Rounded first: 999.9 µs is 1 ms, and two digits of 120 µs are no power of ten.
     rounded = float(f"{value:.{digits}g}")
     factor, unit = handy([rounded], unit)

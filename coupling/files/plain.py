@@ -113,8 +113,7 @@ def types_of(*trees: Any) -> dict[str, type]:
 
 
 def fits(value: Any, like: Any) -> bool:
-    """Return whether numbers, arrays and tuples that were read have the form of others: compiled loops check no
-    bounds."""
+    """Return whether numbers, arrays and tuples from a file have the form of others: compiled loops check no bounds."""
     if isinstance(like, np.ndarray):
         same = isinstance(value, np.ndarray) and (value.dtype, value.shape) == (like.dtype, like.shape)
         return bool(same and value.flags.c_contiguous)

@@ -477,8 +477,7 @@ class Sensitivities:
 def spread_of_features(
     prediction: Prediction, time: Vector, clean: Vector, sensors: Sequence[int], noise: Vector, draws: int
 ) -> Vector:
-    """Return the standard deviations of AR and TOF at each sensor; NaN where no wave, or not in every draw one, is
-    found."""
+    """Return the standard deviations of AR and TOF at each sensor; NaN where a draw has no wave."""
     random = np.random.default_rng(SEED)
     sized = clean.shape
     noisy = [

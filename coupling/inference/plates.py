@@ -98,8 +98,7 @@ class Struck(NamedTuple):
 
     @property
     def nearest_edge(self) -> tuple[str, float] | None:
-        """The support of the nearest edge, and its distance, m; None where no plate with one edge stands for this
-        one."""
+        """The support of the nearest edge, and its distance, m; None where none with one edge stands for this one."""
         plate, (x, y) = self.plate, self.place
         if not isinstance(plate.shape, Rectangle) or plate.additions or not isinstance(plate.material, Material):
             return None

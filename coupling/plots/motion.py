@@ -170,8 +170,7 @@ def _contact_error(actual: Vector, expected: Vector) -> float:
 
 
 def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
-    """Return the Dataset of `structure_motion` without its attributes: fields at t times, t × p × 3 in m and t × p in
-    Pa."""
+    """Return a Dataset of `structure_motion` without attributes: fields at t times, t × p × 3 in m, t × p in Pa."""
     counted = {"units": "1"}
     variables: dict[str, Any] = {
         "displacement": (

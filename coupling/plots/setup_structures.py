@@ -162,8 +162,7 @@ def _plate_from_side(drawn: Drawn | None, data: Mapping[str, Any], kind: str, x:
 
 
 def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float, top: float) -> float:
-    """Return a plate as seen along the chain, right of x and below `top`; returns its lowest y. Others have no such
-    view."""
+    """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y. Others have no such view."""
     kind = structure.get("kind") if isinstance(structure, Mapping) else None
     if kind == "spherical shell" or not isinstance(structure, Mapping) or "thickness" not in structure:
         return y - SPACE

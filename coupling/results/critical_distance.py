@@ -170,8 +170,7 @@ def _known(far: Number) -> xr.DataArray:
 def last_crossing(
     distances: Vector, curve: Vector, tolerance: float, relative: bool = False, far: float = nan
 ) -> tuple[float, float, float]:
-    """Return (value, low, high) of `CriticalDistance` for one curve over increasing distances; far: NaN if not
-    known."""
+    """Return (value, low, high) of `CriticalDistance` for one curve over rising distances; far: NaN if not known."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
     free, there = np.isnan(far), np.flatnonzero(~np.isnan(curve))
     usable = there[there < curve.size - 1] if free else there

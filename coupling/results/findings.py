@@ -38,8 +38,7 @@ def kind(finding: str) -> str:
 
 
 def gathered(findings: Mapping[str, Sequence[str]], count: int, what: str = "points") -> list[str]:
-    """Return of `count` runs the first finding of each kind, and how many runs have one; findings: by the run's
-    name."""
+    """Return the first finding of each kind in `count` runs, and how many have one; findings: by the run's name."""
     kinds: dict[str, dict[str, str]] = {}
     for name, lines in findings.items():
         for line in lines:

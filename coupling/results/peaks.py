@@ -168,8 +168,7 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
 
 
 def _moving(force: Vector, reach: int, inside: bool) -> Vector:
-    """Return the middles of polynomials that slide along a force; inside: whether the ends of what is given do not
-    count."""
+    """Return the middles of polynomials that slide along a force; inside: whether its ends do not count."""
     if not inside:
         return np.asarray(scipy.signal.savgol_filter(force, 2 * reach + 1, ORDER))
     return np.asarray(scipy.ndimage.convolve1d(force, _weights(reach), mode="constant"))

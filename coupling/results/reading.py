@@ -191,8 +191,7 @@ class Reading:
 
 
 def without_padding(force: Vector) -> Vector:
-    """Return the forces of the contacts along a chain, contacts × time, without the rows of NaN that pad a shorter
-    chain."""
+    """Return the forces of contacts along a chain, contacts × time, without rows of NaN that pad a shorter chain."""
     recorded: Vector = force[~np.isnan(force).all(axis=1)]
     return recorded
 

@@ -114,8 +114,7 @@ def shapes(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
 
 
 def records(reference: xr.Dataset, now: xr.Dataset) -> list[str]:
-    """Return how the saved times differ, in words; a record of another length is no longer comparable beyond its
-    end."""
+    """Return how the saved times differ, in words; a record of another length is not comparable beyond its end."""
     old, new = reference["time"].values, now["time"].values
     step = (old[-1] - old[0]) / max(1, old.size - 1)
     if abs(old[-1] - new[-1]) > 1.5 * step:

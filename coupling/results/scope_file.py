@@ -299,8 +299,7 @@ class ScopeFile:
         return self._with_grouping_commas[column]
 
     def _commas_group(self, cells: list[str]) -> bool:
-        """Return whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows what they
-        do."""
+        """Return whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows it."""
         bare = [cell.strip(BARE) for cell in cells if "," in cell]
         with_commas = [cell for cell in bare if OF_NUMBER.fullmatch(cell)]
         if not with_commas or not all(COMMA_GROUPS.fullmatch(cell) for cell in with_commas):

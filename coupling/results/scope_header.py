@@ -302,8 +302,7 @@ def _is_sure(unit: Unit, wanted: str) -> bool:
 
 @cache
 def _unit_of(text: str, wanted: str) -> Unit | None:
-    """Return a unit by its name; of several readings, such as S for siemens and seconds, that of the quantity
-    wanted."""
+    """Return a unit by its name; of several readings, such as S for siemens and seconds, that which is wanted."""
     word = SECOND.sub("second", text.strip().strip(".").replace("Âµ", "µ"))
     if not word or _is_number(word):
         return None

@@ -168,8 +168,7 @@ class SensorModel:
 
 
 def _gains(ratio: float) -> tuple[float, float]:
-    """Return what a linear input adds to a first-order state over a step of this many time constants: by its two
-    ends."""
+    """Return what a linear input adds to a first-order state over a step of so many time constants: by its ends."""
     mean = -np.expm1(-ratio) / ratio
     return float(mean - np.exp(-ratio)), float(1.0 - mean)
 

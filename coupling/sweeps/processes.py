@@ -85,8 +85,7 @@ class Work:
         return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
-        """Return `run` in another process. An error that cannot be pickled becomes a RuntimeError with its type and
-        text."""
+        """Return `run` in another process. An error that cannot be pickled becomes a RuntimeError with its text."""
         try:
             return self.run(point)
         except Exception as error:

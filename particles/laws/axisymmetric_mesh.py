@@ -46,8 +46,7 @@ class Spheroid:
         return self.radius * (sin(STEEPEST) + (0.5 * pi - STEEPEST) * cos(STEEPEST)), self.half * (1.0 - self.hollow)
 
     def place(self, along: Vector, depth: Vector) -> Vector:
-        """Return (r, z), m, of points on the surface, at `along` (m; r itself near the pole), and below it, at
-        `depth`."""
+        """Return (r, z), m, of points on the surface, at `along` (m; r near the pole), and below it, at `depth`."""
         steps = along / self.radius
         steep = STEEPEST + (steps - sin(STEEPEST)) / cos(STEEPEST)
         angle = np.where(steps < sin(STEEPEST), np.arcsin(np.minimum(steps, 1.0)), steep)

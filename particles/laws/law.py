@@ -184,8 +184,7 @@ def check_contact_law(name: str, law: Any, what: str = "a contact law such as Po
 
 
 def _check_members(name: str, law: ContactLaw) -> None:
-    """Raise a ValueError where a method does not return an array like that it takes, or an attribute is of a wrong
-    kind."""
+    """Raise a ValueError where a method returns no array like that it takes, or an attribute is of a wrong kind."""
     owner = f"{name}: {type(law).__name__}"
     for attribute in ("name", "caution"):
         if not isinstance(getattr(law, attribute), str):

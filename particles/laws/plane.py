@@ -129,8 +129,7 @@ class _Line(ComputedContact):
         return rising, forces_of_steps(compliance, gap, rising)
 
     def _condensed(self, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
-        """Return the compliance of both cylinders together, m × m, m/N, and the gap between their surfaces, m numbers,
-        m."""
+        """Return the compliance of both cylinders together, m × m, m/N, and the gap between them, m numbers, m."""
         compliances: dict[Spheroid, Vector] = {}
         discs = [Spheroid(body.material, body.radius, body.radius) for body in self.cylinders]
         gap = np.zeros(1)

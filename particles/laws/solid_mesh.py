@@ -135,8 +135,7 @@ def even_eighth(bead: Sphere, spacing: float) -> Eighth:
 
 
 def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth:
-    """Return the mesh of a bead that is pressed on a circle about its pole, radius in m; cells: their size there over
-    it."""
+    """Return the mesh of a bead that is pressed on a circle about its pole, radius in m; cells: their size over it."""
     size, coarser = 0.5 * radius, 2.0 * cells
     across = _from_the_pole(bead.radius * CORNER, radius, size, coarser)
     end = 0.5 * bead.length if isinstance(bead, Cylinder) else bead.radius * CORNER

@@ -80,8 +80,7 @@ class PlateSampler:
 
 
 def mesh_sampler(mesh: Any, functions: Sampled, expansion: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
-    """Return the sampler of a plate on a mesh of scikit-fem. expansion: all degrees of freedom from those of a
-    Structure."""
+    """Return the sampler of a plate on a mesh of scikit-fem. expansion: all freedoms from those of a Structure."""
     corners = mesh.t.shape[0]
     quads = THREE_QUADS if corners == 3 else FOUR_QUADS
     places, local = np.unique(np.round(_bilinear(quads), 12), axis=0, return_inverse=True)

@@ -216,8 +216,7 @@ class MindlinFunctions:
         return mean
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """Return what reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in
-        turn."""
+        """Return what reads w, and κ in three rows, at places of the reference cell, 2 × places, cell by cell."""
         reading = self.space.sampled(places)
         along_x = sparse.kron(reading.slope_x, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
         along_y = sparse.kron(reading.slope_y, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))

@@ -69,8 +69,7 @@ class Space:
                 self.signs[np.ix_(backwards, 4 + side * (degree - 1) + odd)] = -1.0
 
     def inside(self) -> Samples:
-        """Return all cells, at the points of a quadrature that is exact for the masses of triangles and
-        parallelograms."""
+        """Return all cells, at the points of a quadrature that is exact for masses of triangles and parallelograms."""
         places, weights = get_quadrature(self.element.refdom, 2 * self.degree)
         count = self.mesh.nelements
         return self._sampled(np.arange(count), np.repeat(places[:, None], count, axis=1), weights)

@@ -71,8 +71,7 @@ def find_cells(mesh: Any, points: Vector) -> Numbers:
 
 
 def _depth(corners: Vector, points: Vector) -> Vector:
-    """Return how far inside of convex cells points lie, points × cells, in units of the cells' heights; negative
-    outside."""
+    """Return how far inside of convex cells points lie, points × cells, in cell heights; negative outside."""
     count = corners.shape[1]
     depth = np.full((len(points), corners.shape[2]), np.inf)
     for i in range(count):

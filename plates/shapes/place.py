@@ -43,8 +43,7 @@ def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> 
 
 
 def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> None:
-    """Raise a ValueError where a place, m, lies outside, on an edge that cannot move, or within a radius, m, of an
-    edge."""
+    """Raise a ValueError where a place, m, lies outside, on a fixed edge, or within a radius, m, of an edge."""
     try:
         find_cells(mesh.mesh, place[None])
     except ValueError:
