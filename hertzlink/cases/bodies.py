@@ -79,8 +79,7 @@ class Stepping(Declared):
 
 def steppers() -> list[Described]:
     """Return the steppers that are described: classes of a structure and a window."""
-    classes = [of for of in registered() if isclass(of.target) and hasattr(of.target, "free")]
-    return [of for of in classes if list(of.parameters)[:2] == [*Stepping.without]]
+    return [of for of in registered() if isclass(of.target) and tuple(of.parameters)[:2] == Stepping.without]
 
 
 class Reduction(Declared):

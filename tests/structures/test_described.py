@@ -125,6 +125,47 @@ def test_a_scheme_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) 
         hl.from_input(run.attrs["input"].replace("Lagged(order=2)", "Explicit(tolerance=None)"))
 
 
+def test_a_damping_and_a_stepper_of_ones_own_stand_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(described_module, "_ALL", dict(described_module._ALL))
+
+    @hl.described
+    class Drag(hl.damping.Viscous):
+        """A loss in proportion to mass."""
+
+        rate: Annotated[float, Quantity("1/s", "a rate", "100 1/s")]
+
+        def of_modes(self, frequencies: Any) -> Any:
+            raise NotImplementedError
+
+        def of_structure(self, structure: hl.Structure) -> hl.Structure:
+            return hl.damped(structure, hl.damping.Rayleigh(self.rate))
+
+    @hl.described
+    class Leapfrog:
+        """Central differences."""
+
+        def __init__(self, structure: hl.Structure, window: float, parts: Annotated[int, Count(2)] = 20) -> None:
+            method = hl.stepping.CentralDifference(structure, window, parts)
+            self.response, self.free, self.energies = method.response, method.free, method.energies
+
+    def run(damping: dict[str, Any], stepper: dict[str, Any]) -> Any:
+        layer = {"material": "PTFE", "length": 0.02, "radius": 9e-3}
+        bead = {"shape": "sphere", "radius": 4.76e-3, "material": "PTFE"}
+        rod = {"kind": "rod", "layers": [layer], "elements": 4, "damping": [damping], "stepper": stepper}
+        return Case(
+            {"chain": {"beads": 2, "bead": bead, "impact_speed": 0.3}, "structure": rod, "run": {"until": 2e-5}}
+        ).run()
+
+    mine = run({"kind": "drag", "rate": "2e3 1/s"}, {"kind": "leapfrog"})
+    ours = run({"kind": "rayleigh", "mass_rate": 2e3}, {"kind": "central_difference", "steps": 20})
+    assert mine.contact_force.equals(ours.contact_force)
+    assert hl.from_input(ours).run().identical(ours)
+    with pytest.raises(ValueError, match=r"structure\.stepper\.parts: 1 must be at least 2"):
+        run({"kind": "drag", "rate": 2e3}, {"kind": "leapfrog", "parts": 1})
+    with pytest.raises(ValueError, match=r"structure\.damping\[0\]\.rate: -1\.0 must be a positive number of 1/s"):
+        run({"kind": "drag", "rate": -1.0}, {"kind": "leapfrog"})
+
+
 def test_all_kinds_are_different() -> None:
     tables = [one.kind for one in ours() if one.makes is hl.Structure]
     assert len(tables) == len(set(tables))
