@@ -245,6 +245,10 @@ WRONG_BALLS = [
 ]
 
 WRONG_PLATES = [
+    ('thickness = "2 mm"', 'wall = { bending = [[1.0]] }', 10, "structure.wall.shear: is missing; give two rows of two numbers, N/m"),
+    ('thickness = "2 mm"', 'wall = { plies = [], thickness = "2 mm" }', 10, "structure.wall.thickness: is no entry here; must be one of plies, surface"),
+    ('thickness = "2 mm"', 'wall = { plies = [{ material = "PTFE", thickness = "1 kg" }] }', 10, 'structure.wall.plies[0].thickness: "1 kg": "kg" is no unit'),
+    ('thickness = "2 mm"', 'wall = { plies = [{ material = "PTFE", thickness = "1 mm" }], surface = "PTFF" }', 10, 'structure.wall.surface: "PTFF" is no material; did you mean PTFE?'),
     ('"aluminium 6061"', '"alumnium 6061"', 11, 'structure.material: "alumnium 6061" is no material; did you mean aluminium 6061?'),
     ('left = "clamped"', 'left = "glued"', 12, 'structure.supports.left: "glued" is not possible; must be one of clamped, simple'),
     ('left = "clamped"', "left = 3", 12, 'structure.supports.left: 3 must be "clamped", "simple"'),

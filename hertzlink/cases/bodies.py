@@ -42,7 +42,7 @@ class LinearSolid(Declared):
     """Zener's standard linear solid, in a structure of all of it or of one layer."""
 
     layer: Annotated[int, Field(ge=0)] | None = Field(
-        None, description="of a structure: the layer, or material, counted from 0"
+        None, description="the layer, or material, of a structure, counted from 0"
     )
 
     def make(self, world: World) -> StandardLinearSolid:

@@ -68,13 +68,14 @@ WALLS = {"plies": described_by(Laminate), "bending": described_by(Section)}
 
 
 def _wall(given: Any) -> str | None:
-    if isinstance(given, dict):
-        return "bending" if "bending" in given else "plies"
-    return next((name for name in WALLS if isinstance(given, Part) and name in type(given).model_fields), None)
+    entries = type(given).model_fields if isinstance(given, Part) else given
+    return WALLS["bending" if "bending" in entries else "plies"].kind if isinstance(entries, dict) else None
 
 
+# A tag that is also the name of an entry would stand in the paths of messages.
 Wall: Any = Annotated[
-    Annotated[table_of(WALLS["plies"]), Tag("plies")] | Annotated[table_of(WALLS["bending"]), Tag("bending")],
+    Annotated[table_of(WALLS["plies"]), Tag(WALLS["plies"].kind)]
+    | Annotated[table_of(WALLS["bending"]), Tag(WALLS["bending"].kind)],
     forms(_wall, "must be a table with plies, or with bending, shear, mass, rotary_inertia, thickness and struck"),
 ]
 
