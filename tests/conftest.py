@@ -1,6 +1,5 @@
 """Hypothesis draws the same examples each time: everything random has a seed."""
 
-import gc
 import os
 from collections import Counter
 from collections.abc import Iterator
@@ -10,9 +9,6 @@ from hypothesis import settings
 
 # Tests run in one process for each core; threads of linear algebra would wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-# Thousands of tests are thousands of objects, which Python would look through all the time.
-gc.set_threshold(100_000, 20, 100)
 
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
