@@ -68,9 +68,10 @@ class Described:
     def parameters(self) -> dict[str, Parameter]:
         """Its parameters by name."""
         is_class = inspect.isclass(self.target)
-        hints = _hints(self.target)
-        signature = inspect.signature(self.target.__init__ if is_class else self.target)
-        arguments = list(signature.parameters.values())[is_class:]
+        # Wrappers for users have signatures without notes.
+        call = inspect.unwrap(self.target.__init__ if is_class else self.target)
+        hints = {**_hints(call), **_hints(self.target)}
+        arguments = list(inspect.signature(call).parameters.values())[is_class:]
         of = {argument.name: hints.get(argument.name, argument.annotation) for argument in arguments}
         return {
             argument.name: Parameter(

@@ -18,7 +18,6 @@ from structures.material import Material
 Length = Annotated[float, Unit.noted(quantities.Length)]
 Duration = Annotated[float, Unit.noted(quantities.Time)]
 Frequency = Annotated[float, Unit.noted(quantities.Frequency)]
-Force = Annotated[float, Unit.noted(quantities.Force)]
 Number = Annotated[float, Unit("", "a number", "0.02")]
 
 
