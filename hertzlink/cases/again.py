@@ -22,11 +22,11 @@ def case_again(file: Path) -> tuple[str, str]:
     data = read_netcdf(file)
     if "case" in data.attrs:
         return str(data.attrs["case"]), str(data.attrs.get(TRACE, ""))
-    given = _input(data)
+    inputs = _input(data)
     if "verdict" in data:
         raise CaseError(f"{file}: is an identification made in Python, which has no case; `hertzlink new identify`")
-    if "study" in given:
-        name = given["study"]
+    if "study" in inputs:
+        name = inputs["study"]
         raise CaseError(f"{file}: is a study, which has no case; `hertzlink study {name}` repeats it")
     try:
         return from_input(data).to_toml(), ""
@@ -36,7 +36,7 @@ def case_again(file: Path) -> tuple[str, str]:
 
 def _input(data: xr.Dataset) -> dict[str, Any]:
     try:
-        found = json.loads(str(data.attrs.get("input", "{}")))
+        inputs = json.loads(str(data.attrs.get("input", "{}")))
     except ValueError:
         return {}
-    return found if isinstance(found, dict) else {}
+    return inputs if isinstance(inputs, dict) else {}

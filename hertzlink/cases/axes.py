@@ -53,7 +53,7 @@ class Axis:
     @property
     def is_number(self) -> bool:
         """True if the values are numbers."""
-        return all(isinstance(one, int | float) for one in self.values)
+        return all(isinstance(value, int | float) for value in self.values)
 
     def shown(self, value: Any) -> str:
         """Return a value in the unit of tables."""
@@ -70,9 +70,9 @@ class Axis:
 
 def axes_of(case: Case) -> list[Axis]:
     """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
-    given = case.model.sweep or {}
+    sweep_of_case = case.model.sweep or {}
     axes: list[Axis] = []
-    for key, entry in given.items():
+    for key, entry in sweep_of_case.items():
         path = path_of(key, ("sweep", key))
         if any(axis.path == path for axis in axes):
             raise Fault(("sweep", key), "is given twice")
@@ -80,9 +80,9 @@ def axes_of(case: Case) -> list[Axis]:
         texts = [*(case.data["sweep"][key] if isinstance(entry, list) else case.data["sweep"][key].values())]
         unit, size, si = unit_at(case, path, values[0], texts)
         axes.append(Axis(path, _name(path, axes), values, unit, size, si, words_of(case, path)))
-    if (count := prod(len(one.values) for one in axes)) > MOST_POINTS:
+    if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
         raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
-    return sorted(axes, key=lambda one: one.path[0] == "chain")
+    return sorted(axes, key=lambda axis: axis.path[0] == "chain")
 
 
 def path_of(key: str, place: Path) -> Path:
@@ -96,20 +96,20 @@ def path_of(key: str, place: Path) -> Path:
     return path
 
 
-def si_value(case: Case, path: Path, given: Any, place: Path) -> Any:
+def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
     """Return the value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
-    if not isinstance(given, int | float | str) or isinstance(given, bool):
-        raise Fault(place, f"{shown(given)} must be a number or a text")
+    if not isinstance(value, int | float | str) or isinstance(value, bool):
+        raise Fault(place, f"{shown(value)} must be a number or a text")
     changed = case.changed({})
     try:
-        put(changed.data, path, given)
-        found = value_at(checked(changed.data), path)
+        put(changed.data, path, value)
+        si = value_at(checked(changed.data), path)
     except Fault as fault:
         reason = fault.reason if fault.path == path else f"makes {written(fault.path)}: {fault.reason}"
         raise Fault(place, reason) from None
     except ValueError as error:
         raise Fault(place, str(error)) from None
-    return found if isinstance(found, int | float | str) else given
+    return si if isinstance(si, int | float | str) else value
 
 
 def unit_at(case: Case, path: Path, value: Any, texts: Iterable[Any]) -> tuple[str, float, str]:
@@ -122,50 +122,52 @@ def unit_at(case: Case, path: Path, value: Any, texts: Iterable[Any]) -> tuple[s
         if isinstance(at, BaseModel):
             notes = notes_of(type(at).model_fields[str(part)])
         at = value_at(at, (part,))
-    own = [one.unit for one in notes if isinstance(one, Unit)]
-    if not own or not own[0]:
+    units = [note.unit for note in notes if isinstance(note, Unit)]
+    if not units or not units[0]:
         return "", 1.0, ""
     for text in texts:
-        found = NUMBER.fullmatch(text) if isinstance(text, str) else None
-        if found and found[2]:
-            return found[2], float(factor(found[2], own[0])), own[0]
-    return own[0], 1.0, own[0]
+        match = NUMBER.fullmatch(text) if isinstance(text, str) else None
+        if match and match[2]:
+            return match[2], float(factor(match[2], units[0])), units[0]
+    return units[0], 1.0, units[0]
 
 
-def _values(case: Case, path: Path, key: str, given: list[Any]) -> list[Any]:
-    values = [si_value(case, path, one, ("sweep", key, i)) for i, one in enumerate(given)]
-    for i, one in enumerate(values):
-        if one in values[:i]:
-            raise Fault(("sweep", key, i), f"{shown(given[i])} is given twice")
+def _values(case: Case, path: Path, key: str, listed_values: list[Any]) -> list[Any]:
+    values = [si_value(case, path, entry, ("sweep", key, i)) for i, entry in enumerate(listed_values)]
+    for i, value in enumerate(values):
+        if value in values[:i]:
+            raise Fault(("sweep", key, i), f"{shown(listed_values[i])} is given twice")
     return values
 
 
-def _steps(case: Case, path: Path, key: str, given: Steps) -> list[Any]:
+def _steps(case: Case, path: Path, key: str, steps_given: Steps) -> list[Any]:
     """Return evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
-    if (given.step is None) == (given.count is None):
+    if (steps_given.step is None) == (steps_given.count is None):
         raise Fault(("sweep", key), 'needs a step, such as step = "10 mm", or else a count')
-    ends = {name: si_value(case, path, one, ("sweep", key, name)) for name, one in
-            (("from", given.start), ("to", given.end))}  # fmt: skip
-    whole = all(isinstance(one, int) for one in ends.values())
-    for name, one in ends.items():
-        if not isinstance(one, int | float):
-            raise Fault(("sweep", key, name), f"{shown(one)} must be a number; list the values instead")
-    start, end = (Decimal(repr(one)) for one in ends.values())
+    ends = {name: si_value(case, path, end, ("sweep", key, name)) for name, end in
+            (("from", steps_given.start), ("to", steps_given.end))}  # fmt: skip
+    integral = all(isinstance(end, int) for end in ends.values())
+    for name, bound in ends.items():
+        if not isinstance(bound, int | float):
+            raise Fault(("sweep", key, name), f"{shown(bound)} must be a number; list the values instead")
+    start, end = (Decimal(repr(end)) for end in ends.values())
     if end <= start:
-        raise Fault(("sweep", key, "to"), f"{shown(given.end)} must be above the first value")
-    if given.count is not None:
-        values = [start + (end - start) * i / (given.count - 1) for i in range(given.count)]
+        raise Fault(("sweep", key, "to"), f"{shown(steps_given.end)} must be above the first value")
+    if steps_given.count is not None:
+        values = [start + (end - start) * i / (steps_given.count - 1) for i in range(steps_given.count)]
     else:
-        step = si_value(case, path, given.step, ("sweep", key, "step"))
+        step = si_value(case, path, steps_given.step, ("sweep", key, "step"))
         if not isinstance(step, int | float) or step <= 0:
-            raise Fault(("sweep", key, "step"), f"{shown(given.step)} must be positive")
+            raise Fault(("sweep", key, "step"), f"{shown(steps_given.step)} must be positive")
         count = floor((end - start) / Decimal(repr(step)) * Decimal("1.000000001"))
         if count >= MOST_POINTS:
-            raise Fault(("sweep", key, "step"), f"{shown(given.step)} makes {count + 1} values; at most {MOST_POINTS}")
+            raise Fault(
+                ("sweep", key, "step"), f"{shown(steps_given.step)} makes {count + 1} values; at most {MOST_POINTS}"
+            )
         values = [start + i * Decimal(repr(step)) for i in range(count + 1)]
-    if whole and all(one == int(one) for one in values):
-        return [int(one) for one in values]
-    return [float(one) for one in values]
+    if integral and all(value == int(value) for value in values):
+        return [int(value) for value in values]
+    return [float(value) for value in values]
 
 
 def words_of(case: Case, path: Path) -> str:
@@ -193,6 +195,6 @@ def _label(path: Path) -> str:
 def _name(path: Path, earlier: Iterable[Axis]) -> str:
     """Return a short name for an axis, which no other has."""
     name = _label(path)
-    if name in OWN_NAMES or name in {one.name for one in earlier}:
+    if name in OWN_NAMES or name in {axis.name for axis in earlier}:
         return re.sub(r"\W+", "_", written(path)).strip("_")
     return name

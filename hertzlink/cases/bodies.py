@@ -71,10 +71,10 @@ class Stepping(Declared):
 
     def make(self, world: World) -> Any:
         """Return the name of a stepper, or a function of a structure and a window."""
-        given, target = self.arguments(world), self.of.target
-        self.of.checked(given, self.of.name)
+        arguments, target = self.arguments(world), self.of.target
+        self.of.checked(arguments, self.of.name)
         names = {stepper: name for name, stepper in STEPPERS.items()}
-        return partial(target, **given) if given else names.get(target, target)
+        return partial(target, **arguments) if arguments else names.get(target, target)
 
 
 def steppers() -> list[Described]:
@@ -93,10 +93,10 @@ class Reduction(Declared):
         until: float | None
 
 
-def _reduced(given: Any) -> str | None:
-    if isinstance(given, bool):
+def _reduced(value: Any) -> str | None:
+    if isinstance(value, bool):
         return "yes or no"
-    return "settings" if isinstance(given, dict | Reduction) else None
+    return "settings" if isinstance(value, dict | Reduction) else None
 
 
 Reduce: Any = Annotated[
@@ -150,11 +150,11 @@ class Built(Declared, Body):
         return 2 if getattr(self, "base", "") == "contact" else 1
 
     @classmethod
-    def entries(cls, given: Mapping[str, Any]) -> Data:
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
         """Return the entries from the origin of a structure; raise a ValueError for what no case can hold."""
-        if "opening" in given:
+        if "opening" in inputs:
             raise refused("structure.opening", "gaps that are neither cracks of a rod nor delaminations of a plate")
-        return fields_of(given, cls.of, "structure")
+        return fields_of(inputs, cls.of, "structure")
 
 
 class Crack(Declared):
@@ -178,26 +178,26 @@ class Rod(Built):
 
     def arguments(self, world: World) -> Data:
         return super().arguments(world) | {
-            "cracks": [made(one, world, ("cracks", i)) for i, one in enumerate(self.cracks)]
+            "cracks": [made(crack, world, ("cracks", i)) for i, crack in enumerate(self.cracks)]
         }
 
     def in_time(self, structure: Structure) -> Any:
-        cracks = sorted(self.cracks, key=lambda one: one.after)
-        gaps = [[getattr(one, name) for one in cracks] for name in GAP.parameters]
+        cracks = sorted(self.cracks, key=lambda crack: crack.after)
+        gaps = [[getattr(crack, name) for crack in cracks] for name in GAP.parameters]
         return Closing(structure, *gaps) if cracks else structure
 
     @classmethod
-    def entries(cls, given: Mapping[str, Any]) -> Data:
-        counts = set(given["elements"])
-        rest = {name: given[name] for name in ("layers", "base")}
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
+        counts = set(inputs["elements"])
+        rest = {name: inputs[name] for name in ("layers", "base")}
         data = super().entries(rest | ({"elements": counts.pop()} if len(counts) == 1 else {}))
-        if "cracks" in given:
-            if "opening" not in given:
+        if "cracks" in inputs:
+            if "opening" not in inputs:
                 raise refused("structure.cracks", "cracks that nothing closes")
-            gaps = zip(given["cracks"], *(given[name] for name in GAP.parameters), strict=True)
+            gaps = zip(inputs["cracks"], *(inputs[name] for name in GAP.parameters), strict=True)
             data["cracks"] = [{"after": i, **dict(zip(GAP.parameters, gap, strict=True))} for i, *gap in gaps]
-        elif "opening" in given:
-            super().entries(given)
+        elif "opening" in inputs:
+            super().entries(inputs)
         return data
 
 
@@ -217,10 +217,10 @@ class Solid(Built):
     """A body from a mesh file, of one material."""
 
     @classmethod
-    def entries(cls, given: Mapping[str, Any]) -> Data:
-        if given["mesh"] == "meshio.Mesh" or len(given["materials"]) != 1:
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
+        if inputs["mesh"] == "meshio.Mesh" or len(inputs["materials"]) != 1:
             raise refused("structure.mesh", "a mesh in memory, or of several materials")
-        return super().entries({**given, "material": given["materials"][0]})
+        return super().entries({**inputs, "material": inputs["materials"][0]})
 
 
 SPECIAL.update({
@@ -230,5 +230,5 @@ SPECIAL.update({
 
 def structure_tables() -> list[type[Built]]:
     """Return the tables of all structures that are described."""
-    built = [one for one in (*of_family(Structure), *of_family(Plate)) if one.builds]
+    built = [built_in for built_in in (*of_family(Structure), *of_family(Plate)) if built_in.builds]
     return tables_of(built, "kind", Built)  # type: ignore[return-value]

@@ -22,22 +22,22 @@ from structures.reduction import reduce
 from structures.structure import Structure
 from structures.unmeshed import is_unmeshed
 
-KEPT = 8
+STORED = 8
 """Structures that are kept for the next run: those of a sweep often differ in the chain alone."""
 
-_KEPT: OrderedDict[str, Any] = OrderedDict()
+_STRUCTURES: OrderedDict[str, Any] = OrderedDict()
 
 
 def world_of(model: CaseModel, folder: File) -> World:
     """Return the materials, the folder and the record of a case."""
-    own: dict[str, Material] = {}
+    materials: dict[str, Material] = {}
     sheets: dict[str, OrthotropicMaterial] = {}
-    for name, one in model.materials.items():
-        material = made(one, World(own), ("materials", name))
+    for name, material_part in model.materials.items():
+        material = made(material_part, World(materials), ("materials", name))
         # The name under which the user knows it, not that of the material it is like.
-        material = material if one.name else replace(material, name=name)
-        (sheets if isinstance(material, OrthotropicMaterial) else own)[name] = material
-    return World(own, folder, model.run.until, sheets)
+        material = material if material_part.name else replace(material, name=name)
+        (sheets if isinstance(material, OrthotropicMaterial) else materials)[name] = material
+    return World(materials, folder, model.run.until, sheets)
 
 
 def simulation_of(
@@ -45,11 +45,11 @@ def simulation_of(
 ) -> CoSimulation:
     """Return the co-simulation of a case. structures: those that are known already, by "structure" and "behind"."""
     world = world_of(model, folder)
-    known = dict(structures or {})
+    described = dict(structures or {})
     many = isinstance(model.chain, list)
     paths: list[Path] = [("chain", i) for i in range(len(model.chains))] if many else [("chain",)]
     chains = [made(part, world, path) for part, path in zip(model.chains, paths, strict=True)]
-    bodies = Bodies(model, world, known)
+    bodies = Bodies(model, world, described)
     facing = [bodies.facing(i, path) for i, path in enumerate(paths)]
     behind = [bodies.behind(i, path) for i, path in enumerate(paths)]
     settings = made(model.run, world, ("run",))
@@ -63,8 +63,8 @@ def simulation_of(
 class Bodies:
     """The structures of a case, each built once, and the points that chains face."""
 
-    def __init__(self, model: CaseModel, world: World, known: dict[str, Any]) -> None:
-        self._model, self._world, self._known = model, world, known
+    def __init__(self, model: CaseModel, world: World, structures: dict[str, Any]) -> None:
+        self._model, self._world, self._known = model, world, structures
         self._taken: set[tuple[int, int]] = set()
         many = isinstance(model.structure, list)
         self._parts: list[Body] = [*model.structure] if isinstance(model.structure, list) else [model.structure]
@@ -80,13 +80,13 @@ class Bodies:
         if len(self._parts) not in (1, count):
             hint = f"is missing; there are {len(self._parts)} structures, so give one, such as {{ structure = 0 }}"
             raise Fault((*path, "on"), hint)
-        own = number if len(self._parts) == count else 0
-        points = self._parts[own].contacts
+        index = number if len(self._parts) == count else 0
+        points = self._parts[index].contacts
         if points > 1 and (len(self._parts) > 1 or count != points):
             hint = f"is missing; the structure has {points} contact points, so give one, such as {{ point = 0 }}"
             raise Fault((*path, "on"), hint)
         shared = len(self._parts) == 1 and count > 1
-        return self._at(own, number if shared else 0, (*path, "on"))
+        return self._at(index, number if shared else 0, (*path, "on"))
 
     def behind(self, number: int, path: Path) -> Any:
         """Return what the first bead of a chain faces with its struck side."""
@@ -132,17 +132,17 @@ def _fault(message: str, model: CaseModel) -> Fault:
 
 def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
     """Return the structure, reduced where it is large; the last ones are kept."""
-    own = sorted(world.materials.items()), sorted(world.sheets.items())
+    materials = sorted(world.materials.items()), sorted(world.sheets.items())
     # Two equal structures of one case are two bodies.
-    key = "\n".join(map(repr, (path, body, run.until, run.reduce, own)))
+    key = "\n".join(map(repr, (path, body, run.until, run.reduce, materials)))
     if getattr(body, "mesh", None) is not None or is_unmeshed():
         return _structure(body, run, world, path)
-    if key not in _KEPT:
-        _KEPT[key] = _structure(body, run, world, path)
-        while len(_KEPT) > KEPT:
-            _KEPT.popitem(last=False)
-    _KEPT.move_to_end(key)
-    return _KEPT[key]
+    if key not in _STRUCTURES:
+        _STRUCTURES[key] = _structure(body, run, world, path)
+        while len(_STRUCTURES) > STORED:
+            _STRUCTURES.popitem(last=False)
+    _STRUCTURES.move_to_end(key)
+    return _STRUCTURES[key]
 
 
 def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
@@ -151,8 +151,8 @@ def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
         return structure
     structure = _damped(body, structure, world, path, early=True)
     if body.stepper is None:
-        own = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
-        structure = reduced(structure, own, ("run",) if body.reduce is None else path)
+        run_of_body = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
+        structure = reduced(structure, run_of_body, ("run",) if body.reduce is None else path)
     structure = _damped(body, structure, world, path, early=False)
     moving = located(body, path, partial(body.in_time, structure))
     if body.stepper is None:
@@ -166,9 +166,9 @@ def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
 
 def _damped(body: Built, structure: Structure, world: World, path: Path, early: bool) -> Structure:
     """The structure with the dampings that act before it is reduced, or after."""
-    for i, one in enumerate(body.damping):
-        if is_early(one) == early:
-            structure = located(one, (*path, "damping", i), partial(damped, one, structure, world))
+    for i, damping in enumerate(body.damping):
+        if is_early(damping) == early:
+            structure = located(damping, (*path, "damping", i), partial(damped, damping, structure, world))
     return structure
 
 
@@ -176,15 +176,15 @@ def reduced(structure: Structure, run: RunPart, path: Path) -> Structure:
     """Return the structure as `[run] reduce` wants it; small ones stay as they are."""
     if run.reduce is False or is_unmeshed() or not structure.size:
         return structure
-    own = run.reduce if isinstance(run.reduce, Reduction) else None
-    if own is None and (structure.valid_until < float("inf") or _compact(structure)):
+    reduction = run.reduce if isinstance(run.reduce, Reduction) else None
+    if reduction is None and (structure.valid_until < float("inf") or _compact(structure)):
         return structure
-    settings = {"until": run.until, **({} if own is None else own.given())}
+    settings = {"until": run.until, **({} if reduction is None else reduction.given())}
     try:
         return reduce(structure, **settings)
     except ValueError as error:
         names: dict[str, Path] = {name: (*path, "reduce", name) for name in settings}
-        if own is None or own.until is None:
+        if reduction is None or reduction.until is None:
             names["until"] = ("run", "until")
         fault = fault_of(str(error), names)
         raise (fault if fault.path else Fault((*path, "reduce"), str(error))) from error

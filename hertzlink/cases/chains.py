@@ -52,13 +52,13 @@ def chain_table() -> type["ChainPart"]:
     bead: Any = union_of(Bead)
     numerical = table_of(described_by(computed_law), base=NumericalLaw)
     laws = union([*tables_of([*members(ContactLaw), *members(YieldingLaw)]), numerical])
-    known = ChainPart.model_fields
+    model_fields = ChainPart.model_fields
     base: type[ChainPart] = create_model(
         "ChainPart",
         __base__=ChainPart,
         __doc__=ChainPart.__doc__,
-        beads=(_beads(bead), known["beads"]),
-        bead=(bead | None, known["bead"]),
+        beads=(_beads(bead), model_fields["beads"]),
+        bead=(bead | None, model_fields["bead"]),
         striker=(_striker(bead, union_of(Excitation)), "bead"),
         law=(laws | None, None),
     )
@@ -66,11 +66,11 @@ def chain_table() -> type["ChainPart"]:
     return table_of(CHAIN, base=base)  # type: ignore[return-value]
 
 
-def _what_strikes(given: Any) -> str | None:
-    if isinstance(given, str):
+def _what_strikes(value: Any) -> str | None:
+    if isinstance(value, str):
         return "word"
-    if isinstance(given, dict | Part):
-        has_kind = "kind" in given if isinstance(given, dict) else hasattr(given, "kind")
+    if isinstance(value, dict | Part):
+        has_kind = "kind" in value if isinstance(value, dict) else hasattr(value, "kind")
         return "moved" if has_kind else "body"
     return None
 
@@ -82,10 +82,10 @@ def _striker(bead: Any, moved: Any) -> Any:
     ]
 
 
-def _how_many(given: Any) -> str | None:
-    if isinstance(given, int) and not isinstance(given, bool):
+def _how_many(value: Any) -> str | None:
+    if isinstance(value, int) and not isinstance(value, bool):
         return "count"
-    return "list" if isinstance(given, list) else None
+    return "list" if isinstance(value, list) else None
 
 
 def _beads(bead: Any) -> Any:
@@ -134,15 +134,15 @@ class ChainPart(Declared):
         beads = self._row(world, bead)
         if self.damping is not None and self.modes is None:
             raise Fault(("damping",), "acts inside beads that deform; give modes as well, such as modes = 8")
-        given = self.arguments(world)
+        arguments = self.arguments(world)
         striker = self._striker(world, bead or beads[0])
-        given |= {"impact_speed": self._speed(), "law": self._law(world, beads, striker)}
-        return (Chain if self.modes is None else DeformableChain)(beads, striker, **given)
+        arguments |= {"impact_speed": self._speed(), "law": self._law(world, beads, striker)}
+        return (Chain if self.modes is None else DeformableChain)(beads, striker, **arguments)
 
     @property
     def count(self) -> int:
         """The number of beads."""
-        beads = self.beads if isinstance(self.beads, int) else sum(one.count for one in self.beads)
+        beads = self.beads if isinstance(self.beads, int) else sum(bead.count for bead in self.beads)
         return beads * self.repeat
 
     def _law(self, world: World, beads: list[Bead], striker: Bead | Excitation | None) -> Any:
@@ -161,12 +161,12 @@ class ChainPart(Declared):
             row = [bead] * self.beads
         else:
             row = []
-            known: dict[Counted, Bead] = {}
-            for i, one in enumerate(self.beads):
-                alike = one.model_copy(update={"count": 1})
-                if alike not in known:
-                    known[alike] = bead if alike == self.bead and bead else made(one, world, ("beads", i))
-                row += [known[alike]] * one.count
+            beads_by_part: dict[Counted, Bead] = {}
+            for i, part in enumerate(self.beads):
+                alike = part.model_copy(update={"count": 1})
+                if alike not in beads_by_part:
+                    beads_by_part[alike] = bead if alike == self.bead and bead else made(part, world, ("beads", i))
+                row += [beads_by_part[alike]] * part.count
         if len(row) * self.repeat > MOST_BEADS:
             raise Fault(("repeat",), f"{self.repeat} makes {len(row) * self.repeat} beads; at most {MOST_BEADS}")
         return row * self.repeat
@@ -174,8 +174,8 @@ class ChainPart(Declared):
     def _striker(self, world: World, bead: Bead) -> Bead | Excitation | None:
         if isinstance(self.striker, str):
             return bead if self.striker == "bead" else None
-        found: Bead | Excitation = made(self.striker, replace(world, bead=bead), ("striker",))
-        return found
+        striker: Bead | Excitation = made(self.striker, replace(world, bead=bead), ("striker",))
+        return striker
 
     def _speed(self) -> float | None:
         if self.drop_height is not None:

@@ -24,11 +24,13 @@ FIRST = ("extra_forbidden", "case", "form")
 
 def checked(data: Mapping[str, Any]) -> CaseModel:
     """Return the case that data mean; a Fault for the first entry that is wrong."""
-    own = data.get("materials")
+    materials = data.get("materials")
     try:
-        return case_model().model_validate(data, context={"materials": own if isinstance(own, dict) else {}})
+        return case_model().model_validate(
+            data, context={"materials": materials if isinstance(materials, dict) else {}}
+        )
     except ValidationError as error:
-        faults = sorted(error.errors(include_url=False), key=lambda one: one["type"] not in FIRST)
+        faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] not in FIRST)
         raise _fault(faults[0], data) from None
 
 
@@ -40,33 +42,35 @@ def value_at(model: Any, path: Path) -> Any:
 
 
 def _fault(error: ErrorDetails, data: Any) -> Fault:
-    loc, kind, given = error["loc"], error["type"], error.get("input")
+    loc, kind, value = error["loc"], error["type"], error.get("input")
     context: Mapping[str, Any] = error.get("ctx", {})
     path = _path(loc, data, kind in ("missing", "extra_forbidden"))
     if kind == "case":
         return Fault(path, str(context["message"]))
     if kind == "form":
-        return Fault(path, f"{shown(given)} {error['msg']}")
+        return Fault(path, f"{shown(value)} {error['msg']}")
     if kind == "missing":
         return Fault(path, f"is missing; {_hint(loc)}")
     if kind == "extra_forbidden":
         model = _type_at(loc[:-1])
-        names = [one.alias or name for name, one in model.model_fields.items()] if model else []
+        names = [field.alias or name for name, field in model.model_fields.items()] if model else []
         return Fault(path, f"is no entry here; {nearest(loc[-1], names, 20)}")
     if kind == "literal_error":
-        choices = _choices(loc) or [one.strip(" '") for one in str(context["expected"]).replace(" or ", ",").split(",")]
-        return Fault(path, f"{shown(given)} is not possible; {nearest(given, choices)}")
+        choices = _choices(loc) or [
+            choice.strip(" '") for choice in str(context["expected"]).replace(" or ", ",").split(",")
+        ]
+        return Fault(path, f"{shown(value)} is not possible; {nearest(value, choices)}")
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         name = str(context["discriminator"]).strip("'")
         choices = _tags(_annotation_at(loc), name)
         if kind == "union_tag_not_found":
             return Fault((*path, name), f"is missing; {nearest('', choices, 20)}")
         near = nearest(context["tag"], choices, 20)
-        own = "one of your own needs --with FILE.py that describes it"
-        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {near}; {own}')
-    if isinstance(given, str) and path and given in _tags(_annotation_at(loc), "kind"):
-        return Fault(path, f'"{given}" must be a table; write {path[-1]} = {{ kind = "{given}" }}')
-    return Fault(path, f"{shown(given)} {_wrong_type(kind, context, error['msg'])}{_example(loc)}")
+        cure = "one of your own needs --with FILE.py that describes it"
+        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {near}; {cure}')
+    if isinstance(value, str) and path and value in _tags(_annotation_at(loc), "kind"):
+        return Fault(path, f'"{value}" must be a table; write {path[-1]} = {{ kind = "{value}" }}')
+    return Fault(path, f"{shown(value)} {_wrong_type(kind, context, error['msg'])}{_example(loc)}")
 
 
 def _wrong_type(kind: str, context: Mapping[str, Any], message: str) -> str:
@@ -91,20 +95,20 @@ def _wrong_type(kind: str, context: Mapping[str, Any], message: str) -> str:
 
 def _path(loc: Sequence[str | int], data: Any, keep_last: bool) -> Path:
     """Return the path of an entry, without the names that pydantic gives to the members of a union."""
-    found: list[str | int] = []
+    parts: list[str | int] = []
     for i, part in enumerate(loc):
         inside = part in data if isinstance(data, dict) else isinstance(data, list) and isinstance(part, int)
         if inside and (isinstance(data, dict) or (isinstance(part, int) and part < len(data))):
             data = data[part]
-            found.append(part)
+            parts.append(part)
         elif keep_last and i + 1 == len(loc):
-            found.append(part)
-    return tuple(found)
+            parts.append(part)
+    return tuple(parts)
 
 
 def _hint(loc: Sequence[str | int]) -> str:
     model = _type_at(loc[:-1])
-    names = {one.alias or name: name for name, one in model.model_fields.items()} if model else {}
+    names = {field.alias or name: name for name, field in model.model_fields.items()} if model else {}
     return hint_of(model, names[str(loc[-1])]) if model and loc[-1] in names else "give it"
 
 
@@ -118,15 +122,15 @@ def _example(loc: Sequence[str | int]) -> str:
 
 def _type_at(loc: Sequence[str | int]) -> type[BaseModel] | None:
     """Return the model of the table at a place of pydantic's."""
-    found = _plain(_annotation_at(loc))
-    return found if isinstance(found, type) and issubclass(found, BaseModel) else None
+    kind = _plain(_annotation_at(loc))
+    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
 
 
 def _annotation_at(loc: Sequence[str | int]) -> Any:
-    found: Any = case_model()
+    annotation: Any = case_model()
     for part in loc:
-        found = _inner(found, part)
-    return found
+        annotation = _inner(annotation, part)
+    return annotation
 
 
 def _plain(annotation: Any) -> Any:
@@ -135,7 +139,7 @@ def _plain(annotation: Any) -> Any:
         if get_origin(annotation) is Annotated:
             annotation = get_args(annotation)[0]
         elif get_origin(annotation) in (Union, UnionType):
-            members = [one for one in get_args(annotation) if one is not NoneType]
+            members = [member for member in get_args(annotation) if member is not NoneType]
             if len(members) > 1:
                 return annotation
             annotation = members[0]
@@ -148,25 +152,25 @@ def _members(annotation: Any) -> list[Any]:
     plain = _plain(annotation)
     if get_origin(plain) not in (Union, UnionType):
         return [annotation]
-    found: list[Any] = []
-    for one in get_args(plain):
-        tagged = get_origin(one) is Annotated and any(isinstance(note, Tag) for note in get_args(one)[1:])
-        found += [one] if tagged else [inner for inner in _members(one) if inner is not NoneType]
-    return found
+    members: list[Any] = []
+    for member in get_args(plain):
+        tagged = get_origin(member) is Annotated and any(isinstance(note, Tag) for note in get_args(member)[1:])
+        members += [member] if tagged else [inner for inner in _members(member) if inner is not NoneType]
+    return members
 
 
 def _inner(annotation: Any, part: str | int) -> Any:
     plain = _plain(annotation)
     if get_origin(plain) in (Union, UnionType):
-        for one in _members(plain):
-            notes = get_args(one)[1:] if get_origin(one) is Annotated else ()
-            if any(isinstance(note, Tag) and note.tag == part for note in notes) or part in _kinds(_plain(one)):
-                return one
+        for member in _members(plain):
+            notes = get_args(member)[1:] if get_origin(member) is Annotated else ()
+            if any(isinstance(note, Tag) and note.tag == part for note in notes) or part in _kinds(_plain(member)):
+                return member
         return None
     if isinstance(plain, type) and issubclass(plain, BaseModel):
-        for name, one in plain.model_fields.items():
-            if part in (name, one.alias):
-                return one.annotation
+        for name, member in plain.model_fields.items():
+            if part in (name, member.alias):
+                return member.annotation
         return None
     if get_origin(plain) is list:
         return get_args(plain)[0]
@@ -180,9 +184,9 @@ def _kinds(model: Any) -> list[str]:
 
 
 def _tags(annotation: Any, name: str) -> list[str]:
-    return [word for one in _members(annotation) for word in _kinds(_plain(one))]
+    return [word for member in _members(annotation) for word in _kinds(_plain(member))]
 
 
 def _choices(loc: Sequence[str | int]) -> list[str]:
-    found = _plain(_annotation_at(loc))
-    return [str(one) for one in get_args(found)] if get_origin(found) is Literal else []
+    annotation = _plain(_annotation_at(loc))
+    return [str(choice) for choice in get_args(annotation)] if get_origin(annotation) is Literal else []

@@ -85,13 +85,13 @@ class Declared(Part):
 
     def arguments(self, world: World) -> Data:
         """Return the arguments that the entries mean."""
-        given = self.given()
+        entries = self.given()
         if isinstance(self, Round):
-            given["radius"] = self.its_radius()
+            entries["radius"] = self.its_radius()
         if "until" in self.of.parameters:
-            given.setdefault("until", world.until)  # a structure that serves runs of a limited length
-        forms = {name: form for name, form in forms_of(self.of).items() if name in given and name not in self.apart}
-        return {name: form.build(given[name], world, (name,)) for name, form in forms.items()}
+            entries.setdefault("until", world.until)  # a structure that serves runs of a limited length
+        forms = {name: form for name, form in forms_of(self.of).items() if name in entries and name not in self.apart}
+        return {name: form.build(entries[name], world, (name,)) for name, form in forms.items()}
 
 
 class Counted(Declared):
@@ -106,7 +106,7 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
     addition."""
     fields: dict[str, Any] = {tag: (Literal[(of.kind, *of.also)], ...)} if tag else {}
     hidden = {*base.model_fields, *base.without} - {*base.optional}
-    fields |= {name: field_of(one) for name, one in of.parameters.items() if name not in hidden}
+    fields |= {name: field_of(parameter) for name, parameter in of.parameters.items() if name not in hidden}
     fields |= base.others()
     bases: tuple[type[Part], ...] = (base,)
     for name, asks in base.optional.items():
@@ -117,22 +117,22 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
     texts = (base.named_so, base.__doc__) if base.named_so else (of.name, of.summary)
     model: Any = create_model(texts[0], __base__=bases, __doc__=texts[1], __module__=__name__, **fields)
     model.of = of
-    found: type[Part] = model
-    return found
+    model_of_table: type[Part] = model
+    return model_of_table
 
 
 def members(family: type) -> list[Described]:
     """Return what is described and may stand where one of a family is asked for."""
     if family not in ANY_CLASS:
         return list(of_family(family))
-    classes = [one for one in registered() if isclass(one.target)]
-    return [one for one in classes if {*ANY_CLASS[family]} <= {*dir(one.target), *one.parameters}]
+    classes = [entry for entry in registered() if isclass(entry.target)]
+    return [entry for entry in classes if {*ANY_CLASS[family]} <= {*dir(entry.target), *entry.parameters}]
 
 
 def union_of(*families: type) -> Any:
     """Return the type of an entry that holds one of some families with the same tag."""
     tag, base = TAGS.get(families[0], "kind"), Counted if Bead in families else Declared
-    return union(tables_of([one for family in families for one in members(family)], tag, base), tag)
+    return union(tables_of([entry for family in families for entry in members(family)], tag, base), tag)
 
 
 def union(tables: Iterable[type[Part]], tag: str = "kind") -> Any:
@@ -147,37 +147,37 @@ def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared]
     Of two parts of the same kind that a user described the last one counts. base: what the tables have in addition,
     other than those that SPECIAL names.
     """
-    known: dict[str, Described] = {}
-    for one in many:
-        first = known.get(one.kind)
+    by_kind: dict[str, Described] = {}
+    for described in many:
+        first = by_kind.get(described.kind)
         if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
-            place = getattr(sys.modules.get(one.target.__module__), "__file__", one.target.__module__)
-            raise ValueError(f"{one.name} of {place}: hertzlink has this kind; give it another name")
-        known[one.kind] = one
-    return [table_of(known[kind], tag, SPECIAL.get(known[kind].target, base)) for kind in sorted(known)]
+            place = getattr(sys.modules.get(described.target.__module__), "__file__", described.target.__module__)
+            raise ValueError(f"{described.name} of {place}: hertzlink has this kind; give it another name")
+        by_kind[described.kind] = described
+    return [table_of(by_kind[kind], tag, SPECIAL.get(by_kind[kind].target, base)) for kind in sorted(by_kind)]
 
 
-def data_of(given: Any, path: str, *families: type) -> Data:
+def data_of(value: Any, path: str, *families: type) -> Data:
     """Return table of an object that results hold by its class and fields; a ValueError for what no case can hold."""
-    known = {one.name: (one, TAGS.get(family, "kind")) for family in families for one in members(family)}
-    if not isinstance(given, Mapping) or given.get("class") not in known:
-        what = given.get("class", given) if isinstance(given, Mapping) else given
+    by_class = {entry.name: (entry, TAGS.get(family, "kind")) for family in families for entry in members(family)}
+    if not isinstance(value, Mapping) or value.get("class") not in by_class:
+        what = value.get("class", value) if isinstance(value, Mapping) else value
         raise refused(path, f"{short(what)}, which is no part of a case")
-    of, tag = known[given["class"]]
-    return {tag: of.kind, **fields_of(given, of, path)}
+    of, tag = by_class[value["class"]]
+    return {tag: of.kind, **fields_of(value, of, path)}
 
 
-def fields_of(given: Mapping[str, Any], of: Described, path: str) -> Data:
+def fields_of(inputs: Mapping[str, Any], of: Described, path: str) -> Data:
     """Return the entries of arguments that results hold."""
     # JSON holds infinity and NaN as texts; both stand for a number that was left out.
     absent = (None, "", "Infinity", "NaN")
-    forms = {name: form for name, form in forms_of(of).items() if name in given}
+    forms = {name: form for name, form in forms_of(of).items() if name in inputs}
     for name in forms:
         default = of.parameters[name].default
-        if given[name] is None and isinstance(default, int | float) and isfinite(default):
+        if inputs[name] is None and isinstance(default, int | float) and isfinite(default):
             raise refused(f"{path}.{name}", f"None; what is left out is {default!r}")
     return {
-        name: form.plain(given[name], f"{path}.{name}") for name, form in forms.items() if given[name] not in absent
+        name: form.plain(inputs[name], f"{path}.{name}") for name, form in forms.items() if inputs[name] not in absent
     }
 
 
@@ -206,15 +206,15 @@ def refused(path: str, what: str) -> ValueError:
     return ValueError(f"{path}: cannot be rebuilt: {what}")
 
 
-def field_of(one: Parameter) -> tuple[Any, Any]:
+def field_of(parameter: Parameter) -> tuple[Any, Any]:
     """Return the entry of a parameter. A number other than zero that a case leaves out is for the builder to choose."""
-    entry = _form(one.type, one.notes, int(one.required)).entry
-    asks = next((note.text for note in one.notes if isinstance(note, Asks | InFile)), None)
-    if one.required:
+    entry = _form(parameter.type, parameter.notes, int(parameter.required)).entry
+    asks = next((note.text for note in parameter.notes if isinstance(note, Asks | InFile)), None)
+    if parameter.required:
         return entry, Field(description=asks) if asks else ...
-    if isinstance(one.default, str | bool) or one.default == 0.0:
-        return entry, Field(one.default, description=asks)
-    if one.default == ():
+    if isinstance(parameter.default, str | bool) or parameter.default == 0.0:
+        return entry, Field(parameter.default, description=asks)
+    if parameter.default == ():
         return entry, Field(default_factory=list, description=asks)
     return entry | None, Field(None, description=asks)
 
@@ -222,7 +222,7 @@ def field_of(one: Parameter) -> tuple[Any, Any]:
 @cache
 def forms_of(of: Described) -> dict[str, Form]:
     """Return the forms of all parameters."""
-    return {name: _form(one.type, one.notes) for name, one in of.parameters.items()}
+    return {name: _form(parameter.type, parameter.notes) for name, parameter in of.parameters.items()}
 
 
 def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
@@ -256,8 +256,8 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
         inner = _form(*noted(get_args(kind)[1]))
         return Form(
             dict[str, inner.entry],  # type: ignore[name-defined]
-            lambda value, world, path: {name: inner.build(one, world, (*path, name)) for name, one in value.items()},
-            lambda value, path: {name: inner.plain(one, f"{path}.{name}") for name, one in value.items()},
+            lambda value, world, path: {name: inner.build(item, world, (*path, name)) for name, item in value.items()},
+            lambda value, path: {name: inner.plain(item, f"{path}.{name}") for name, item in value.items()},
         )
     return Form(kind)
 
@@ -274,7 +274,7 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     listed = next((kind for kind, _ in members if get_origin(kind) is Sequence), None)
     if listed is not None and members[0][0] is float:
         return _one_or_many(_form(*members[0]), _list(listed, 1))
-    words = next((own for _, own in members if any(isinstance(note, OneOf) for note in own)), None)
+    words = next((notes for _, notes in members if any(isinstance(note, OneOf) for note in notes)), None)
     if words is None or table is None:
         plain = all(kind in (str, int) for kind, _ in members)
         return Form(Union[tuple(kind for kind, _ in members)]) if plain else _form(*members[0])  # noqa: UP007
@@ -291,34 +291,34 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     )
 
 
-def _one_or_many(one: Form, many: Form) -> Form:
+def _one_or_many(single: Form, many: Form) -> Form:
     """Of a number, or a list of them."""
     return Form(
         Annotated[
-            Annotated[one.entry, Tag("one")] | Annotated[many.entry, Tag("many")],
-            forms(lambda given: "many" if isinstance(given, list) else "one", "must be a number, or a list of numbers"),
+            Annotated[single.entry, Tag("one")] | Annotated[many.entry, Tag("many")],
+            forms(lambda value: "many" if isinstance(value, list) else "one", "must be a number, or a list of numbers"),
         ]
     )
 
 
-def _word_or_table(given: Any) -> str | None:
-    if isinstance(given, str):
+def _word_or_table(value: Any) -> str | None:
+    if isinstance(value, str):
         return "word"
-    return "table" if isinstance(given, dict | Part) else None
+    return "table" if isinstance(value, dict | Part) else None
 
 
 def _list(kind: Any, least: int) -> Form:
     """Return of a sequence: any number of entries, or of a tuple as many as it has."""
-    members = [one for one in get_args(kind) if one is not ...]
+    members = [member for member in get_args(kind) if member is not ...]
     inner = _form(*noted(members[0]))
     count = len(members) if get_origin(kind) is tuple and ... not in get_args(kind) else None
 
     def build(value: Any, world: World, path: Path) -> Any:
-        found = [inner.build(one, world, (*path, i)) for i, one in enumerate(value)]
-        return tuple(found) if get_origin(kind) is tuple else found
+        items = [inner.build(item, world, (*path, i)) for i, item in enumerate(value)]
+        return tuple(items) if get_origin(kind) is tuple else items
 
     return Form(
         Annotated[list[inner.entry], Field(min_length=count or least, max_length=count)],  # type: ignore[name-defined]
         build,
-        lambda value, path: [inner.plain(one, f"{path}[{i}]") for i, one in enumerate(value)],
+        lambda value, path: [inner.plain(item, f"{path}[{i}]") for i, item in enumerate(value)],
     )

@@ -33,10 +33,10 @@ def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:
     """
     head, colon, rest = message.partition(": ")
     name, equals, value = head.partition(" = ")
-    whole = name.split("[")[0].strip()
-    if not colon or whole not in names:
+    argument = name.split("[")[0].strip()
+    if not colon or argument not in names:
         return Fault(path, message)
-    at = (*path, *names[whole])
+    at = (*path, *names[argument])
     if not equals:
         return Fault(at, rest)
     joined = " " if rest.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "

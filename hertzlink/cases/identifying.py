@@ -27,11 +27,11 @@ OF_UNKNOWNS = ("unknown", "value (SI)", "low", "high", "verdict", "residual over
 def answer(question: Question, signal: xr.Dataset) -> Identification:
     """Return what the signal says about the unknowns, in the units of the case."""
     question, until = prepared(question, float(signal.time[-1] - signal.time[0]))
-    found = identified(question, signal, until)
-    shown = dict(found.unknowns)
+    identification = identified(question, signal, until)
+    shown = dict(identification.unknowns)
     for name, (unit, size) in question.units.items():
         shown[name] = replace(shown[name], unit=unit, unit_size=size)
-    return replace(found, unknowns=shown)
+    return replace(identification, unknowns=shown)
 
 
 def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
@@ -58,19 +58,22 @@ def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
     return case.changed({"structure.elements": min(max(counts), MOST_ELEMENTS)}).data
 
 
-def tables(question: Question, found: Identification) -> tuple[str, dict[str, str]]:
+def tables(question: Question, identification: Identification) -> tuple[str, dict[str, str]]:
     """Return the text for the terminal, and files by name."""
-    plain = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in found.unknowns.items()]
+    plain = [
+        [name, unknown.value, *unknown.interval, unknown.verdict, identification.misfit]
+        for name, unknown in identification.unknowns.items()
+    ]
     head = ["unknown", "value", "95 % interval", "verdict"]
-    lines = table(head, [one.row() for one in found.unknowns.values()], "unknowns.csv")
-    in_case = replace(found, warnings=[of_case(one) for one in found.warnings])
-    notes = str(in_case).splitlines()[1 + len(found.unknowns) :]
+    lines = table(head, [unknown.row() for unknown in identification.unknowns.values()], "unknowns.csv")
+    in_case = replace(identification, warnings=[of_case(warning) for warning in identification.warnings])
+    notes = str(in_case).splitlines()[1 + len(identification.unknowns) :]
     text = "\n".join([*lines, *notes])
-    values = {name: found[name].value for name in question.ranges}
+    values = {name: identification[name].value for name in question.ranges}
     return text, {
         "unknowns.csv": csv_text(OF_UNKNOWNS, plain),
-        "fit.csv": _fit(found.data),
-        "identified.toml" if found.explained else "best_fit.toml": question.case.changed(values).to_toml(),
+        "fit.csv": _fit(identification.data),
+        "identified.toml" if identification.explained else "best_fit.toml": question.case.changed(values).to_toml(),
     }
 
 
@@ -78,13 +81,13 @@ def _fit(data: xr.Dataset) -> str:
     """Return what was measured and what is fitted: traces, or values of AR and TOF."""
     what = ("measured", "fitted")
     if "feature" in data.dims:
-        rows = zip(data.feature.values, *(data[one].values for one in what), strict=True)
+        rows = zip(data.feature.values, *(data[quantity].values for quantity in what), strict=True)
         return csv_text(["AR, or TOF (s)", *what], [list(row) for row in rows])
-    names = [f"{one} at bead {bead} (N)" for bead in data.sensor.values for one in what]
-    columns = [data[one].sel(sensor=bead).values for bead in data.sensor.values for one in what]
+    names = [f"{quantity} at bead {bead} (N)" for bead in data.sensor.values for quantity in what]
+    columns = [data[quantity].sel(sensor=bead).values for bead in data.sensor.values for quantity in what]
     return csv_text(["time (s)", *names], np.column_stack([data.time.values, *columns]).tolist())
 
 
-def simulation_of(question: Question, found: Identification) -> CoSimulation:
-    """Return what was found, as a simulation, for a sketch."""
-    return question.build(**{name: found[name].value for name in question.ranges})
+def simulation_of(question: Question, identification: Identification) -> CoSimulation:
+    """Return what was identified, as a simulation, for a sketch."""
+    return question.build(**{name: identification[name].value for name in question.ranges})

@@ -15,7 +15,7 @@ from hertzlink.cases.units import fault
 from plates.laminate import OrthotropicMaterial
 from structures.material import MATERIALS, Material, name_key
 
-REQUIRED = [name for name, one in described_by(Material).parameters.items() if one.required]
+REQUIRED = [name for name, parameter in described_by(Material).parameters.items() if parameter.required]
 
 
 class Isotropic(Declared):
@@ -30,7 +30,7 @@ class Isotropic(Declared):
             base = material_named(self.like, world.materials)
             if base is None:
                 raise Fault(("like",), unknown(self.like, world.materials))
-            before = {one.name: getattr(base, one.name) for one in fields(base)}
+            before = {field.name: getattr(base, field.name) for field in fields(base)}
             name = base.name if base in world.materials.values() else f"like {base.name}"
             return base if {**before, **stated} == before else Material(**{**before, "name": name, **stated})
         for name in REQUIRED:
@@ -39,101 +39,101 @@ class Isotropic(Declared):
         return Material(**stated)
 
 
-def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
+def material_named(name: str, materials: Mapping[str, Material]) -> Material | None:
     """Return the material of a name, those of the case first; None for an unknown one."""
-    for one, material in own.items():
-        if name_key(one) == name_key(name):
+    for key, material in materials.items():
+        if name_key(key) == name_key(name):
             return material
     return MATERIALS.get(name)
 
 
-def unknown(name: str, own: Mapping[str, Any]) -> str:
+def unknown(name: str, materials: Mapping[str, Any]) -> str:
     """Return the message for an unknown material."""
-    return f'"{name}" is no material; {nearest(name, [*own, *MATERIALS])}'
+    return f'"{name}" is no material; {nearest(name, [*materials, *MATERIALS])}'
 
 
 def _checked(name: str, info: ValidationInfo) -> str:
-    own = (info.context or {}).get("materials", {})
-    if name not in MATERIALS and not any(name_key(one) == name_key(name) for one in own):
-        raise fault(unknown(name, own))
+    materials = (info.context or {}).get("materials", {})
+    if name not in MATERIALS and not any(name_key(key) == name_key(name) for key in materials):
+        raise fault(unknown(name, materials))
     return name
 
 
-def _form(given: Any) -> str | None:
-    if isinstance(given, str):
+def _form(value: Any) -> str | None:
+    if isinstance(value, str):
         return "name"
-    if isinstance(given, Part):
-        return "own" if isinstance(given, Isotropic) else "sheet"
-    return ("sheet" if "youngs_modulus_along" in given else "own") if isinstance(given, dict) else None
+    if isinstance(value, Part):
+        return "own" if isinstance(value, Isotropic) else "sheet"
+    return ("sheet" if "youngs_modulus_along" in value else "own") if isinstance(value, dict) else None
 
 
-def _form_of_isotropic(given: Any) -> str | None:
-    return "own" if isinstance(given, dict | Isotropic) else _form(given)
+def _form_of_isotropic(value: Any) -> str | None:
+    return "own" if isinstance(value, dict | Isotropic) else _form(value)
 
 
-Own: Any = Annotated[table_of(described_by(Material), base=Isotropic), Tag("own")]
+Stated: Any = Annotated[table_of(described_by(Material), base=Isotropic), Tag("own")]
 Sheet: Any = Annotated[table_of(described_by(OrthotropicMaterial)), Tag("sheet")]
 
 AnyMaterial: Any = Annotated[
-    Annotated[str, AfterValidator(_checked), Tag("name")] | Own,
+    Annotated[str, AfterValidator(_checked), Tag("name")] | Stated,
     forms(_form_of_isotropic, 'must be the name of a material, such as "PTFE", or a table of its properties'),
     Field(description='a material, such as "aluminium 6061"'),
 ]
 """A material by name, or by its properties."""
 
 AnySheet: Any = Annotated[
-    Annotated[str, Tag("name")] | Own | Sheet,
+    Annotated[str, Tag("name")] | Stated | Sheet,
     forms(_form, "must be the name of a material, or a table of its properties"),
     Field(description='a material, such as "aluminium 6061", or one of [materials] with youngs_modulus_along'),
 ]
 """A material of a ply: isotropic or orthotropic."""
 
-OfCase: Any = Annotated[Own | Sheet, forms(_form, "must be a table of the properties of a material")]
+OfCase: Any = Annotated[Stated | Sheet, forms(_form, "must be a table of the properties of a material")]
 """A material of [materials]."""
 
 
-def material_of(given: str | Part, world: World, *path: str | int) -> Material:
+def material_of(value: str | Part, world: World, *path: str | int) -> Material:
     """Return the material that an entry at a path means."""
-    if isinstance(given, Part):
-        material: Material = made(given, world, path)
+    if isinstance(value, Part):
+        material: Material = made(value, world, path)
         return material
-    found = material_named(given, world.materials)
-    if found is None:
-        orthotropic = _sheet_named(given, world) is not None
+    material_found = material_named(value, world.materials)
+    if material_found is None:
+        orthotropic = _sheet_named(value, world) is not None
         raise Fault(
-            path, f'"{given}" is orthotropic; only plies take it' if orthotropic else unknown(given, world.materials)
+            path, f'"{value}" is orthotropic; only plies take it' if orthotropic else unknown(value, world.materials)
         )
-    return found
+    return material_found
 
 
-def _sheet_of(given: str | Part, world: World, path: Path) -> Material | OrthotropicMaterial:
+def _sheet_of(value: str | Part, world: World, path: Path) -> Material | OrthotropicMaterial:
     """Return the material of a ply that an entry at a path means."""
-    sheet = _sheet_named(given, world) if isinstance(given, str) else None
-    if sheet is None and isinstance(given, str) and material_named(given, world.materials) is None:
-        raise Fault(path, unknown(given, {**world.sheets, **world.materials}))
-    return material_of(given, world, *path) if sheet is None else sheet
+    sheet = _sheet_named(value, world) if isinstance(value, str) else None
+    if sheet is None and isinstance(value, str) and material_named(value, world.materials) is None:
+        raise Fault(path, unknown(value, {**world.sheets, **world.materials}))
+    return material_of(value, world, *path) if sheet is None else sheet
 
 
 def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
-    return next((one for key, one in world.sheets.items() if name_key(key) == name_key(name)), None)
+    return next((sheet for key, sheet in world.sheets.items() if name_key(key) == name_key(name)), None)
 
 
-def _plain(given: Any, path: str) -> str | Data:
+def _plain(inputs: Any, path: str) -> str | Data:
     """Return a material by its name, or by its properties where it is none of the table's."""
-    if not isinstance(given, Mapping) or set(given) != set(described_by(Material).parameters):
+    if not isinstance(inputs, Mapping) or set(inputs) != set(described_by(Material).parameters):
         raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
-    if MATERIALS.get(given["name"]) == Material(**given):
-        return str(given["name"])
-    return stated(given)
+    if MATERIALS.get(inputs["name"]) == Material(**inputs):
+        return str(inputs["name"])
+    return stated(inputs)
 
 
-def _plain_sheet(given: Any, path: str) -> str | Data:
-    return stated(given) if "youngs_modulus_along" in given else _plain(given, path)
+def _plain_sheet(inputs: Any, path: str) -> str | Data:
+    return stated(inputs) if "youngs_modulus_along" in inputs else _plain(inputs, path)
 
 
-def stated(given: Mapping[str, Any]) -> Data:
+def stated(inputs: Mapping[str, Any]) -> Data:
     """Return the properties that are stated."""
-    return {name: value for name, value in given.items() if value not in (None, "")}
+    return {name: value for name, value in inputs.items() if value not in (None, "")}
 
 
 FORMS[Material] = Form(AnyMaterial, lambda value, world, path: material_of(value, world, *path), _plain)

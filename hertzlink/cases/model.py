@@ -24,15 +24,15 @@ MOST = 100
 SIMULATION = described_by(CoSimulation.__init__)
 
 
-def _one_or_many(given: Any) -> str | None:
-    if isinstance(given, list):
+def _one_or_many(value: Any) -> str | None:
+    if isinstance(value, list):
         return "many"
-    return "one" if isinstance(given, dict | Part) else None
+    return "one" if isinstance(value, dict | Part) else None
 
 
-def _many(one: Any, name: str) -> Any:
+def _many(kind: Any, name: str) -> Any:
     return Annotated[
-        Annotated[one, Tag("one")] | Annotated[list[one], Field(min_length=1, max_length=MOST), Tag("many")],
+        Annotated[kind, Tag("one")] | Annotated[list[kind], Field(min_length=1, max_length=MOST), Tag("many")],
         forms(_one_or_many, f"must be a section [{name}], or sections [[{name}]]"),
     ]
 
@@ -57,12 +57,12 @@ class RunPart(Declared):
 
     def make(self, world: World) -> Data:
         """Return the arguments of CoSimulation."""
-        given = self.arguments(world)
+        arguments = self.arguments(world)
         if self.adaptive is not None:
             if self.window is not None:
                 raise Fault(("adaptive",), "sets the windows; leave out window")
-            given["window"] = made(self.adaptive, world, ("adaptive",))
-        return given
+            arguments["window"] = made(self.adaptive, world, ("adaptive",))
+        return arguments
 
 
 def run_table() -> type[RunPart]:
@@ -88,10 +88,10 @@ class Steps(Part):
     count: Annotated[int, Field(ge=2, le=100_000)] | None = None
 
 
-def _axis(given: Any) -> str | None:
-    if isinstance(given, list):
+def _axis(value: Any) -> str | None:
+    if isinstance(value, list):
         return "values"
-    return "steps" if isinstance(given, dict | Steps) else None
+    return "steps" if isinstance(value, dict | Steps) else None
 
 
 Axis = Annotated[
@@ -119,8 +119,8 @@ class MeasurePart(Part):
     critical_distance: CriticalPart | None = None
 
 
-def _calibration(given: Any) -> str:
-    return "many" if isinstance(given, dict) else "one"
+def _calibration(value: Any) -> str:
+    return "many" if isinstance(value, dict) else "one"
 
 
 Calibration = Annotated[float, Unit("N/V", "a calibration", "25 N/V")]
@@ -201,7 +201,7 @@ def run_entries() -> dict[str, Path]:
 
 
 @lru_cache(maxsize=1)
-def _case_model(known: object) -> type[CaseModel]:
+def _case_model(kinds_described: object) -> type[CaseModel]:
     forget_tables()
     structure: Any = union([Nothing, *structure_tables()])
     return create_model(

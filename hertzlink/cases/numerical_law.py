@@ -18,7 +18,7 @@ class NumericalLaw(Declared):
 
     def of_beads(self, beads: Sequence[Any]) -> ContactLaw:
         """Return the law of equal beads; a Fault for beads that differ."""
-        if any(one != beads[0] for one in beads):
+        if any(bead != beads[0] for bead in beads):
             raise Fault(("law", "kind"), "computes one law, so all beads and the striker must be equal")
         try:
             return computed_law(beads[0], beads[0], **self.given("kind"))

@@ -45,12 +45,12 @@ def page(
     if "amplitude_ratio" not in data:  # one run, or an identification
         return page_of(data, title, sensors, sketched, took)
     tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
-    warnings = one_of_each([str(one) for one in findings_of(data)])
+    warnings = one_of_each([str(finding) for finding in findings_of(data)])
     sections = with_setup([Section("Results", tables=tables, pictures=_pictures(data))], data, None, warnings)
     if "bracket" in data:
         summary = [in_a_sentence.of_critical(data)]
     else:
-        ratios = {int(one): data.amplitude_ratio.sel(sensor=one) for one in data.sensor.values}
+        ratios = {int(sensor): data.amplitude_ratio.sel(sensor=sensor) for sensor in data.sensor.values}
         summary = [in_a_sentence.of_sweep(data, ratio, sensor) for sensor, ratio in ratios.items()]
     summary.append(in_a_sentence.DEFINED)
     return Page(title, summary, sections, usual_facts(took))
@@ -58,11 +58,11 @@ def page(
 
 def _pictures(data: xr.Dataset) -> list[Picture]:
     """Return AR and TOF over the axis of the most numbers; a figure for each combination of all but one other."""
-    found = list[Picture]()
+    pictures = list[Picture]()
     for wave, prefix in (("primary", ""), ("secondary", "secondary_")):
         if f"{prefix}amplitude_ratio" in data and bool(data[f"{prefix}amplitude_ratio"].notnull().any()):
-            found += _of_wave(data, wave)
-    return found
+            pictures += _of_wave(data, wave)
+    return pictures
 
 
 def _of_wave(data: xr.Dataset, wave: str) -> list[Picture]:
@@ -73,7 +73,7 @@ def _of_wave(data: xr.Dataset, wave: str) -> list[Picture]:
     curves = next((name for name in others if ratio.sizes[name] <= MOST_CURVES), None)
     fixed = [name for name in names[1:] if name != curves]
     combinations = product(*(range(ratio.sizes[name]) for name in fixed))
-    found = list[Picture]()
+    pictures = list[Picture]()
     for place in islice(combinations, MOST_PICTURES // len(MEASURES)):
         part = data.isel(dict(zip(fixed, place, strict=True)))
         where = "".join(f", {_shown(part[name])}" for name in fixed)
@@ -81,8 +81,8 @@ def _of_wave(data: xr.Dataset, wave: str) -> list[Picture]:
             caption = f"{words} of the {wave} wave{where}."
             name = "-".join([wave, measure, *map(str, place)])
             draw = _sampled if "sampled" in part else _draw
-            found.append(drawn(name, caption, partial(draw, part, measure, along, wave)))
-    return found
+            pictures.append(drawn(name, caption, partial(draw, part, measure, along, wave)))
+    return pictures
 
 
 def _draw(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> None:
@@ -95,12 +95,12 @@ def _sampled(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> 
     scale, unit = parameter(part[along])
     curves = next((str(name) for name in part[measure].dims if name != along), None)
     for number in range(part.sizes[curves] if curves else 1):
-        one = part.isel({curves: number}) if curves else part
-        one = one.isel({along: one.sampled.values.astype(bool)})
-        label = _shown(one[curves]) if curves else "runs"
+        curve = part.isel({curves: number}) if curves else part
+        curve = curve.isel({along: curve.sampled.values.astype(bool)})
+        label = _shown(curve[curves]) if curves else "runs"
         style = {"color": COLOURS[number], "marker": MARKERS[number], "markersize": 4.0, "linewidth": 1.1}
-        ax.plot(scale * one[along].values, factor * one[measure].values, label=label, **style)
-        low, high = scale * one.bracket.values.ravel()
+        ax.plot(scale * curve[along].values, factor * curve[measure].values, label=label, **style)
+        low, high = scale * curve.bracket.values.ravel()
         if np.isfinite([low, high]).all():
             span = f"critical: {low:.4g} to {high:.4g} {unit}"
             ax.axvspan(low, high, color=COLOURS[number], alpha=0.35, label=span)
@@ -123,7 +123,7 @@ def _table(name: str, text: str) -> Table:
     """Return a CSV file as a table, in handy units."""
     head, *rows = list(csv.reader(io.StringIO(text)))
     words = f"The first {MOST_ROWS} of {len(rows)} rows of {name}" if len(rows) > MOST_ROWS else f"All rows of {name}"
-    columns = [_column(one, [row[i] for row in rows]) for i, one in enumerate(head)]
+    columns = [_column(title, [row[i] for row in rows]) for i, title in enumerate(head)]
     shown = list(zip(*(cells[:MOST_ROWS] for _, cells in columns), strict=True))
     return table(f"{words} (there in SI units).", [title for title, _ in columns], shown)
 
@@ -131,14 +131,15 @@ def _table(name: str, text: str) -> Table:
 def _column(head: str, cells: Sequence[str]) -> tuple[str, list[str]]:
     """Return a column with five digits, in the unit with a prefix that suits its numbers; other text as it is."""
     numbers = [_number(cell) for cell in cells]
-    known = [one for one in numbers if one is not None]
-    found = WITH_UNIT.fullmatch(head)
+    numeric = [number for number in numbers if number is not None]
+    match = WITH_UNIT.fullmatch(head)
     factor, title = 1.0, head
-    if found and known:
-        factor, unit = handy(known, found[2])
-        title = f"{found[1]} ({unit})"
+    if match and numeric:
+        factor, unit = handy(numeric, match[2])
+        title = f"{match[1]} ({unit})"
     return title, [
-        cell or "none" if one is None else f"{factor * one:.5g}" for cell, one in zip(cells, numbers, strict=True)
+        cell or "none" if number is None else f"{factor * number:.5g}"
+        for cell, number in zip(cells, numbers, strict=True)
     ]
 
 

@@ -78,23 +78,23 @@ def located(part: Part, path: Path, make: Callable[[], Any]) -> Any:
 
 def hint_of(model: type[BaseModel], name: str) -> str:
     """Return what to write for an entry, from its annotation."""
-    one = model.model_fields[name]
-    if one.description:
-        return f"give {one.description}"
-    units = [note for note in notes_of(one) if isinstance(note, Unit)]
+    field = model.model_fields[name]
+    if field.description:
+        return f"give {field.description}"
+    units = [note for note in notes_of(field) if isinstance(note, Unit)]
     return units[0].hint if units else "give it"
 
 
-def notes_of(one: Any) -> list[Any]:
+def notes_of(field: Any) -> list[Any]:
     """Return what is noted on a field, and on the members of its type."""
-    return [*one.metadata, *_inner_notes(one.annotation)]
+    return [*field.metadata, *_inner_notes(field.annotation)]
 
 
 def _inner_notes(annotation: Any) -> list[Any]:
-    found = []
+    notes = []
     for inner in getattr(annotation, "__args__", ()):
-        found += [*getattr(inner, "__metadata__", ()), *_inner_notes(inner)]
-    return found
+        notes += [*getattr(inner, "__metadata__", ()), *_inner_notes(inner)]
+    return notes
 
 
 def forms(tell: Callable[[Any], str | None], message: str) -> Discriminator:
@@ -110,10 +110,10 @@ class Round(Part):
 
     def fault(self, message: str) -> Fault:
         """Return the fault; of a radius at the diameter, where that stands in the case."""
-        found = super().fault(message)
-        if self.diameter is None or found.path != ("radius",):
-            return found
-        reason = f"{self.diameter!r}: half of it{found.reason.removeprefix(found.value)}"
+        fault = super().fault(message)
+        if self.diameter is None or fault.path != ("radius",):
+            return fault
+        reason = f"{self.diameter!r}: half of it{fault.reason.removeprefix(fault.value)}"
         return Fault(("diameter",), reason, repr(self.diameter))
 
     def its_radius(self) -> float:

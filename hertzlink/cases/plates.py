@@ -27,12 +27,12 @@ from structures.structure import Structure
 Place = Annotated[list[Length], Field(min_length=2, max_length=2)]
 Places = Annotated[
     Annotated[Place, Tag("one")] | Annotated[list[Place], Field(min_length=1), Tag("many")],
-    forms(lambda given: "many" if isinstance(given, list) and given and isinstance(given[0], list) else "one", ""),
+    forms(lambda value: "many" if isinstance(value, list) and value and isinstance(value[0], list) else "one", ""),
 ]
 Face = Literal["front", "back"]
 Faces = Annotated[
     Annotated[Face, Tag("one")] | Annotated[list[Face], Tag("many")],
-    forms(lambda given: "many" if isinstance(given, list) else "one", ""),
+    forms(lambda value: "many" if isinstance(value, list) else "one", ""),
 ]
 
 
@@ -51,7 +51,7 @@ class DelaminationPart(Declared):
 
     @classmethod
     def others(cls) -> Data:
-        return {name: field_of(one) for name, one in GAP.parameters.items()}
+        return {name: field_of(parameter) for name, parameter in GAP.parameters.items()}
 
     def make(self, world: World) -> Delamination:
         Gap(**{name: getattr(self, name) for name in GAP.parameters})
@@ -100,11 +100,11 @@ class Walled(Built):
         return super().arguments(world) | wall
 
     @classmethod
-    def entries(cls, given: Mapping[str, Any]) -> Data:
-        wall = given.get("material", given.get("section"))
-        of = next((one for name, one in WALLS.items() if name in wall), None) if isinstance(wall, Mapping) else None
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
+        wall = inputs.get("material", inputs.get("section"))
+        of = next((entry for name, entry in WALLS.items() if name in wall), None) if isinstance(wall, Mapping) else None
         without = [*GAP.parameters, *(ONE_MATERIAL if of is not None else ())]
-        rest = {name: value for name, value in given.items() if name not in without}
+        rest = {name: value for name, value in inputs.items() if name not in without}
         return super().entries(rest) | ({} if of is None else {"wall": fields_of(wall, of, "structure.wall")})
 
 
@@ -136,12 +136,12 @@ class PlateBody(Walled):
         return plate.at(self.at[0], self.at[1], self.face)
 
     def in_time(self, structure: Structure) -> Any:
-        split = [one for one in self.additions if isinstance(one, DelaminationPart)]
+        split = [addition for addition in self.additions if isinstance(addition, DelaminationPart)]
         if not split:
             return structure
-        counts = [prod(one.given().get("points", Delamination.points)) for one in split]
-        gaps = [one for one, count in zip(split, counts, strict=True) for _ in range(count)]
-        return Closing(structure, *([getattr(one, name) for one in gaps] for name in GAP.parameters))
+        counts = [prod(addition.given().get("points", Delamination.points)) for addition in split]
+        gaps = [addition for addition, count in zip(split, counts, strict=True) for _ in range(count)]
+        return Closing(structure, *([getattr(addition, name) for addition in gaps] for name in GAP.parameters))
 
     @property
     def contacts(self) -> int:
@@ -151,39 +151,39 @@ class PlateBody(Walled):
     @property
     def place(self) -> tuple[float, float]:
         """The only point that is struck, m."""
-        x, y = (one for one in self.at if isinstance(one, float))
+        x, y = (coordinate for coordinate in self.at if isinstance(coordinate, float))
         return x, y
 
     @classmethod
-    def entries(cls, given: Mapping[str, Any]) -> Data:
-        at, gaps = given.get("at"), {name: [*given.get(name, [])] for name in GAP.parameters}
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
+        at, gaps = inputs.get("at"), {name: [*inputs.get(name, [])] for name in GAP.parameters}
         if not isinstance(at, list):
             raise refused("structure.at", f"{short(at)}, which is no point")
         places = [list(place) for place in zip(*at, strict=True)] if isinstance(at[0], list) else at
-        additions = [_addition(one, gaps, "opening" in given) for one in given.get("additions", [])]
+        additions = [_addition(addition, gaps, "opening" in inputs) for addition in inputs.get("additions", [])]
         if gaps["opening"]:
             raise refused("structure.opening", "gaps that are not those of a delamination")
-        rest = {name: value for name, value in given.items() if name != "additions"}
-        struck = {"at": places, "face": given.get("face", "front")}
+        rest = {name: value for name, value in inputs.items() if name != "additions"}
+        struck = {"at": places, "face": inputs.get("face", "front")}
         return super().entries(rest) | struck | ({"additions": additions} if additions else {})
 
 
-def _addition(given: Mapping[str, Any], gaps: dict[str, list[float]], closes: bool) -> Data:
+def _addition(inputs: Mapping[str, Any], gaps: dict[str, list[float]], closes: bool) -> Data:
     """Return an addition from its fields; a delamination takes its part of the gaps, which are listed one after
     another."""
     kinds: tuple[type, ...] = get_args(Addition)
-    of = next(of for of in map(description, kinds) if of is not None and set(of.parameters) == set(given))
-    data: Data = {"kind": of.kind, **fields_of(given, of, "structure.additions")}
+    of = next(of for of in map(description, kinds) if of is not None and set(of.parameters) == set(inputs))
+    data: Data = {"kind": of.kind, **fields_of(inputs, of, "structure.additions")}
     if of.target is PointMass:
-        return {"kind": of.kind, "at": [given["x"], given["y"]], "mass": given["mass"]}
+        return {"kind": of.kind, "at": [inputs["x"], inputs["y"]], "mass": inputs["mass"]}
     if of.target is Delamination:
         if not closes:
             raise refused("structure.additions", "a delamination that nothing closes")
         for name, values in gaps.items():
-            own, gaps[name] = values[: prod(given["points"])], values[prod(given["points"]) :]
-            if len(set(own)) != 1:
+            values_of_gap, gaps[name] = values[: prod(inputs["points"])], values[prod(inputs["points"]) :]
+            if len(set(values_of_gap)) != 1:
                 raise refused(f"structure.{name}", "a delamination whose points are not all alike")
-            data[name] = own[0]
+            data[name] = values_of_gap[0]
     return data
 
 
@@ -212,10 +212,10 @@ class Panel(PlateBody):
     without = ("shape",)
 
     def arguments(self, world: World) -> Data:
-        given = [name for name in ("circle", "corners", "mesh") if getattr(self, name) is not None]
-        if len(given) != 1:
-            what = "is missing; give corners, circle or mesh" if not given else f"give {' or '.join(given)} alone"
-            raise Fault((given[-1] if given else "corners",), what)
+        shapes = [name for name in ("circle", "corners", "mesh") if getattr(self, name) is not None]
+        if len(shapes) != 1:
+            what = "is missing; give corners, circle or mesh" if not shapes else f"give {' or '.join(shapes)} alone"
+            raise Fault((shapes[-1] if shapes else "corners",), what)
         shape = file_of(self.mesh, world) if self.mesh is not None else self._outline()
         return super().arguments(world) | {"shape": shape}
 
@@ -226,11 +226,11 @@ class Panel(PlateBody):
         return Outline(tuple(corners), holes, edges)
 
     @classmethod
-    def entries(cls, given: Mapping[str, Any]) -> Data:
-        if given.get("mesh") == "meshio.Mesh":
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
+        if inputs.get("mesh") == "meshio.Mesh":
             raise refused("structure.mesh", "a mesh in memory")
-        names = ("mesh",) if "mesh" in given else ("corners", "holes", "edges")
-        return super().entries(given) | {name: given[name] for name in names if name in given}
+        names = ("mesh",) if "mesh" in inputs else ("corners", "holes", "edges")
+        return super().entries(inputs) | {name: inputs[name] for name in names if name in inputs}
 
 
 SPECIAL.update({

@@ -87,12 +87,12 @@ def question_of(case: Case) -> Question:
         units[name] = unit_at(case, path, ends[0], texts)[:2]
         return name
 
-    for key, given in part.unknowns.items():
+    for key, range_given in part.unknowns.items():
         place = ("identify", "unknowns", key)
-        low, high = (_number(case, key, one, (*place, i), place) for i, one in enumerate(given))
+        low, high = (_number(case, key, end, (*place, i), place) for i, end in enumerate(range_given))
         if not low < high:
             raise Fault(place, "the lowest value comes first, and the highest must be above it")
-        note(key, place, (low, high), given)
+        note(key, place, (low, high), range_given)
     if not ranges:
         raise Fault(("identify", "unknowns"), 'is empty; write { "structure.thickness" = ["1 mm", "6 mm"] }')
     nuisances = []
@@ -112,20 +112,20 @@ def question_of(case: Case) -> Question:
     return Question(case, part, ranges, paths, units, nuisances, columns)
 
 
-def _number(case: Case, key: str, given: Any, at: Path, place: Path) -> float:
+def _number(case: Case, key: str, value: Any, at: Path, place: Path) -> float:
     path = path_of(key, place)
     try:
-        found = si_value(case, path, given, at)
+        number = si_value(case, path, value, at)
     except Fault:
-        names = [written(one) for one in numbers_of(case, str(path[0]))]
+        names = [written(p) for p in numbers_of(case, str(path[0]))]
         if is_entry(case, path) or written(path) in names:
             raise
         more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
         words = f"[{path[0]}] has {', '.join(names[:MOST_NAMES]) or 'none'}{more}"
         raise Fault(place, f'"{key}" is no number of this case; {words}') from None
-    if not isinstance(found, int | float):
-        raise Fault(at, f"{found!r} is no number; only numbers can be unknown")
-    return float(found)
+    if not isinstance(number, int | float):
+        raise Fault(at, f"{number!r} is no number; only numbers can be unknown")
+    return float(number)
 
 
 def is_entry(case: Case, path: Path) -> bool:
@@ -139,22 +139,22 @@ def is_entry(case: Case, path: Path) -> bool:
 
 def numbers_of(case: Case, section: str) -> list[Path]:
     """Return the paths of the numbers, other than counts, that a section of the case holds."""
-    found: list[Path] = []
+    paths: list[Path] = []
 
     def walk(value: Any, path: Path) -> None:
         if isinstance(value, float):
-            found.append(path)
+            paths.append(path)
         elif path[-1] == "material" and isinstance(value, str):
-            found.extend((*path, name) for name in OF_MATERIALS)
+            paths.extend((*path, name) for name in OF_MATERIALS)
         elif isinstance(value, BaseModel):
             for name, field in type(value).model_fields.items():
                 walk(getattr(value, name), (*path, field.alias or name))
         elif isinstance(value, list | tuple | dict):
-            for part, one in value.items() if isinstance(value, dict) else enumerate(value):
-                walk(one, (*path, part))
+            for part, inner in value.items() if isinstance(value, dict) else enumerate(value):
+                walk(inner, (*path, part))
 
     walk(getattr(case.model, section), (section,))
-    return found
+    return paths
 
 
 def _value(case: Case, key: str, place: Path) -> float:

@@ -71,8 +71,8 @@ class Source:
     def _ranges(self, path: Path) -> Iterator[Path]:
         """Yield the paths of values that sections give to a path."""
         for section in SECTIONS_OF_RANGES:
-            given = entry(self.data, section) if has(self.data, section) else {}
-            for key, values in given.items() if isinstance(given, dict) else ():
+            ranges = entry(self.data, section) if has(self.data, section) else {}
+            for key, values in ranges.items() if isinstance(ranges, dict) else ():
                 if key == written(path):
                     names = (
                         values if isinstance(values, dict) else range(len(values) if isinstance(values, list) else 0)
@@ -117,17 +117,17 @@ def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
         raise CaseError(_syntax(name, str(error), text)) from None
     data = _with_whole_paths(data, path.resolve().parent)
     places = {at: f"{name}:{line}" for at, line in lines_of(text).items()}
-    own = Source(data, name, path.resolve().parent, places)
+    source = Source(data, name, path.resolve().parent, places)
     if "extends" not in data:
-        return own
+        return source
     base = data.pop("extends")
     if not isinstance(base, str) or not base:
-        raise own.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
+        raise source.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
     file = path.parent / base
     if len(above) >= DEEPEST or file.resolve() in (*above, path.resolve()):
-        raise own.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
+        raise source.error(Fault(("extends",), f'"{base}" leads back to this file; a case cannot extend itself'))
     if not file.is_file():
-        raise own.error(Fault(("extends",), f'there is no file "{base}" in {path.parent}'))
+        raise source.error(Fault(("extends",), f'there is no file "{base}" in {path.parent}'))
     shown = str(File(name).parent / base)
     below = _read(shown, file, (*above, path.resolve()))
     return Source(_merged(below.data, data), name, below.folder, _kept(below.places, below.data, data) | places)
@@ -158,9 +158,9 @@ def _with_whole_paths(data: dict[str, Any], folder: File) -> dict[str, Any]:
     def whole(value: Any, of_file: bool) -> Any:
         if isinstance(value, dict):
             # The entry of a sweep is a path, such as "structure.mesh".
-            return {key: whole(one, key.rpartition(".")[2] in FILES) for key, one in value.items()}
+            return {key: whole(item, key.rpartition(".")[2] in FILES) for key, item in value.items()}
         if isinstance(value, list):
-            return [whole(one, of_file) for one in value]
+            return [whole(item, of_file) for item in value]
         if not of_file or not isinstance(value, str):
             return value
         path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))
@@ -168,8 +168,8 @@ def _with_whole_paths(data: dict[str, Any], folder: File) -> dict[str, Any]:
             raise CaseError(f"{path}: is no name in UTF-8, so results could not hold it; give the file another name")
         return path
 
-    found: dict[str, Any] = whole(data, False)
-    return found
+    moved: dict[str, Any] = whole(data, False)
+    return moved
 
 
 def _syntax(name: str, message: str, text: str) -> str:
@@ -191,37 +191,37 @@ def _cure(line: str) -> str:
     if word := WORD.search(line):
         right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
         return f"{word[1]} is no value of TOML; write {right}"
-    for found in MEASURED.finditer(line):
-        if not isnan(in_si(found[0])):
-            return f'{found[0]} is no value of TOML; write "{found[0]}" in quotes'
+    for match in MEASURED.finditer(line):
+        if not isnan(in_si(match[0])):
+            return f'{match[0]} is no value of TOML; write "{match[0]}" in quotes'
     return ""
 
 
-def _replaces(base: Any, own: Any) -> bool:
+def _replaces(base: Any, above: Any) -> bool:
     """Return whether an entry replaces the one of the file below, instead of adding to it."""
-    if not isinstance(base, Mapping) or not isinstance(own, Mapping):
+    if not isinstance(base, Mapping) or not isinstance(above, Mapping):
         return True
-    return any(name in own and own[name] != base.get(name) for name in KINDS)
+    return any(name in above and above[name] != base.get(name) for name in KINDS)
 
 
-def _merged(base: dict[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    found = deepcopy(base)
-    for name, value in own.items():
-        found[name] = deepcopy(value) if _replaces(found.get(name), value) else _merged(found[name], value)
-    return found
+def _merged(base: dict[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    merged = deepcopy(base)
+    for name, value in above.items():
+        merged[name] = deepcopy(value) if _replaces(merged.get(name), value) else _merged(merged[name], value)
+    return merged
 
 
-def _kept(places: Mapping[Path, str], base: Any, own: Mapping[str, Any]) -> dict[Path, str]:
+def _kept(places: Mapping[Path, str], base: Any, above: Mapping[str, Any]) -> dict[Path, str]:
     """Return the places of the file below, without those of entries that are replaced."""
-    kept = dict(places)
-    for name, value in own.items():
+    kept_places = dict(places)
+    for name, value in above.items():
         if name not in base:
             continue
-        inner = {at[1:]: place for at, place in kept.items() if at[:1] == (name,)}
-        kept = {at: place for at, place in kept.items() if at[:1] != (name,)}
+        inner = {at[1:]: place for at, place in kept_places.items() if at[:1] == (name,)}
+        kept_places = {at: place for at, place in kept_places.items() if at[:1] != (name,)}
         if not _replaces(base[name], value):
-            kept |= {(name, *at): place for at, place in _kept(inner, base[name], value).items()}
-    return kept
+            kept_places |= {(name, *at): place for at, place in _kept(inner, base[name], value).items()}
+    return kept_places
 
 
 def _apply(source: Source, change: str) -> None:

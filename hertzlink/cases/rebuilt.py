@@ -23,7 +23,7 @@ from hertzlink.cases.rebuilt_parts import chain_data, structure_data
 SAME, SAME_ESTIMATE = 1e-9, 1e-2
 """Relative differences of numbers that the builders compute, and of an estimated error, on another processor."""
 
-KNOWN = {
+ENTRIES = {
     "chain", "structure", "chains", "structures", "contacts", "scheme", "until", "window", "substeps", "save_every",
     "steps", "waveform", "most_steps",
 }  # fmt: skip
@@ -71,13 +71,13 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
     several = {"chains", "structures", "contacts"} <= set(data)
     if not (several or {"chain", "structure"} <= set(data)) or "until" not in data:
         raise ValueError('given: is not the input of a run; take run.attrs["input"]')
-    if unknown := sorted(set(data) - KNOWN):
+    if unknown := sorted(set(data) - ENTRIES):
         raise refused(unknown[0], "an entry that a case does not have")
     if several:
-        whole, reduction = _several(data)
+        sections, reduction = _several(data)
     else:
         structure, reduction = structure_data(data["structure"])
-        whole = {"chain": chain_data(data["chain"]), "structure": structure}
+        sections = {"chain": chain_data(data["chain"]), "structure": structure}
     run: dict[str, Any] = {"until": data["until"], "reduce": reduction}
     if (scheme := _scheme(str(data["scheme"]))) != {"kind": "condensed", "tolerance": 1e-11}:
         run["scheme"] = scheme
@@ -85,34 +85,34 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
         run["waveform"] = data["waveform"]
     if "most_steps" in data:
         run["most_steps"] = data["most_steps"]
-    return _planned(whole, run, data)
+    return _planned(sections, run, data)
 
 
 def _several(data: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
     """Return the sections of several chains, structures or contacts, and the entry `reduce` of [run]."""
-    found = [structure_data(one) for one in data["structures"]]
-    reductions = [reduction for (one, reduction) in found if one["kind"] not in ("nothing", "half_space")]
-    alike = all(one == reductions[0] for one in reductions)
-    apart = [{} if alike or one["kind"] == "nothing" else {"reduce": reduction} for one, reduction in found]
-    structures = [{**one, **more} for (one, _), more in zip(found, apart, strict=True)]
-    chains = [chain_data(one) for one in data["chains"]]
+    parts = [structure_data(structure) for structure in data["structures"]]
+    reductions = [reduction for (part, reduction) in parts if part["kind"] not in ("nothing", "half_space")]
+    alike = all(reduction == reductions[0] for reduction in reductions)
+    apart = [{} if alike or part["kind"] == "nothing" else {"reduce": reduction} for part, reduction in parts]
+    structures = [{**part, **more} for (part, _), more in zip(parts, apart, strict=True)]
+    chains = [chain_data(chain) for chain in data["chains"]]
     for chain, end, structure, point in data["contacts"]:
         chains[chain]["behind" if end else "on"] = {"structure": structure, "point": point}
-    whole = {"chain": chains if len(chains) > 1 else chains[0], "structure": structures}
-    return whole, reductions[0] if reductions and alike else False
+    sections = {"chain": chains if len(chains) > 1 else chains[0], "structure": structures}
+    return sections, reductions[0] if reductions and alike else False
 
 
-def _plain(given: Any) -> dict[str, Any]:
-    if isinstance(given, xr.Dataset):
-        given = given.attrs.get("input")
-    if isinstance(given, str):
+def _plain(inputs: Any) -> dict[str, Any]:
+    if isinstance(inputs, xr.Dataset):
+        inputs = inputs.attrs.get("input")
+    if isinstance(inputs, str):
         try:
-            given = json.loads(given)
+            inputs = json.loads(inputs)
         except (ValueError, RecursionError):
             raise ValueError('given: is no JSON; take run.attrs["input"]') from None
-    if not isinstance(given, Mapping):
+    if not isinstance(inputs, Mapping):
         raise ValueError('given: must be the input of a run, run.attrs["input"], or the run')
-    return dict(unfolded(given))
+    return dict(unfolded(inputs))
 
 
 def _scheme(text: str) -> dict[str, Any]:
@@ -127,15 +127,15 @@ def _called(text: str) -> tuple[str, dict[str, Any]]:
         call = ast.parse(text, mode="eval").body
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
             raise ValueError
-        return call.func.id, {str(one.arg): ast.literal_eval(one.value) for one in call.keywords}
+        return call.func.id, {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
     except (SyntaxError, ValueError):
         raise refused("scheme", text) from None
 
 
-def _planned(whole: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]) -> Case:
+def _planned(sections: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]) -> Case:
     """Return the case whose runs have the same windows, steps and saved times."""
     wanted = {name: data[name] for name in ("window", "substeps", "save_every", "steps") if name in data}
-    choices: list[dict[str, Any]] = [{} if one == "default" else {"accuracy": one} for one in ACCURACIES]
+    choices: list[dict[str, Any]] = [{} if accuracy == "default" else {"accuracy": accuracy} for accuracy in ACCURACIES]
     if isinstance(wanted.get("window"), str):
         choices = [{"adaptive": _called(wanted["window"])[1]}]
     elif "window" in wanted:
@@ -143,14 +143,14 @@ def _planned(whole: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]
         choices += [window if wanted["substeps"] != 1 else {"window": wanted["window"]}]
         # A longest step of all chains, by which the least of their counts follows.
         step = wanted["window"] / wanted["substeps"] / min(wanted["steps"]) if wanted["steps"] else None
-        choices += [{**one, "dt": step} for one in choices[:1] + choices[-1:] if step]
-    simulation = _built(Case({**whole, "run": {**run, **choices[0]}}))
+        choices += [{**choice, "dt": step} for choice in choices[:1] + choices[-1:] if step]
+    simulation = _built(Case({**sections, "run": {**run, **choices[0]}}))
     _compare(data, simulation.describe())
     for choice, saved in product(choices, ({}, {"save_every": wanted.get("save_every")})):
-        case = Case({**whole, "run": {**run, **choice, **saved}})
+        case = Case({**sections, "run": {**run, **choice, **saved}})
         try:
-            made = _like(simulation, case)
-            plan = made.plan(case.until, case.model.run.save_every).describe(made.interface, made.window)
+            candidate = _like(simulation, case)
+            plan = candidate.plan(case.until, case.model.run.save_every).describe(candidate.interface, candidate.window)
         except ValueError:
             continue  # these windows do not suit this run
         if all(_same(wanted[name], plan[name]) for name in wanted):
@@ -171,15 +171,15 @@ def _like(first: CoSimulation, case: Case) -> CoSimulation:
     return first.replace(**{**defaults, **case.model.run.make(World())})
 
 
-def _compare(given: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:
+def _compare(inputs: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:
     """Refuse a case that does not describe itself as the run did."""
-    found = stored(as_text(rebuilt))
+    rebuilt_inputs = stored(as_text(rebuilt))
     for name in ("chain", "structure", "chains", "structures", "contacts"):
-        if (name in given) != (name in found):
+        if (name in inputs) != (name in rebuilt_inputs):
             raise refused(name, "an input of another form")
-        if name not in given:
+        if name not in inputs:
             continue
-        for path, there, here in _differences(given[name], found[name], name):
+        for path, there, here in _differences(inputs[name], rebuilt_inputs[name], name):
             limit = SAME_ESTIMATE if ESTIMATES.match(path) else SAME
             if not _same(there, here, limit):
                 raise refused(path, f"{there!r}, which a case builds as {here!r}")
@@ -190,8 +190,8 @@ def _differences(there: Any, here: Any, path: str) -> Iterator[tuple[str, Any, A
         for name in dict.fromkeys([*there, *here]):
             yield from _differences(there.get(name), here.get(name), f"{path}.{name}")
     elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
-        for i, (one, other) in enumerate(zip(there, here, strict=True)):
-            yield from _differences(one, other, f"{path}[{i}]")
+        for i, (first, second) in enumerate(zip(there, here, strict=True)):
+            yield from _differences(first, second, f"{path}[{i}]")
     elif there != here:
         yield path, there, here
 

@@ -53,7 +53,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list
         pairs = [line for row, rest in both for line in (*wrap(row[widest], WIDTH), CONTINUED + rest)]
         return [head[widest], CONTINUED + first, "-" * (len(CONTINUED) + len(first)), *pairs, *more]
     texts = ["; ".join(f"{name}: {cell}" for name, cell in zip(head, row, strict=True)) for row in shown]
-    return [*(fill(one, WIDTH, subsequent_indent=CONTINUED) for one in texts), *more]
+    return [*(fill(text, WIDTH, subsequent_indent=CONTINUED) for text in texts), *more]
 
 
 def _aligned(*rows: Sequence[str]) -> list[str]:
@@ -68,7 +68,7 @@ def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(head)
     for row in rows:
-        writer.writerow(["" if isinstance(one, float) and np.isnan(one) else one for one in row])
+        writer.writerow(["" if isinstance(cell, float) and np.isnan(cell) else cell for cell in row])
     return file.getvalue()
 
 
@@ -100,7 +100,7 @@ def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, st
 def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     rows: list[list[Any]] = []
     chains = task.case.model.chains
-    of = [(chain, sensor) for chain, one in enumerate(chains) for sensor in task.sensors if sensor <= one.count]
+    of = [(chain, sensor) for chain, part in enumerate(chains) for sensor in task.sensors if sensor <= part.count]
     forces = [sensor_force(of_chain(data, chain), sensor) for chain, sensor in of]
     for chain, sensor in of:
         waves = _waves(of_chain(data, chain), sensor)
@@ -121,7 +121,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     error = float(energy_error(data))
     above = _above_one(row[-2] for row in rows)
     lines = [*table(head, shown, "waves.csv"), *above, f"energy created or lost: {error:.1e} of the impact's"]
-    columns = np.column_stack([data.time.values, *(one.values for one in forces)])
+    columns = np.column_stack([data.time.values, *(force.values for force in forces)])
     return lines, {
         "waves.csv": csv_text(heads, rows),
         TRACES: csv_text(["time (s)", *names], columns.tolist()),
@@ -130,7 +130,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
 
 def _above_one(ratios: Iterable[float]) -> list[str]:
     """Return a remark where an AR exceeds 1."""
-    return [fill(f"AR {ABOVE_ONE}", WIDTH)] if any(one > 1.0 for one in ratios) else []
+    return [fill(f"AR {ABOVE_ONE}", WIDTH)] if any(ratio > 1.0 for ratio in ratios) else []
 
 
 def _waves(run: xr.Dataset, sensor: int) -> Any:
@@ -148,23 +148,23 @@ def _cell(value: float, unit: str) -> str:
 
 
 def _heads(axes: Iterable[Axis]) -> list[str]:
-    return [f"{one.name} ({one.si})" if one.si else one.name for one in axes]
+    return [f"{axis.name} ({axis.si})" if axis.si else axis.name for axis in axes]
 
 
 def _sweep(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     names = ("amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight")
     rows, shown = [], []
-    for places in product(*(range(len(one.values)) for one in task.axes)):
-        at = data.isel({one.name: i for one, i in zip(task.axes, places, strict=True)})
-        values = [one.values[i] for one, i in zip(task.axes, places, strict=True)]
-        texts = [one.shown(value) for one, value in zip(task.axes, values, strict=True)]
+    for places in product(*(range(len(axis.values)) for axis in task.axes)):
+        at = data.isel({axis.name: i for axis, i in zip(task.axes, places, strict=True)})
+        values = [axis.values[i] for axis, i in zip(task.axes, places, strict=True)]
+        texts = [axis.shown(value) for axis, value in zip(task.axes, values, strict=True)]
         for sensor in task.sensors:
-            found = [float(at[name].sel(sensor=sensor)) for name in names]
-            rows.append([*values, sensor, *found])
-            shown.append([*texts, str(sensor), *map(_cell, found, ("", "µs", "", "µs"))])
-    head = [*(one.head for one in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
+            measures = [float(at[name].sel(sensor=sensor)) for name in names]
+            rows.append([*values, sensor, *measures])
+            shown.append([*texts, str(sensor), *map(_cell, measures, ("", "µs", "", "µs"))])
+    head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
     wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
-    above = _above_one(one for row in rows for one in (row[-4], row[-2]))
+    above = _above_one(ratio for row in rows for ratio in (row[-4], row[-2]))
     return [*table(head, shown, "points.csv"), *above], {
         "points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)
     }
@@ -176,11 +176,11 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     assert wanted is not None
     rows, shown, samples = [], [], []
     remarks = set()
-    for places in product(*(range(len(one.values)) for one in task.others)):
-        at = data.isel({one.name: i for one, i in zip(task.others, places, strict=True)})
-        values = [one.values[i] for one, i in zip(task.others, places, strict=True)]
-        texts = [one.shown(value) for one, value in zip(task.others, values, strict=True)]
-        low, high = (float(one) for one in at.bracket)
+    for places in product(*(range(len(axis.values)) for axis in task.others)):
+        at = data.isel({axis.name: i for axis, i in zip(task.others, places, strict=True)})
+        values = [axis.values[i] for axis, i in zip(task.others, places, strict=True)]
+        texts = [axis.shown(value) for axis, value in zip(task.others, values, strict=True)]
+        low, high = (float(end) for end in at.bracket)
         critical, far = float(at.critical_distance), float(at.far_value)
         rows.append([*values, critical, low, high, far, wanted.tolerance])
         if bool(at.lower_bound):
@@ -192,13 +192,15 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
         shown.append([*texts, number, bracket, f"{far:.4f}"])
         done = at.sampled.values.astype(bool)
         for i in np.flatnonzero(done):
-            one = at.isel(distance=int(i))
-            samples.append([*values, float(one.distance), float(one.amplitude_ratio), float(one.time_of_flight)])
+            sample = at.isel(distance=int(i))
+            samples.append(
+                [*values, float(sample.distance), float(sample.amplitude_ratio), float(sample.time_of_flight)]
+            )
     unit = f", {along.unit}" if along.unit else ""
     heads = _heads(task.others)
-    head = [*(one.head for one in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
+    head = [*(axis.head for axis in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
     axis = f"distance ({along.si})"
-    lines = [*table(head, shown, "critical_distance.csv"), *(fill(one, WIDTH) for one in sorted(remarks))]
+    lines = [*table(head, shown, "critical_distance.csv"), *(fill(remark, WIDTH) for remark in sorted(remarks))]
     share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
     lines.append(f"beyond the critical distance AR stays within {share} of AR far away")
     lines.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")

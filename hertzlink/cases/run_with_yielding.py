@@ -34,8 +34,8 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
             words = "" if dented is None else _changes(task, data, dented)
             said[:] = dict.fromkeys(_with(said, words))
             data = with_warnings(data, _with(findings_of(data), words)).assign_attrs({WITH_YIELDING: words})
-    for one in said:
-        caution(one)
+    for message in said:
+        caution(message)
     return data, dented
 
 
@@ -45,7 +45,9 @@ def _is_of_yield(finding: str) -> bool:
 
 def _with(findings: Iterable[str], words: str) -> list[str]:
     """Return the findings, with computed changes in the place of estimated ones."""
-    return [f"{one.split('; ')[0]}; {words}" if words and _is_of_yield(one) else one for one in findings]
+    return [
+        f"{finding.split('; ')[0]}; {words}" if words and _is_of_yield(finding) else finding for finding in findings
+    ]
 
 
 def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
@@ -71,25 +73,25 @@ def _changes(task: Task, data: xr.Dataset, dented: xr.Dataset) -> str:
 def _waves(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
     for sensor in task.sensors:
         chain = task.case.model.measure.chain
-        runs = [of_chain(one, chain) for one in (dented, data)]
-        ratios, flights = ([float(read(one, sensor)) for one in runs] for read in (amplitude_ratio, time_of_flight))
+        runs = [of_chain(result, chain) for result in (dented, data)]
+        ratios, flights = ([float(read(run, sensor)) for run in runs] for read in (amplitude_ratio, time_of_flight))
         yield f"AR at bead {sensor} is {_instead(ratios, '.3f')}"
-        yield f"TOF {_instead([1e6 * one for one in flights], '.1f')} µs"
+        yield f"TOF {_instead([1e6 * flight for flight in flights], '.1f')} µs"
 
 
 def _distances(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
     assert task.along is not None
-    for number, places in enumerate(product(*(range(len(one.values)) for one in task.others))):
+    for number, places in enumerate(product(*(range(len(axis.values)) for axis in task.others))):
         if number == MOST:
             yield "and so on"
             return
-        at = {one.name: i for one, i in zip(task.others, places, strict=True)}
-        where = [f"{one.head} {one.shown(one.values[i])}" for one, i in zip(task.others, places, strict=True)]
-        found = [float(one.critical_distance.isel(at)) / task.along.size for one in (dented, data)]
-        words = f"the critical distance is {_instead(found, '.4g')} {task.along.unit}".strip()
+        at = {axis.name: i for axis, i in zip(task.others, places, strict=True)}
+        where = [f"{axis.head} {axis.shown(axis.values[i])}" for axis, i in zip(task.others, places, strict=True)]
+        distances = [float(result.critical_distance.isel(at)) / task.along.size for result in (dented, data)]
+        words = f"the critical distance is {_instead(distances, '.4g')} {task.along.unit}".strip()
         yield f"{words} ({', '.join(where)})" if where else words
 
 
 def _instead(values: Sequence[float], digits: str) -> str:
-    new, old = ("none" if isnan(one) else f"{one:{digits}}" for one in values)
+    new, old = ("none" if isnan(value) else f"{value:{digits}}" for value in values)
     return f"{new} instead of {old}"

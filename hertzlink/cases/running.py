@@ -43,17 +43,17 @@ class Measure:
 
     def __call__(self, run: xr.Dataset) -> xr.Dataset:
         run = of_chain(run, self.chain)
-        kept: dict[str, Any] = {}
+        measures: dict[str, Any] = {}
         for prefix, wave in (("", "primary"), ("secondary_", "secondary")):
             for read in (amplitude_ratio, time_of_flight):
                 each = [read(run, sensor, wave) for sensor in self.sensors]
-                values, attrs = np.array([float(one) for one in each]), each[0].attrs
-                kept[prefix + read.__name__] = ("sensor", values, attrs)
-        data = xr.Dataset(kept, {"sensor": list(self.sensors)}, run.attrs)
+                values, attrs = np.array([float(value) for value in each]), each[0].attrs
+                measures[prefix + read.__name__] = ("sensor", values, attrs)
+        data = xr.Dataset(measures, {"sensor": list(self.sensors)}, run.attrs)
         if self.traces:
             forces = [sensor_force(run, sensor) for sensor in self.sensors]
             data = data.assign_coords(time=run.time)
-            data["sensor_force"] = (("sensor", "time"), np.stack([one.values for one in forces]), forces[0].attrs)
+            data["sensor_force"] = (("sensor", "time"), np.stack([force.values for force in forces]), forces[0].attrs)
         return data
 
 
@@ -82,7 +82,7 @@ class Task:
     @property
     def others(self) -> tuple[Axis, ...]:
         """All axes but that of the critical distance."""
-        return tuple(one for one in self.axes if one is not self.along)
+        return tuple(axis for axis in self.axes if axis is not self.along)
 
     @property
     def kind(self) -> str:
@@ -130,16 +130,16 @@ def _along(case: Case, axes: tuple[Axis, ...]) -> Axis | None:
         return None
     place = ("measure", "critical_distance", "along")
     path = path_of(critical.along, place)
-    found = [one for one in axes if one.path == path]
-    if not found:
-        names = ", ".join(written(one.path) for one in axes)
+    matching = [axis for axis in axes if axis.path == path]
+    if not matching:
+        names = ", ".join(written(axis.path) for axis in axes)
         cure = f"take one of them: {names}" if axes else f'give [sweep] "{critical.along}" = {{ from =, to =, step = }}'
         raise Fault(place, f'"{critical.along}" is no axis of [sweep]; {cure}')
-    if not found[0].is_number or len(found[0].values) < FEWEST_DISTANCES:
+    if not matching[0].is_number or len(matching[0].values) < FEWEST_DISTANCES:
         raise Fault(place, f'"{critical.along}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
     if case.model.measure.sensors is not None and len(case.model.measure.sensors) != 1:
         raise Fault(("measure", "sensors"), "must be one for a critical distance; give sensor")
-    return found[0]
+    return matching[0]
 
 
 def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
@@ -150,7 +150,7 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     elif task.along is None:
         build = Build(case, task.axes)
         measure = Measure(task.sensors, case.model.measure.traces, case.model.measure.chain)
-        axes: dict[str, Any] = {one.name: one.values for one in task.axes}
+        axes: dict[str, Any] = {axis.name: axis.values for axis in task.axes}
         with of_run():
             data = sweep(build, case.until, jobs=jobs, measure=measure, **axes)
     else:
@@ -168,7 +168,7 @@ def _critical(task: Task, jobs: int | None) -> xr.Dataset:
     assert along is not None
     assert wanted is not None
     build = _OfDistance(Build(task.case, task.axes), along.name)
-    axes: dict[str, Any] = {one.name: one.values for one in task.others}
+    axes: dict[str, Any] = {axis.name: axis.values for axis in task.others}
     return critical_distance_search(
         build, task.case.until, task.sensors[0], along.values, wanted.tolerance, wanted.bracket, wanted.relative,
         jobs=jobs, **axes,

@@ -9,7 +9,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def schema() -> dict[str, Any]:
     """Return the schema; a file that extends another may lack sections, so none is required."""
-    found = case_model().model_json_schema(by_alias=True)
-    found.pop("required", None)
-    found["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}
-    return {"$schema": DIALECT, **found, "title": "hertzlink case"}
+    document = case_model().model_json_schema(by_alias=True)
+    document.pop("required", None)
+    document["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}
+    return {"$schema": DIALECT, **document, "title": "hertzlink case"}

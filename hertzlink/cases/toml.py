@@ -16,7 +16,7 @@ def as_toml(data: Mapping[str, Any]) -> str:
     for name, value in data.items():
         if isinstance(value, Mapping):
             lines += ["", f"[{_key(name)}]"]
-            lines += [f"{_key(inner)} = {_entry(one)}" for inner, one in value.items() if one is not None]
+            lines += [f"{_key(inner)} = {_entry(item)}" for inner, item in value.items() if item is not None]
     return "\n".join(lines).strip() + "\n"
 
 
@@ -29,7 +29,7 @@ def _entry(value: Any) -> str:
     text = _value(value)
     if len(text) <= WIDTH or not isinstance(value, list | tuple):
         return text
-    return "[\n" + "".join(f"    {_value(one)},\n" for one in value) + "]"
+    return "[\n" + "".join(f"    {_value(item)},\n" for item in value) + "]"
 
 
 def _value(value: Any) -> str:
@@ -41,8 +41,8 @@ def _value(value: Any) -> str:
     if isinstance(value, float):
         return repr(value) if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{_key(name)} = {_value(one)}" for name, one in value.items() if one is not None)
+        inner = ", ".join(f"{_key(name)} = {_value(item)}" for name, item in value.items() if item is not None)
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(one) for one in value if one is not None) + "]"
+        return "[" + ", ".join(_value(item) for item in value if item is not None) + "]"
     return str(value)

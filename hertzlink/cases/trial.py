@@ -51,8 +51,8 @@ def trial(task: Task) -> str:
         starting, _ = timed(lambda: simulation.run(short))
         part, _ = timed(lambda: simulation.run(short))
     starting, running = loading + max(0.0, starting - part), PART * part
-    runs, built = prod(len(one.values) for one in task.axes), _structures(task)
-    refined = REFINED * prod(len(one.values) for one in task.others) if task.along is not None else 0
+    runs, built = prod(len(axis.values) for axis in task.axes), _structures(task)
+    refined = REFINED * prod(len(axis.values) for axis in task.others) if task.along is not None else 0
     jobs = 1 if task.kind == "run" else min(joblib.cpu_count(), max(1, runs))
     # Processes start as this one does.
     seconds = (1 + (jobs > 1)) * starting + ((built + refined) * building + (runs + refined) * running) / jobs
@@ -61,8 +61,10 @@ def trial(task: Task) -> str:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
         lines.append(f"  {axis.head}: {count_of(len(axis.values), 'value')}, {ends[0]} to {ends[1]}")
     chains, structures = simulation.interface.chains, simulation.interface.structures
-    lines += [f"{_numbered('chain', i, chains)}: {one.chain!r}" for i, one in enumerate(chains)]
-    lines += [f"{_numbered('structure', i, structures)}: {_structure(one)}" for i, one in enumerate(structures)]
+    lines += [f"{_numbered('chain', i, chains)}: {chain.chain!r}" for i, chain in enumerate(chains)]
+    lines += [
+        f"{_numbered('structure', i, structures)}: {_structure(structure)}" for i, structure in enumerate(structures)
+    ]
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     of = f" of chain {first.model.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
@@ -74,14 +76,18 @@ def trial(task: Task) -> str:
     lines.append(f"  {in_words(running)} for a run, from a tenth of one{many})")
     if task.case.model.identify is not None:
         lines += _identification(question_of(task.case))
-    lines += [f"warning: {one}" for one in dict.fromkeys(warnings) if "record" not in one and "until" not in one]
+    lines += [
+        f"warning: {warning}"
+        for warning in dict.fromkeys(warnings)
+        if "record" not in warning and "until" not in warning
+    ]
     return "\n".join(lines)
 
 
 def _at_ends(task: Task) -> Iterator[Callable[[], CoSimulation]]:
     """Yield the builders at the least and the greatest value of each axis, at all that are no numbers, and else as the
     first."""
-    build, first = Build(task.case, task.axes), {one.name: one.values[0] for one in task.axes}
+    build, first = Build(task.case, task.axes), {axis.name: axis.values[0] for axis in task.axes}
     for axis in task.axes:
         ends = [min(axis.values), max(axis.values)] if axis.is_number else axis.values
         for value in ends:
@@ -134,7 +140,7 @@ def _what(task: Task, runs: int, refined: int) -> str:
 
 def _structures(task: Task) -> int:
     """Return how many different structures are built."""
-    return prod(len(one.values) for one in task.axes if one.path[0] != "chain")
+    return prod(len(axis.values) for axis in task.axes if axis.path[0] != "chain")
 
 
 def _structure(moving: MovingStructure | CheckedParticipant) -> str:

@@ -53,33 +53,33 @@ class Unit:
     def _words(self) -> str:
         return f"must be {self.what}, such as {self.example}" + (f", or a number in {self.unit}" if self.unit else "")
 
-    def read(self, given: Any) -> float:
+    def read(self, typed: Any) -> float:
         """Return the number in the SI unit; a validation error for anything else."""
-        if isinstance(given, int | float) and not isinstance(given, bool):
+        if isinstance(typed, int | float) and not isinstance(typed, bool):
             try:
-                plain = float(given)
+                plain = float(typed)
             except OverflowError:
                 plain = math.inf
             if not math.isfinite(plain):
-                raise fault(f"{shown(given)} is not finite; {self._words}")
+                raise fault(f"{shown(typed)} is not finite; {self._words}")
             return plain
-        if not isinstance(given, str):
-            raise fault(f"{shown(given)} {self._words}")
-        found = NUMBER.fullmatch(given)
-        if found is None or found[2].startswith(","):
-            comma = "; write a decimal point" if re.search(r"\d,\d", given) else ""
-            raise fault(f"{shown(given)} {self._words}{comma}")
-        number, unit = Decimal(found[1].replace("_", "")), found[2]
+        if not isinstance(typed, str):
+            raise fault(f"{shown(typed)} {self._words}")
+        match = NUMBER.fullmatch(typed)
+        if match is None or match[2].startswith(","):
+            comma = "; write a decimal point" if re.search(r"\d,\d", typed) else ""
+            raise fault(f"{shown(typed)} {self._words}{comma}")
+        number, unit = Decimal(match[1].replace("_", "")), match[2]
         if not unit:
             lack = "has no unit; " if self.unit else ""
-            raise fault(f"{shown(given)} {lack}{self._words}")
+            raise fault(f"{shown(typed)} {lack}{self._words}")
         try:
             degrees = self.unit == "rad" and unit in DEGREES
             value = math.radians(float(number)) if degrees else float(number * factor(unit, self.unit))
         except ValueError as error:
-            raise fault(f"{shown(given)}: {error}; {self._words}") from None
+            raise fault(f"{shown(typed)}: {error}; {self._words}") from None
         if not math.isfinite(value):
-            raise fault(f"{shown(given)} is not finite; {self._words}")
+            raise fault(f"{shown(typed)} is not finite; {self._words}")
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -33,7 +33,7 @@ def load(files: Iterable[Path]) -> None:
             exec(compile(content, place, "exec"), vars(module))
         except SyntaxError as error:
             raise ValueError(f"--with {file}:{error.lineno}: {error.msg}") from None
-        if not any(one.target.__module__ == name for one in registered()):
+        if not any(entry.target.__module__ == name for entry in registered()):
             raise ValueError(f"--with {file}: describes no part; write @hl.described above a class or a function")
         _LOADED[place] = content
 

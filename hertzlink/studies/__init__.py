@@ -42,8 +42,8 @@ class Study(Protocol):
     Conditions: type[Conditions]
     """The parameters that can be changed."""
 
-    def run(self, quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
-        """Simulate; `quick` runs a coarse version in seconds. own: values of the Conditions, the others are the
+    def run(self, quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+        """Simulate; `quick` runs a coarse version in seconds. parameters: values of the Conditions, the others are the
         thesis's.
         """
         ...
@@ -61,7 +61,9 @@ class Study(Protocol):
 class LongStudy(Study, Protocol):
     """A study that keeps its parts as they are finished, and whose table is too long for a terminal."""
 
-    def run(self, quick: bool = False, jobs: int | None = None, keep: Path | None = None, **own: Any) -> xr.Dataset:
+    def run(
+        self, quick: bool = False, jobs: int | None = None, keep: Path | None = None, **parameters: Any
+    ) -> xr.Dataset:
         """Run as a Study. keep: a folder for the parts; a later run takes those that it finds there."""
         ...
 

@@ -69,14 +69,14 @@ class Conditions(OnPlate):
 THESIS = Conditions()
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
 
     body: the thesis's plate, the infinite plate by its point impedance, and a half-space. quick: the same, because it
     takes seconds.
     """
 
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
 
     def build(body: str, thickness: float, diameter: float) -> CoSimulation:
         return CoSimulation(of.chain(diameter), _structure(of, body, thickness))
@@ -127,11 +127,11 @@ def _contacts(data: xr.Dataset, of: Conditions) -> list[Row]:
     rows = []
     for diameter, thickness, _ in _by_ratio(data):
         bead, plate = of.sphere(diameter), of.plate(thickness)
-        found = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
+        simulated = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
         said = inelasticity_parameter(bead, plate, of.impact_speed), of.contact_time(diameter) * 1e6
         expected = float(plate_contact_time(bead, plate, of.impact_speed)) * 1e6
         named = Named(diameter=diameter * 1e3, thickness=thickness * 1e3)
-        rows.append(row("contact time of a chain", found, *said, theory=expected, **named))
+        rows.append(row("contact time of a chain", simulated, *said, theory=expected, **named))
     return rows
 
 
@@ -142,9 +142,9 @@ def _printed(data: xr.Dataset) -> list[Row]:
         if f"λ, {label}" not in row.entries:
             continue
         plate, bead = THESIS.plate(thickness), THESIS.sphere(diameter)
-        found, again = inelasticity_parameter(bead, plate, IMPACT_SPEED), _thesis_parameter(diameter, thickness)
+        parameter, again = inelasticity_parameter(bead, plate, IMPACT_SPEED), _thesis_parameter(diameter, thickness)
         speeds = IMPACT_SPEED, THESIS_IMPACT.bead_speed
-        rows.append(row(f"λ, {label}", found, *speeds, again, otherwise={THEIRS: again}))
+        rows.append(row(f"λ, {label}", parameter, *speeds, again, otherwise={THEIRS: again}))
         if f"contact time, {label}" in row.entries:
             contact = plate_contact_time(bead, plate, IMPACT_SPEED) * 1e6
             chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
@@ -171,7 +171,7 @@ def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str
     plate, speed = THESIS.plate(thickness), THESIS_IMPACT.striker_speed
     digits = printed(0.29 if parameter == 0.2 else parameter)
     assert digits is not None
-    times = [1e6 * float(plate_contact_time(theirs(diameter), plate, speed, one)) for one in digits]
+    times = [1e6 * float(plate_contact_time(theirs(diameter), plate, speed, ratio)) for ratio in digits]
     return {"the thesis's λ and 8000 kg/m³": f"{min(times):.6g} to {max(times):.6g}"}
 
 
@@ -195,8 +195,8 @@ def _extremes() -> list[Row]:
 def _amplitudes(data: xr.Dataset, of: Conditions) -> list[Row]:
     rows: list[Row] = []
     for diameter, thickness, ratio in _by_ratio(data):
-        found = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
-        plate, infinite = (_shown(found.sel(body=body)) for body in BODIES[:2])
+        ratios = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
+        plate, infinite = (_shown(ratios.sel(body=body)) for body in BODIES[:2])
         striker, wave = (of.theory(ratio, speed)[0] for speed in of.speeds)
         first = "" if rows else FIRST.format("" if of.own else ", as in figure 6.18, whose values are not printed")
         rows.append(row("AR", plate, first, wave, infinite, theory=striker, ratio=ratio))
@@ -211,10 +211,12 @@ def _shown(ratio: xr.DataArray) -> float | str:
 def _flights(data: xr.Dataset, of: Conditions) -> list[Row]:
     rows: list[Row] = []
     for diameter, thickness, ratio in _by_ratio(data):
-        found = float(data.time_of_flight.sel(body="plate", diameter=diameter, thickness=thickness)) / diameter
+        flight_per_size = (
+            float(data.time_of_flight.sel(body="plate", diameter=diameter, thickness=thickness)) / diameter
+        )
         striker, wave = (of.theory(ratio, speed)[1] * 1e3 for speed in of.speeds)
         first = "" if rows else "theory: equation 6.39, with e^(−1/5) and the striker's speed; "
-        flight = found * 1e3 if np.isfinite(found) else "no wave"
+        flight = flight_per_size * 1e3 if np.isfinite(flight_per_size) else "no wave"
         rows.append(row("TOF/D", flight, first, wave, theory=striker, ratio=ratio))
     return rows
 
@@ -222,19 +224,19 @@ def _flights(data: xr.Dataset, of: Conditions) -> list[Row]:
 def _by_ratio(data: xr.Dataset) -> list[tuple[float, float, float]]:
     """Return the diameter, thickness (m) and D/t of all combinations, in order of D/t."""
     pairs = [(d, t, d / t) for d in data.diameter.values for t in data.thickness.values]
-    return sorted(pairs, key=lambda one: one[2])
+    return sorted(pairs, key=lambda pair: pair[2])
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
-    found = {}
+    figures_by_name = {}
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     _points(axis, data, data.amplitude_ratio)
     _without_wave(axis, data)
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
     axis.legend()
-    found["amplitude_ratio"] = figure
+    figures_by_name["amplitude_ratio"] = figure
     figure, axes = draw.panels(2, width=4.0, height=3.6, sharey=False)
     _points(axes[0], data, data.time_of_flight * 1e6)
     axes[0].set(ylabel="time of flight (µs)")
@@ -244,9 +246,9 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     axes[1].set(ylabel="time of flight / D (µs/mm)", ylim=(0.0, 1.6 * longest))
     for axis in axes:
         axis.legend()
-    found["time_of_flight"] = figure
-    found["forces"] = _forces(data)
-    return found
+    figures_by_name["time_of_flight"] = figure
+    figures_by_name["forces"] = _forces(data)
+    return figures_by_name
 
 
 def _points(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:

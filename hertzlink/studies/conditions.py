@@ -79,14 +79,14 @@ class Option:
         """The SI unit of a number."""
         return self.kind.unit if isinstance(self.kind, Quantity) else ""
 
-    def read(self, name: str, given: object) -> Any:
+    def read(self, name: str, value: object) -> Any:
         """Return the value from text, a number, or for several values a sequence of these; a WrongValue if it is not
         right."""
         if not self.several:
-            return self._one(name, given)
-        items = list(_items(given))
+            return self._one(name, value)
+        items = list(_items(value))
         if not items:
-            raise WrongValue(name, given, "give at least one value")
+            raise WrongValue(name, value, "give at least one value")
         values = dict.fromkeys(self._one(name, item) for item in items)
         return tuple(values if self.choices or self.kind is None else sorted(values))
 
@@ -96,23 +96,23 @@ class Option:
             return "none"
         values = value if self.several else (value,)
         if self.choices or self.kind is None:
-            return ", ".join(_named(one) if self.kind is None else one for one in values)
+            return ", ".join(_named(value) if self.kind is None else value for value in values)
         if len(values) > LISTED:
             return _printed((values[0], values[-1]), self.unit, f"{len(values)} values from {{}} to {{}}")
         return _printed(values, self.unit, ", ".join(["{}"] * len(values)))
 
-    def _one(self, name: str, given: object) -> Any:
+    def _one(self, name: str, raw: object) -> Any:
         try:
             if self.kind is None:
-                return _material(given)
+                return _material(raw)
             if isinstance(self.kind, OneOf):
-                return self.kind.check(name, str(given).strip().lower())
-            value: Any = _number(given, self.unit) if isinstance(given, str) else given
+                return self.kind.check(name, str(raw).strip().lower())
+            value: Any = _number(raw, self.unit) if isinstance(raw, str) else raw
             return self.kind.check(name, value)
         except ValueError as error:
             said = str(error)
             cure = said.partition(": ")[2] if said.startswith(f"{name} = ") else said
-            raise WrongValue(name, given, cure) from None
+            raise WrongValue(name, raw, cure) from None
 
 
 @dataclass(frozen=True)
@@ -121,24 +121,24 @@ class Conditions:
 
     def __post_init__(self) -> None:
         for name, option in self.options().items():
-            given = getattr(self, name)
-            if given is not self.thesis(name):
-                object.__setattr__(self, name, option.read(name, given))
+            stated = getattr(self, name)
+            if stated is not self.thesis(name):
+                object.__setattr__(self, name, option.read(name, stated))
         self.check()
 
     def check(self) -> None:
         """Raise a WrongValue for parameters that do not fit each other."""
 
     @classmethod
-    def of(cls, own: Mapping[str, Any]) -> Self:
+    def of(cls, parameters: Mapping[str, Any]) -> Self:
         """Return those with some parameters of a user's own; raise a ValueError for a name that does not exist."""
-        known = cls.options()
-        for name, value in own.items():
-            if name not in known:
-                meant = did_you_mean(name, known, str)
-                others = f"there are {', '.join(known)}" if known else "nothing can be changed"
+        options = cls.options()
+        for name, value in parameters.items():
+            if name not in options:
+                meant = did_you_mean(name, options, str)
+                others = f"there are {', '.join(options)}" if options else "nothing can be changed"
                 raise WrongValue(name, value, f"no parameter of this study; {f'{meant} '.lstrip()}{others}")
-        return cls(**own)
+        return cls(**parameters)
 
     @classmethod
     def read(cls, data: xr.Dataset) -> Self:
@@ -150,7 +150,7 @@ class Conditions:
     def options(cls) -> dict[str, Option]:
         """Return how each parameter is read."""
         hints = get_type_hints(cls, include_extras=True)
-        return {one.name: Option.of(hints[one.name]) for one in fields(cls)}
+        return {field.name: Option.of(hints[field.name]) for field in fields(cls)}
 
     @classmethod
     def thesis(cls, name: str) -> Any:
@@ -188,19 +188,19 @@ class Conditions:
         return data.assign_attrs({OWN: json.dumps(values, ensure_ascii=False), DIFFERS: self.remark()})
 
 
-def _items(given: object) -> Iterable[object]:
+def _items(value: object) -> Iterable[object]:
     """Return one value, or several: in a sequence, or with commas in a text."""
-    if isinstance(given, str):
-        return [part.strip() for part in given.split(",") if part.strip()]
-    if isinstance(given, Mapping) or not isinstance(given, Iterable):
-        return [given]
-    return [item for part in given for item in _items(part)]
+    if isinstance(value, str):
+        return [part.strip() for part in value.split(",") if part.strip()]
+    if isinstance(value, Mapping) or not isinstance(value, Iterable):
+        return [value]
+    return [item for part in value for item in _items(part)]
 
 
 def _plain(value: Any) -> Any:
     """Return a value for JSON: a material of the table by its name, another one by its constants."""
     if isinstance(value, tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     if isinstance(value, Material):
         return value.name if value.name in MATERIALS and MATERIALS[value.name] == value else asdict(value)
     return value
@@ -222,30 +222,30 @@ def _number(text: str, unit: str) -> float:
         return float(text)
     except ValueError:
         what = f"a number of {unit}, as 0.001, 1e-3 or with its unit" if unit else "a number, as 0.001 or 1e-3"
-        found = NUMBER.fullmatch(text) if unit else None
-    if found is None:
+        match = NUMBER.fullmatch(text) if unit else None
+    if match is None:
         raise ValueError(f"must be {what}")
     try:
-        return float(Decimal(found[1]) * factor(found[2], unit))
+        return float(Decimal(match[1]) * factor(match[2], unit))
     except ValueError as error:
         raise ValueError(f"{error}; must be {what}") from None
 
 
-def _material(given: object) -> Material:
+def _material(value: object) -> Material:
     """Return a material, from its constants, or that of this name, or the only one of this first word."""
-    if isinstance(given, Material):
-        return given
-    if isinstance(given, Mapping):
-        return Material(**given)
-    meant = MATERIALS.meant(str(given))
+    if isinstance(value, Material):
+        return value
+    if isinstance(value, Mapping):
+        return Material(**value)
+    meant = MATERIALS.meant(str(value))
     if len(meant) == 1:
         return meant[0]
     if meant:
-        raise ValueError(f"there are {' and '.join(one.name for one in meant)}; give the whole name")
-    raise ValueError(f"no such material; {nearest(str(given), list(MATERIALS))}")
+        raise ValueError(f"there are {' and '.join(material.name for material in meant)}; give the whole name")
+    raise ValueError(f"no such material; {nearest(str(value), list(MATERIALS))}")
 
 
 def _printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:
     """Return values with their unit, in the digits that a user would type. words: what stands around the numbers."""
     unit, factor = READABLE.get(unit, (unit, 1.0))
-    return f"{words.format(*(f'{factor * one:.6g}' for one in values))} {unit}".rstrip()
+    return f"{words.format(*(f'{factor * value:.6g}' for value in values))} {unit}".rstrip()

@@ -217,7 +217,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
     """Return the mean relative change of the force from each mesh to the next."""
     forces = [contact.law(coarser).force(np.array(APPROACHES[FIRST_COMPARED:])) for coarser in meshes]
-    return [float(np.abs(one / other - 1.0).mean()) for one, other in pairwise(forces)]
+    return [float(np.abs(force / finer - 1.0).mean()) for force, finer in pairwise(forces)]
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -409,10 +409,10 @@ def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
     names = [SOLID, *(crossed(angle) for angle in ANGLES)]
     angles = np.array([0.0, *ANGLES])
     for i, fit in enumerate(("1 to 100 N, relative", LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")):
-        found = data.exponent.sel(contact=names, fit=fit).values
-        repeated = (angles < SHORT_CONTACT_ANGLE) & (abs(found - HERTZ) < HERTZ_EXPONENT_DIFFERENCE)
-        draw.points(axis, angles[~repeated], found[~repeated], i, fit)
-        draw.points(axis, angles[repeated], found[repeated], i, hollow=True)
+        exponents = data.exponent.sel(contact=names, fit=fit).values
+        repeated = (angles < SHORT_CONTACT_ANGLE) & (abs(exponents - HERTZ) < HERTZ_EXPONENT_DIFFERENCE)
+        draw.points(axis, angles[~repeated], exponents[~repeated], i, fit)
+        draw.points(axis, angles[repeated], exponents[repeated], i, hollow=True)
     axis.plot([], [], "o", color="grey", markerfacecolor="white", label="half-spaces, not cut")
     draw.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
     draw.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")

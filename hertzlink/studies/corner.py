@@ -73,10 +73,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     def alone(corner_edge: str, x: float) -> CoSimulation:
         return CoSimulation(CHAIN, half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
 
-    found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
+    ratio = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
     single = sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
     far = measure(CoSimulation(CHAIN, infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
-    data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
+    data = xr.Dataset({"corner_ratio": ratio, "corner_edge_ratio": single, "corner_far_ratio": far})
     data = data.merge(crossings(length, QUICK_SCAN if quick else SCAN, 2e-3 if quick else 0.2e-3, jobs))
     data["corner_superposed"] = superposed(data)
     for name in ("x", "y"):
@@ -96,16 +96,22 @@ def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: in
     def from_edge(corner_edge: str, distance: float) -> CoSimulation:
         return CoSimulation(CHAIN, half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
-    scan = [one * length for one in scaled]
+    scan = [distance * length for distance in scaled]
     find = partial(
         critical_distance_search, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
     )
-    found = {
+    searches = {
         "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),
         "corner_edge": find(from_edge, jobs=1, corner_edge=EDGES),
     }
-    own = ("critical_distance", "bracket")
-    return xr.Dataset({f"{name}_{what}": one[what].drop_vars("within") for name, one in found.items() for what in own})
+    variables = ("critical_distance", "bracket")
+    return xr.Dataset(
+        {
+            f"{name}_{what}": searched[what].drop_vars("within")
+            for name, searched in searches.items()
+            for what in variables
+        }
+    )
 
 
 def unit() -> float:
@@ -135,14 +141,14 @@ def superposed(data: xr.Dataset) -> xr.DataArray:
         data.corner_far_ratio + added.sel(corner_edge=first, drop=True) + along_y.sel(corner_edge=second, drop=True)
         for first, second in CORNERS.values()
     ]
-    found: xr.DataArray = xr.concat(both, data.corner)
-    return found.assign_attrs(units="1", long_name="amplitude ratio, two edges superposed")
+    superposition: xr.DataArray = xr.concat(both, data.corner)
+    return superposition.assign_attrs(units="1", long_name="amplitude ratio, two edges superposed")
 
 
 def worst(data: xr.Dataset, corner: str, nearest: float) -> float:
     """Return the largest error of superposition for distances of `nearest` (in ℓ) or more."""
-    one = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
-    return float(abs(one.corner_ratio - one.corner_superposed).max())
+    corner_data = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
+    return float(abs(corner_data.corner_ratio - corner_data.corner_superposed).max())
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -163,8 +169,11 @@ def figure(data: xr.Dataset) -> draw.Figure:
     drawn, axes = draw.panels(data.sizes["corner"], width=2.9, height=3.6)
     levels = [-0.2, -0.1, -0.05, -TOLERANCE, TOLERANCE, 0.05, 0.1, 0.2, 0.4]
     for axis, corner in zip(axes, data.corner.values, strict=True):
-        one = data.sel(corner=corner).transpose("y", "x", ...)
-        here, predicted = one.corner_ratio - one.corner_far_ratio, one.corner_superposed - one.corner_far_ratio
+        corner_data = data.sel(corner=corner).transpose("y", "x", ...)
+        here, predicted = (
+            corner_data.corner_ratio - corner_data.corner_far_ratio,
+            corner_data.corner_superposed - corner_data.corner_far_ratio,
+        )
         norm = TwoSlopeNorm(0.0, -levels[-1], levels[-1])
         shown = axis.contourf(data.x, data.y, here, levels, cmap="RdBu_r", norm=norm, extend="both")
         for values, style, width in ((here, "-", 1.2), (predicted, "--", 1.0)):

@@ -106,12 +106,12 @@ def _shear() -> tuple[bool | None, bool]:
 
 def _momentum() -> tuple[bool | None, bool]:
     """Return the momentum of striker and beads after an impact, with no structure."""
-    kept = []
+    momenta = []
     for form in ("thesis", "pairwise"):
         loss = PowerDashpot(5.58, 1.81, form)
         run = CoSimulation(Chain([BEAD] * 12, BEAD, SLOW, dissipation=loss), None).run(6e-4)
-        kept.append(float(run.velocity.isel(time=-1).sum()))
-    return near(kept[0], SLOW, 1e-9), near(kept[1], SLOW, 1e-9)
+        momenta.append(float(run.velocity.isel(time=-1).sum()))
+    return near(momenta[0], SLOW, 1e-9), near(momenta[1], SLOW, 1e-9)
 
 
 def _radius() -> tuple[bool | None, bool]:
@@ -125,7 +125,7 @@ def _radius() -> tuple[bool | None, bool]:
 def _axes() -> tuple[bool | None, bool]:
     """The approximate ratio of axes changes k of the thesis's ellipsoids by 0.1 %, of cylinders at 5° by 9 %."""
     first, second = (Cylinder(2.38e-3, 4.76e-3, STEEL_316, angle).surface for angle in (0.0, np.radians(5.0)))
-    rough, exact = (hertz_stiffness(first, second, way) for way in ("approximate", "exact"))
+    rough, exact = (hertz_stiffness(first, second, method) for method in ("approximate", "exact"))
     return near(rough, exact, 0.01), True
 
 
@@ -152,25 +152,25 @@ def _root() -> tuple[bool | None, bool]:
 def _wall() -> tuple[bool | None, bool]:
     """Return k of a steel ball on PTFE, with the Poisson's ratio of each."""
     exact = hertz_stiffness(BEAD.surface, Surface(PTFE))
-    found = []
+    ratios = []
     for ratio in (STEEL_440C.poisson_ratio, PTFE.poisson_ratio):
         ball = (1.0 - STEEL_440C.poisson_ratio**2) / STEEL_440C.youngs_modulus
-        found.append(4.0 / 3.0 * sqrt(BEAD.radius) / (ball + (1.0 - ratio**2) / PTFE.youngs_modulus))
-    return near(found[0], exact), near(found[1], exact)
+        ratios.append(4.0 / 3.0 * sqrt(BEAD.radius) / (ball + (1.0 - ratio**2) / PTFE.youngs_modulus))
+    return near(ratios[0], exact), near(ratios[1], exact)
 
 
 def _beads() -> tuple[bool | None, bool]:
     """Return TOF on steel, simulated without gravity and losses: 0.459 ms."""
     chain = striking.Striking()
     k, wall = hertz_stiffness(BEAD.surface, BEAD.surface), chain.wall(STEEL_440C)
-    whole, part = (float(time_of_flight(n, BEAD.mass, k, wall, chain.speed)) for n in (20, 13))
-    return near(whole, 0.459e-3, 0.05), near(part, 0.459e-3, 0.05)
+    full, part = (float(time_of_flight(n, BEAD.mass, k, wall, chain.speed)) for n in (20, 13))
+    return near(full, 0.459e-3, 0.05), near(part, 0.459e-3, 0.05)
 
 
 def _stiffer() -> tuple[bool | None, bool]:
     """Stiffer contacts make the wave faster: k to 32 k makes the time a quarter."""
-    one, other = (float(UniformChain(BEAD.size, BEAD.mass, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
-    return near(32.0**0.4, other / one), near(32.0**-0.4, other / one)
+    soft, stiff = (float(UniformChain(BEAD.size, BEAD.mass, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
+    return near(32.0**0.4, stiff / soft), near(32.0**-0.4, stiff / soft)
 
 
 def _particle_ratio() -> tuple[bool | None, bool]:
@@ -210,8 +210,10 @@ def _return() -> tuple[bool | None, bool]:
 
 def _slower() -> tuple[bool | None, bool]:
     """A wave that returns with less speed takes longer."""
-    whole, less = (float(UniformChain(BEAD.size, BEAD.mass, 1e9).transit_time(13, 0.3, kept)) for kept in (1.0, 0.5))
-    return bool(less < whole), bool(less > whole)
+    full, less = (
+        float(UniformChain(BEAD.size, BEAD.mass, 1e9).transit_time(13, 0.3, rebound)) for rebound in (1.0, 0.5)
+    )
+    return bool(less < full), bool(less > full)
 
 
 def _aspect() -> tuple[bool | None, bool]:

@@ -98,7 +98,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...], quick: bool) -> xr.Dataset:
-    cut, whole = reduce(body.cut(), body.until), reduce(body.linear(), body.until)
+    cut, linear = reduce(body.cut(), body.until), reduce(body.linear(), body.until)
     bead = Sphere(0.5 * body.diameter, STEEL_440C)
 
     def measures(facing: Structure | Closing, speed: float) -> tuple[float, float]:
@@ -108,7 +108,7 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
     def split(opening: float) -> Closing:
         return Closing(cut, [opening] * body.gaps)
 
-    limits = np.array([[measures(facing, speed) for speed in speeds] for facing in (split(WIDE), whole)])
+    limits = np.array([[measures(facing, speed) for speed in speeds] for facing in (split(WIDE), linear)])
     gaps = np.array([[measures(split(opening), speed) for speed in speeds] for opening in (0.0, *openings)])
     half = np.full(len(speeds), np.nan)
     for i, speed in enumerate([] if quick else speeds):

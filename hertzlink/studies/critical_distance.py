@@ -97,12 +97,12 @@ OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)
 """d/ℓ of a quick run for a user's own pair."""
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **changes: Any) -> xr.Dataset:
     """Return AR over edge, λ and d/ℓ; the same for other pairs; the law compared with both; shear; corners.
 
     quick: fewer of each.
     """
-    of = Conditions.of(own)
+    of = Conditions.of(changes)
     if of.own:
         parameters = of.few("inelasticity", QUICK_PARAMETERS if quick else PARAMETERS)
         distances = OWN_QUICK_DISTANCES if quick else DISTANCES
@@ -126,9 +126,9 @@ def main_map(
     def away(inelasticity: float) -> CoSimulation:
         return pair.coupled(pair.struck("free", inelasticity, np.inf))
 
-    found = sweep(near, pair.record, jobs, measure, edge=edges, inelasticity=parameters, scaled_distance=distances)
+    runs = sweep(near, pair.record, jobs, measure, edge=edges, inelasticity=parameters, scaled_distance=distances)
     far = sweep(away, pair.record, 1, measure, inelasticity=parameters)
-    data = xr.Dataset({"amplitude_ratio": found.amplitude_ratio, "far_ratio": far.amplitude_ratio})
+    data = xr.Dataset({"amplitude_ratio": runs.amplitude_ratio, "far_ratio": far.amplitude_ratio})
     difference = data.amplitude_ratio - data.far_ratio
     data["table_error"] = tabulated(difference, pair.stiffness_ratio) - difference
     data = data.assign_coords(within=list(TOLERANCES))
@@ -150,12 +150,12 @@ def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
 def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -> xr.DataArray:
     """Return the values of the law's table for simulated differences over edge, λ and d/ℓ."""
     distances = difference.scaled_distance.values
-    found: xr.DataArray = xr.apply_ufunc(
+    differences: xr.DataArray = xr.apply_ufunc(
         lambda edge, ratio, parameter: np.interp(distances, *edge_difference(str(edge), ratio, parameter)),
         difference.edge, stiffness_ratio, difference.inelasticity,
         output_core_dims=[["scaled_distance"]], vectorize=True,
     )  # fmt: skip
-    return found
+    return differences
 
 
 def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
@@ -164,15 +164,15 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
     parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
 
     def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
-        one = OTHER_PAIRS[pair]
-        return one.coupled(one.struck(edge, inelasticity, scaled_distance))
+        case = OTHER_PAIRS[pair]
+        return case.coupled(case.struck(edge, inelasticity, scaled_distance))
 
     distances = (*OTHER_DISTANCES, np.inf)
     record = min(OTHER_PAIRS[name].record for name in names)
-    found = sweep(
+    runs = sweep(
         near, record, jobs, measure, pair=names, edge=EDGES, inelasticity=parameters, scaled_distance=distances
     ).amplitude_ratio
-    difference = found.isel(scaled_distance=slice(None, -1)) - found.isel(scaled_distance=-1, drop=True)
+    difference = runs.isel(scaled_distance=slice(None, -1)) - runs.isel(scaled_distance=-1, drop=True)
     ratio = xr.DataArray([OTHER_PAIRS[name].stiffness_ratio for name in names], dims="pair", coords={"pair": names})
     data = xr.Dataset({
         "other_difference": difference,
@@ -186,7 +186,7 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
 
 def law() -> xr.Dataset:
     """Return c(λ) and its bounds for the materials of MAIN."""
-    found = [
+    estimates = [
         [[scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in TOLERANCES] for p in LAW_PARAMETERS]
         for edge in EDGES
     ]
@@ -195,7 +195,7 @@ def law() -> xr.Dataset:
     axes = {"edge": list(EDGES), "law_inelasticity": LAW_PARAMETERS, "within": list(TOLERANCES)}
     return xr.Dataset(
         {
-            "law": ((*axes, "estimate"), found, {"units": "1", "long_name": "critical distance / ℓ"}),
+            "law": ((*axes, "estimate"), estimates, {"units": "1", "long_name": "critical distance / ℓ"}),
             "scaled_line": (("law_inelasticity", "line"), lines, {"units": "1", "long_name": "equation 6.41, L / ℓ"}),
         },
         {**axes, "estimate": ["value", "low", "high"], "line": LINES},
@@ -243,9 +243,9 @@ def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, fl
     def build(distance: float) -> CoSimulation:
         return pair.coupled(pair.struck("clamped", inelasticity, distance / length))
 
-    found = critical_distance_search(build, pair.record, SENSOR, [one * length for one in SCAN], jobs=jobs)
-    low, high = found.bracket.values.tolist()
-    return float(found.critical_distance), low, high
+    result = critical_distance_search(build, pair.record, SENSOR, [distance * length for distance in SCAN], jobs=jobs)
+    low, high = result.bracket.values.tolist()
+    return float(result.critical_distance), low, high
 
 
 def plate(thickness: float) -> Plate:
@@ -265,9 +265,9 @@ def _collapse(data: xr.Dataset) -> list[Row]:
     far = data.other_distance >= 0.0
     rows = []
     for name in data.pair.values:
-        one = data.sel(pair=name)
-        ratio = float(one.stiffness_ratio)
-        moved, error = (float(abs(one[what].where(far)).max()) for what in ("material_deviation", "other_error"))
+        case = data.sel(pair=name)
+        ratio = float(case.stiffness_ratio)
+        moved, error = (float(abs(case[what].where(far)).max()) for what in ("material_deviation", "other_error"))
         rows.append(row("collapse", moved, ratio, MAIN.stiffness_ratio, error, pair=name))
     return rows
 
@@ -283,9 +283,9 @@ def _law(data: xr.Dataset) -> list[Row]:
             # Both are 0 if AR is within the tolerance at all distances.
             errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
             held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
-            known = np.isfinite(simulated)
+            finite = np.isfinite(simulated)
             apart = float(part.scaled_distance.diff("scaled_distance").min())
-            counts = int(known.sum()), apart, 100.0 * np.nanmedian(errors), int((held & known).sum())
+            counts = int(finite.sum()), apart, 100.0 * np.nanmedian(errors), int((held & finite).sum())
             said = *counts, float(abs(part.table_error).max())
             rows.append(row("law", 100.0 * float(np.nanmax(errors)), *said, edge=edge, low=low, high=high))
     return rows
@@ -293,25 +293,30 @@ def _law(data: xr.Dataset) -> list[Row]:
 
 def _compared(part: xr.Dataset, edge: str) -> tuple[Vector, Vector, Vector, Vector]:
     """Return the critical distances over ℓ, simulated and by the law with its bounds, over λ and tolerance."""
-    found = np.array([
+    estimates = np.array([
         [scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in part.within.values]
         for p in part.inelasticity.values
     ])  # fmt: skip
-    return part.simulated.transpose("inelasticity", "within").values, found[..., 0], found[..., 1], found[..., 2]
+    return (
+        part.simulated.transpose("inelasticity", "within").values,
+        estimates[..., 0],
+        estimates[..., 1],
+        estimates[..., 2],
+    )
 
 
 def _thesis(data: xr.Dataset) -> list[Row]:
     rows = []
     for diameter, thickness in product(data.diameter.values, data.thickness.values):
-        one = data.sel(diameter=diameter, thickness=thickness)
-        lines = " to ".join(f"{1e3 * line:.1f}" for line in one.bound.values)
-        parameter = float(one.thesis_inelasticity)
-        (value, *bounds), (found, *ends) = 1e3 * one.thesis_law.values, 1e3 * one.searched.values
+        case = data.sel(diameter=diameter, thickness=thickness)
+        lines = " to ".join(f"{1e3 * line:.1f}" for line in case.bound.values)
+        parameter = float(case.thesis_inelasticity)
+        (value, *bounds), (searched, *ends) = 1e3 * case.thesis_law.values, 1e3 * case.searched.values
         named = Named(theory=lines, diameter=1e3 * diameter, thickness=1e3 * thickness)
         if not np.isfinite(value):
             rows.append(row("beyond the law", "none", parameter, **named))
-        elif np.isfinite(found):
-            rows.append(row("searched", float(value), parameter, *bounds, found, *ends, **named))
+        elif np.isfinite(searched):
+            rows.append(row("searched", float(value), parameter, *bounds, searched, *ends, **named))
         else:
             rows.append(row("clamped", float(value), parameter, *bounds, **named))
     return rows
@@ -319,16 +324,16 @@ def _thesis(data: xr.Dataset) -> list[Row]:
 
 def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     """Return the critical distance over ℓ by runs, compared with the law, for each edge and λ."""
-    found = []
-    for edge, one, within in product(data.edge.values, data.inelasticity.values, data.within.values):
-        length, thickness = of.pair.length(float(one)), of.pair.plate(float(one)).thickness
-        at = data.sel(edge=edge, inelasticity=one)
+    rows = []
+    for edge, inelasticity, within in product(data.edge.values, data.inelasticity.values, data.within.values):
+        length, thickness = of.pair.length(float(inelasticity)), of.pair.plate(float(inelasticity)).thickness
+        at = data.sel(edge=edge, inelasticity=inelasticity)
         value = float(at.simulated.sel(within=within))
-        law = scaled_critical_distance(str(edge), of.pair.stiffness_ratio, float(one), float(within))
+        law = scaled_critical_distance(str(edge), of.pair.stiffness_ratio, float(inelasticity), float(within))
         said = *law[1:], 1e3 * length * value, 1e3 * thickness, 1e3 * length, float(at.far_ratio)
         shown: float | str = value if np.isfinite(value) else "not settled"
-        found.append(row("pair", shown, *said, theory=law[0], edge=edge, inelasticity=one, within=within))
-    return found
+        rows.append(row("pair", shown, *said, theory=law[0], edge=edge, inelasticity=inelasticity, within=within))
+    return rows
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -49,9 +49,9 @@ def of_pair(data: xr.Dataset) -> draw.Figure:
     figure, axes = _by_edge(data, "amplitude ratio AR", 3.6, **SCALED)
     colours = colormaps["viridis"](np.linspace(0.0, 0.95, max(2, data.sizes["inelasticity"])))
     for axis, edge in zip(axes, data.edge.values, strict=True):
-        for colour, one in zip(colours, data.inelasticity.values, strict=False):
-            curve = data.amplitude_ratio.sel(edge=edge, inelasticity=one)
-            axis.plot(data.scaled_distance, curve, ".-", color=colour, label=f"λ = {one:g}")
+        for colour, inelasticity in zip(colours, data.inelasticity.values, strict=False):
+            curve = data.amplitude_ratio.sel(edge=edge, inelasticity=inelasticity)
+            axis.plot(data.scaled_distance, curve, ".-", color=colour, label=f"λ = {inelasticity:g}")
     axes[0].legend()
     return figure
 
@@ -67,12 +67,12 @@ def collapse(data: xr.Dataset) -> draw.Figure:
     for axis, edge in zip(axes, data.edge.values, strict=True):
         for i, parameter in enumerate(parameters):
             colour = colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1))
-            one = data.sel(edge=edge, inelasticity=parameter)
-            axis.plot(data.scaled_distance, one.amplitude_ratio, "-", color=colour, label=f"λ = {parameter:g}")
+            case = data.sel(edge=edge, inelasticity=parameter)
+            axis.plot(data.scaled_distance, case.amplitude_ratio, "-", color=colour, label=f"λ = {parameter:g}")
             for k, name in enumerate(same):
                 if parameter in data.other_inelasticity.values:
                     other = data.other_difference.sel(pair=name, other_edge=edge, other_inelasticity=parameter)
-                    axis.plot(data.other_distance, other + one.far_ratio, draw.MARKERS[k], color=colour, **hollow)
+                    axis.plot(data.other_distance, other + case.far_ratio, draw.MARKERS[k], color=colour, **hollow)
     for k, name in enumerate(same):
         axes[0].plot([], [], draw.MARKERS[k], color="black", label=str(name), **hollow)
     draw.legend_above(figure, axes[0], 5)

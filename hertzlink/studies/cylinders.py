@@ -98,22 +98,22 @@ class Conditions(Parameters):
 
     def curves(self) -> list[waves.Curve]:
         """Return one for each angle."""
-        found = []
+        curves = []
         for angle in self.angle if "angle" in self.differing() else (0.0, 5.0, 10.0, 30.0, 45.0, 90.0):
-            first, second = (Cylinder(self.radius, self.length, self.material, radians(one)) for one in (0.0, angle))
+            first, second = (Cylinder(self.radius, self.length, self.material, radians(turn)) for turn in (0.0, angle))
             law = Tacit()(first, second)
-            found.append(waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
-        return found
+            curves.append(waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
+        return curves
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return the speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and in the thesis's
     cases.
 
     Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
     default, because starting processes takes longer than the runs.
     """
-    of, jobs = Conditions.of(own), jobs or 1
+    of, jobs = Conditions.of(parameters), jobs or 1
     if of.own:
         return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     speeds = SPEEDS[::4] if quick else SPEEDS
@@ -184,8 +184,8 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
     """Return figure 5.9a, and 40 N of figure 5.9b."""
-    found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
-    plain, printed, gravity = found["90°"], found["90°, printed masses"], found["90°, gravity"]
+    speeds = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
+    plain, printed, gravity = speeds["90°"], speeds["90°, printed masses"], speeds["90°, gravity"]
     wide, wider = data.case_width.sel(case="90°").values / DIAMETER
     curve = data.sel(angle=90.0)
     contact, centre = (waves.speed_at(curve, force) for force in (FORCES[1], FORCES[1] * CONTACT_TO_CENTRE_FORCE))

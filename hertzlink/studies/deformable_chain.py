@@ -97,10 +97,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     named = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in outer}
     ends = [points, by_law.isel(law_spacing=-1, drop=True), *named.values()]
     models = xr.concat(ends, "model").assign_coords(model=[*MODELS, *named])
-    kept = ["peak_force", "wave_speed", "seconds", "cells"]
+    variables = ["peak_force", "wave_speed", "seconds", "cells"]
     # The explicit chain counts the contacts' strain as vibration.
     models["vibration_share"] = models.vibration_share.sel(model="modes", drop=True)
-    series = [waves.named(one[kept], name) for one, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
+    series = [
+        waves.named(series_[variables], name)
+        for series_, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))
+    ]
     data = xr.merge([models, *series, shape(), over_speed(IMPACT_SPEEDS[::every])])
     for name, units in (("spacing", "m"), ("law_spacing", "m"), ("impact_speed", "m/s"), ("shape_time", "s")):
         data[name].attrs["units"] = units
@@ -110,8 +113,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 def _explicit(spacings: Sequence[float], jobs: int | None) -> xr.Dataset:
     """Return the explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
     parallel = joblib.Parallel(jobs or -1, return_as="generator")
-    made = parallel(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
-    runs = list(watched(made, len(spacings)))
+    finished = parallel(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
+    runs = list(watched(finished, len(spacings)))
     return _together(runs[::-1], "spacing", spacings)
 
 
@@ -149,11 +152,11 @@ def chain(model: str, impact_speed: float, modes: int = MODES, law: ContactLaw |
     return DeformableChain([BEAD] * BEADS, BEAD, impact_speed, law=law, modes=modes)
 
 
-def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
+def timed(computed: Callable[[], xr.Dataset]) -> xr.Dataset:
     """Return the contact forces, vibration and measures of a run, and the processor time, s, for everything that it
     needs."""
     begin = process_time()
-    run = one()
+    run = computed()
     seconds = process_time() - begin
     vibration = run.vibration_energy if "vibration_energy" in run else xr.zeros_like(run.displacement)
     share = (vibration / run.impact_energy).assign_attrs(units="1", long_name="vibration of a bead over the impact")
@@ -197,12 +200,12 @@ def measure(run: xr.Dataset) -> xr.Dataset:
     first, second = ((force * force.time).sum("time") / force.sum("time")).values
     speed = (CONTACTS[1] - CONTACTS[0]) * BEAD.size / (second - first)
     peak = top(run.time.values, force.sel(contact=CONTACTS[1]).values)
-    found = {
+    values = {
         "peak_force": (peak, "N", "peak force between beads 15 and 16"),
         "wave_speed": (speed, "m/s", "wave speed between contacts 10 and 16"),
         "energy_error": (energy_error(run), "1", "energy error"),
     }
-    return xr.Dataset({name: ((), value, {"units": u, "long_name": text}) for name, (value, u, text) in found.items()})
+    return xr.Dataset({name: ((), value, {"units": u, "long_name": text}) for name, (value, u, text) in values.items()})
 
 
 def top(time: Vector, force: Vector) -> float:

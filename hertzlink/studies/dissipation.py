@@ -128,7 +128,7 @@ LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
 CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "α+ γ−": (1, -1), "α+ γ+": (1, 1)}
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
 
     Chains are horizontal and free at their end; the striker equals the beads. quick: steps four times as long, and
@@ -139,7 +139,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
         # Starting processes would take longer than the runs.
         jobs = 1
     step = QUICK_STEP if quick else 1.0
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     if of.own:
         kinds = list(LAWS[:3])
         data = sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=kinds)
@@ -173,8 +173,8 @@ def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
         keep, laws = (with_history, LAWS) if fit.of == STEEL else (peaks, LAWS[:-1])
         parts.append(sweep(build, fit.of.until(), jobs, keep, law=laws, material=[name]))
     steel = parts[0][["force", "contact_peak"]].sel(material="steel 316", drop=True)
-    found = xr.concat([part[["peak", "arrival"]] for part in parts], "material", join="outer")
-    return found.assign(steel.data_vars).assign_attrs(parts[0].attrs).reindex(law=list(LAWS))
+    waves_of_materials = xr.concat([part[["peak", "arrival"]] for part in parts], "material", join="outer")
+    return waves_of_materials.assign(steel.data_vars).assign_attrs(parts[0].attrs).reindex(law=list(LAWS))
 
 
 def over_corners(step: float, jobs: int | None) -> xr.Dataset:
@@ -184,8 +184,8 @@ def over_corners(step: float, jobs: int | None) -> xr.Dataset:
         return simulation(STEEL, TABLE_4_1["steel 316"].corner(*CORNERS[corner]), shown_speed, step)
 
     slowest = STEEL.until(min(SHOWN_SPEEDS))
-    found = sweep(build, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
-    return found.rename(peak="corner_peak").drop_vars("arrival")
+    corners = sweep(build, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
+    return corners.rename(peak="corner_peak").drop_vars("arrival")
 
 
 def over_speeds(speeds: tuple[float, ...], step: float, jobs: int | None) -> xr.Dataset:
@@ -194,8 +194,8 @@ def over_speeds(speeds: tuple[float, ...], step: float, jobs: int | None) -> xr.
     def build(striker_speed: float, law: str) -> CoSimulation:
         return simulation(STEEL, STEEL.law(law), striker_speed, step)
 
-    found = sweep(build, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
-    return found.sel(sensor=list(SENSORS)).rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor")
+    runs = sweep(build, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
+    return runs.sel(sensor=list(SENSORS)).rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor")
 
 
 def asides(jobs: int | None) -> list[xr.Dataset]:
@@ -253,17 +253,17 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
 def with_history(run: xr.Dataset) -> xr.Dataset:
     """Return the peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
     force = xr.concat([sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
-    found = peaks(run).assign_coords(shown=list(SHOWN_SENSORS))
-    found["force"] = force.assign_attrs(units="N", long_name="force at the sensor")
+    waves_of_run = peaks(run).assign_coords(shown=list(SHOWN_SENSORS))
+    waves_of_run["force"] = force.assign_attrs(units="N", long_name="force at the sensor")
     attributes = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
-    found["contact_peak"] = run.contact_force.max("time").reset_coords(drop=True).assign_attrs(attributes)
-    return found
+    waves_of_run["contact_peak"] = run.contact_force.max("time").reset_coords(drop=True).assign_attrs(attributes)
+    return waves_of_run
 
 
 def secondary_waves(run: xr.Dataset) -> xr.Dataset:
     """Return the peak force of the secondary wave over that of the original one."""
-    found = reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
-    return xr.Dataset({"secondary": ((), found.amplitude_ratio if found else np.nan, {"units": "1"})})
+    wave = reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
+    return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
 
 
 def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
@@ -318,7 +318,7 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     speed, force = of.wave()
     undamped = data.sel(law="undamped")
     passed = float(undamped.arrival.sel(sensor=last) - undamped.arrival.sel(sensor=FIRST))
-    found = [
+    rows = [
         row("own speed", (last - FIRST) * of.bead / passed, theory=speed),
         row("own force", float(undamped.peak.sel(sensor=FIRST)), force, first=FIRST),
     ]
@@ -326,8 +326,8 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
         first, left = (float(data.peak.sel(law=law, sensor=sensor)) for sensor in (FIRST, last))
         expected, said = (1.0, "; theory: a solitary wave keeps its form") if law == "undamped" else ("", "")
         named = Named(last=last, first=FIRST, law=label)
-        found.append(row("own decay", left / first, first, left, said, theory=expected, **named))
-    return found
+        rows.append(row("own decay", left / first, first, left, said, theory=expected, **named))
+    return rows
 
 
 def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:

@@ -86,10 +86,10 @@ def against_distance(
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         log_x(axis)
         for i, thickness in enumerate(data.thickness.values):
-            one = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
-            curve = one[name].isel(distance=one.sampled.values) * factor
+            case = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
+            curve = case[name].isel(distance=case.sampled.values) * factor
             axis.plot(curve.distance * 1e3, curve, markersize=2.5, label=thick(thickness))
-            _mark_crossing(axis, one, COLOURS[i])
+            _mark_crossing(axis, case, COLOURS[i])
         if ratio:
             axis.set_ylim(0.0, 1.0)
         here = data.sel(diameter=diameter)
@@ -102,16 +102,16 @@ def against_distance(
     return figure
 
 
-def _mark_crossing(axis: Axes, one: xr.Dataset, colour: str) -> None:
+def _mark_crossing(axis: Axes, case: xr.Dataset, colour: str) -> None:
     """Draw the bracket of the critical distance as a band, a lower bound as an open triangle on the x axis."""
-    if one.lower_bound:
-        low = one.bracket.sel(end="low") * 1e3
+    if case.lower_bound:
+        low = case.bracket.sel(end="low") * 1e3
         axis.plot(
             low, 0.03, ">", color=colour, markersize=6.0, markerfacecolor="white",
             transform=axis.get_xaxis_transform(), clip_on=False, zorder=3.0,
         )  # fmt: skip
-    elif one.critical_distance.notnull():
-        axis.axvspan(*(one.bracket.values * 1e3), color=colour, alpha=0.35, linewidth=0.0)
+    elif case.critical_distance.notnull():
+        axis.axvspan(*(case.bracket.values * 1e3), color=colour, alpha=0.35, linewidth=0.0)
 
 
 def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
@@ -155,16 +155,16 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         farthest = 0.0
         for i, thickness in enumerate(data.thickness.values):
-            one = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
-            if not one.lower_bound:
-                away = abs(one.amplitude_ratio - one.far_value).isel(distance=one.sampled.values)
-                coarse = one.amplitude_ratio.isel(distance=scan.values)
+            case = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
+            if not case.lower_bound:
+                away = abs(case.amplitude_ratio - case.far_value).isel(distance=case.sampled.values)
+                coarse = case.amplitude_ratio.isel(distance=scan.values)
                 fine = np.linspace(float(coarse.distance[0]), float(coarse.distance[-1]), 4000)
-                between = abs(np.interp(fine, coarse.distance, coarse) - float(one.far_value))
+                between = abs(np.interp(fine, coarse.distance, coarse) - float(case.far_value))
                 axis.plot(fine * 1e3, between, "--", color=COLOURS[i], linewidth=0.8)
                 look = Look(color=COLOURS[i], marker=MARKERS[i], linewidth=0.8, label=thick(thickness))
                 axis.plot(away.distance * 1e3, away, **look)
-                low, high = one.bracket.values * 1e3
+                low, high = case.bracket.values * 1e3
                 axis.axvspan(low, high, color=COLOURS[i], alpha=0.5, linewidth=0.0)
                 farthest = max(farthest, high)
         axis.axhline(tolerance, color="black", linewidth=0.8)
@@ -202,8 +202,8 @@ def points(
 def logarithmic(axis: Axes) -> None:
     """Make both axes logarithmic, with plain numbers at 1, 2 and 5 of each decade, or more on an axis within one."""
     axis.set(xscale="log", yscale="log")
-    for one in (axis.xaxis, axis.yaxis):
-        _plain_numbers(one)
+    for axis_ in (axis.xaxis, axis.yaxis):
+        _plain_numbers(axis_)
 
 
 def beside_theory(

@@ -65,8 +65,8 @@ class Pair:
 
     def plate(self, inelasticity: float) -> Plate:
         """Return a plate of the thickness that gives λ."""
-        one = inelasticity_parameter(self.bead, self._plate(1e-3), self.speed)
-        return self._plate(float(1e-3 * (one / inelasticity) ** 0.5))
+        parameter = inelasticity_parameter(self.bead, self._plate(1e-3), self.speed)
+        return self._plate(float(1e-3 * (parameter / inelasticity) ** 0.5))
 
     def length(self, inelasticity: float) -> float:
         """Return ℓ, m."""

@@ -49,11 +49,11 @@ def pair(speed: float) -> Pair:
 @lru_cache(maxsize=1)
 def thick(speed: float, place: float, until: float) -> Structure:
     """Return Mindlin's plate, clamped at the left."""
-    one = pair(speed)
-    side, length = SIDE * one.length(PARAMETER), one.length(PARAMETER)
+    case = pair(speed)
+    side, length = SIDE * case.length(PARAMETER), case.length(PARAMETER)
     plate = mindlin_plate(
-        side, side, one.plate(PARAMETER).thickness, one.wall, Supports(left="clamped"),
-        highest_frequency=1.2 / one.contact_time,
+        side, side, case.plate(PARAMETER).thickness, case.wall, Supports(left="clamped"),
+        highest_frequency=1.2 / case.contact_time,
     )  # fmt: skip
     return reduce(plate.at(length * min(place, FAR_AWAY), side / 2.0), until, REDUCTION)
 
@@ -66,14 +66,16 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     until = RECORD * pair(min(speeds)).contact_time
 
     def build(theory: str, shear_speed: float, place: float) -> CoSimulation:
-        one = pair(shear_speed)
+        case = pair(shear_speed)
         thin = theory == THEORIES[0]
-        return one.coupled(one.struck("clamped", PARAMETER, place, until) if thin else thick(shear_speed, place, until))
+        return case.coupled(
+            case.struck("clamped", PARAMETER, place, until) if thin else thick(shear_speed, place, until)
+        )
 
-    found = sweep(build, until, jobs, measure, theory=THEORIES, shear_speed=speeds, place=places)
+    runs = sweep(build, until, jobs, measure, theory=THEORIES, shear_speed=speeds, place=places)
     pairs = [pair(speed) for speed in speeds]
-    thickness = [one.plate(PARAMETER).thickness / one.length(PARAMETER) for one in pairs]
-    data = xr.Dataset({"theory_ratio": found.amplitude_ratio})
+    thickness = [case.plate(PARAMETER).thickness / case.length(PARAMETER) for case in pairs]
+    data = xr.Dataset({"theory_ratio": runs.amplitude_ratio})
     return data.assign_coords(relative_thickness=("shear_speed", thickness, {"units": "1", "long_name": "t/ℓ"}))
 
 
@@ -95,10 +97,10 @@ def table(data: xr.Dataset) -> list[Row]:
     """Return t/ℓ from which shear changes AR by 0.01."""
     rows, difference, thickness = [], lowered(data), data.relative_thickness.values
     for place in data.place.values:
-        found = difference.sel(place=place).values
+        differences = difference.sel(place=place).values
         where = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ, clamped"
-        samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, found, strict=True))
-        rows.append(row("limit", limit(thickness, found), PARAMETER, samples, place=where))
+        samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, differences, strict=True))
+        rows.append(row("limit", limit(thickness, differences), PARAMETER, samples, place=where))
     return rows
 
 

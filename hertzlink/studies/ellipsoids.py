@@ -79,14 +79,14 @@ particle = Conditions().particle
 """A bead of the thesis."""
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return the speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's
     cases.
 
     The curves are without gravity, with masses from geometry and a striker equal to the beads. quick: three of the nine
     forces. jobs: 1 by default, because starting processes takes longer than the runs.
     """
-    of, jobs = Conditions.of(own), jobs or 1
+    of, jobs = Conditions.of(parameters), jobs or 1
     if of.own:
         return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
@@ -166,16 +166,16 @@ def _contacts() -> list[Row]:
 
 def _speeds(data: xr.Dataset) -> list[Row]:
     """Return the wave of figure 5.5a."""
-    found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
-    printed, gravity = found["printed mass"], found["gravity"]
+    speeds = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
+    printed, gravity = speeds["printed mass"], speeds["gravity"]
     wide, wider = data.case_width.sel(case="printed mass").values / MINOR
     return [
         row("wave speed, discrete particles", printed),
-        row("wave speed, mass from geometry", found["mass from geometry"]),
+        row("wave speed, mass from geometry", speeds["mass from geometry"]),
         row("wave speed, finite elements", printed, gravity, otherwise={"gravity": gravity}),
         row("wave speed, experiment", printed),
-        row("wave speed, striker D 2.38 mm", found["striker of diameter 2.38 mm"]),
-        row("wave speed, striker R 2.38 mm", found["striker of radius 2.38 mm"]),
+        row("wave speed, striker D 2.38 mm", speeds["striker of diameter 2.38 mm"]),
+        row("wave speed, striker R 2.38 mm", speeds["striker of radius 2.38 mm"]),
         row("width, in minor diameters", float(wide), wider,
             otherwise=waves.widths(float(wider), MINOR)),
     ]  # fmt: skip

@@ -53,11 +53,13 @@ class Rows:
         otherwise: Mapping[str, float | str] = MappingProxyType({}), holds: bool | None = None, **labels: object,
     ) -> Row:  # fmt: skip
         """Return row of an entry. said: the values in its reason; labels: those in its name; the others as of a Row."""
-        one = self.entries[name]
-        computed = one.ours if computed is None else computed
-        reason = one.reason.format(*said) if said else one.reason
-        quantity = (one.quantity or name).format(**labels)
-        return Row(quantity, one.value, computed, one.unit, reason, theory, SCATTER[one.scatter], otherwise, holds)
+        entry = self.entries[name]
+        computed = entry.ours if computed is None else computed
+        reason = entry.reason.format(*said) if said else entry.reason
+        quantity = (entry.quantity or name).format(**labels)
+        return Row(
+            quantity, entry.value, computed, entry.unit, reason, theory, SCATTER[entry.scatter], otherwise, holds
+        )
 
 
 @cache

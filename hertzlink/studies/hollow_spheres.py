@@ -89,14 +89,14 @@ particle = Conditions().particle
 """A bead of the thesis."""
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return the speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; the contact
     laws.
 
     The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
     three of nine striker speeds. jobs: 1 by default, because starting processes takes longer than the runs.
     """
-    of, jobs = Conditions.of(own), jobs or 1
+    of, jobs = Conditions.of(parameters), jobs or 1
     if of.own:
         return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
@@ -179,15 +179,15 @@ def _laws(data: xr.Dataset) -> list[Row]:
 
 def _speeds(data: xr.Dataset) -> list[Row]:
     """Return the wave of figure 5.14a."""
-    found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
-    plain, own = found["mass from geometry"], found["law of hertzlink"]
-    lighter, gravity = found["printed mass"], found["printed mass, gravity"]
+    speeds = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
+    plain, computed = speeds["mass from geometry"], speeds["law of hertzlink"]
+    lighter, gravity = speeds["printed mass"], speeds["printed mass, gravity"]
     size = 2.0 * RADIUS
     wide, wider = data.case_width.sel(case="mass from geometry").values / size
     theory = UniformChain(size, 1.0, 1.0, TABLE_5_1[THIN].exponent).width / size
     return [
         row("wave speed, discrete particles", plain, lighter, gravity),
-        row("wave speed, hertzlink's own law", own),
+        row("wave speed, hertzlink's own law", computed),
         row("wave speed, finite elements", plain),
         row("wave speed, experiment", plain),
         row("width, by equation 5.13", theory),
@@ -210,7 +210,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
         row("wave speed at 20 N, Ri/Ro 0, 0.5, 0.75, 0.908", ", ".join(f"{speed:.0f}" for speed in at),
             holds=all(np.diff(at) < 0.0)),
         row("wave speed over equation 5.12", f"{ahead[0]:.3f}, {ahead[1]:.3f}",
-            holds=max(abs(one - 1.0) for one in ahead) < 2.0 * SIMULATED),
+            holds=max(abs(ratio - 1.0) for ratio in ahead) < 2.0 * SIMULATED),
     ]  # fmt: skip
 
 

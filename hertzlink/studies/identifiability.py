@@ -58,7 +58,7 @@ EARLIER = {
 Conditions = cases.Conditions
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return 95 % half-widths of what is not known: plates near an edge (`edge_error`), with the modulus not known
     either (`combination`), and rods with a bond (`bond_error`).
 
@@ -68,7 +68,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     near, bonds = (QUICK_NEAR, (QUICK_UPPERS, QUICK_BONDS)) if quick else (NEAR, (UPPER_THICKNESSES, BOND_STIFFNESSES))
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     parallel = joblib.Parallel(1 if quick and jobs is None else count, return_as="generator")
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     if of.own:
         data = edges(parallel, of.few("distance", distances), of.thickness, of.bead, of)
         return of.marked(data.drop_vars(["edge_error_of_steps", "step"]))
@@ -84,11 +84,11 @@ def edges(
     tested = set() if of.own else {*distances[::TESTED_EVERY], *CHECKED}
     grid = list(product(diameters, distances, thicknesses))
     runs = parallel(
-        joblib.delayed(cases.edge_errors)(*one, cases.STEPS if one[1] in tested else cases.STEPS[:1], of)
-        for one in grid
+        joblib.delayed(cases.edge_errors)(*case, cases.STEPS if case[1] in tested else cases.STEPS[:1], of)
+        for case in grid
     )
-    found = list(watched(runs, len(grid)))
-    values = np.array(found).reshape(len(diameters), len(distances), len(thicknesses), *found[0].shape)
+    runs_done = list(watched(runs, len(grid)))
+    values = np.array(runs_done).reshape(len(diameters), len(distances), len(thicknesses), *runs_done[0].shape)
     dims = ("diameter", "distance", "thickness", "step", "record", "measured", "free", "unknown")
     errors = cases.relative(dims, values, "half of the 95 % interval")
     data = xr.Dataset({"edge_error": errors.isel(step=0), "edge_error_of_steps": errors.isel(unknown=0, free=0)})
@@ -106,12 +106,12 @@ def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Datas
     contacts = (cases.KNOWN, cases.OF_PLATE)
     grid = list(product(contacts, distances))
     runs = parallel(
-        joblib.delayed(cases.combinations_near_edge)(MAIN_DIAMETER, one, MAIN_THICKNESS, contact)
-        for contact, one in grid
+        joblib.delayed(cases.combinations_near_edge)(MAIN_DIAMETER, distance, MAIN_THICKNESS, contact)
+        for contact, distance in grid
     )
-    found = list(watched(runs, len(grid)))
+    results = list(watched(runs, len(grid)))
     shape = (len(contacts), len(distances))
-    errors, vectors, matrices = (np.array(part).reshape(*shape, *part[0].shape) for part in zip(*found, strict=True))
+    errors, vectors, matrices = (np.array(part).reshape(*shape, *part[0].shape) for part in zip(*results, strict=True))
     over = ("contact", "near")
     data = xr.Dataset(
         {
@@ -129,8 +129,8 @@ def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Datas
 def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
     """Return the half-widths of the bond and the upper layer."""
     grid = list(product(cases.UPPERS, uppers, stiffnesses))
-    found = list(watched(parallel(joblib.delayed(cases.bond_errors)(*one) for one in grid), len(grid)))
-    values = np.array(found).reshape(len(cases.UPPERS), len(uppers), len(stiffnesses), *found[0].shape)
+    errors = list(watched(parallel(joblib.delayed(cases.bond_errors)(*case) for case in grid), len(grid)))
+    values = np.array(errors).reshape(len(cases.UPPERS), len(uppers), len(stiffnesses), *errors[0].shape)
     dims = ("upper", "upper_thickness", "bond_stiffness", "bond_measured", "bond_free", "bond_unknown")
     data = xr.Dataset({"bond_error": cases.relative(dims, values, "half of the 95 % interval")})
     return data.assign_coords(
@@ -161,16 +161,16 @@ def printed(error: float) -> str:
     return f"{100.0 * error:.2g} %" if error <= BLIND else "blind"
 
 
-def _distance_row(one: xr.Dataset, what: str, distance: float) -> Row:
-    at = one.edge_error.sel(distance=distance, measured=what, unknown="distance")
-    named = Named(distance=distance * 1e3, diameter=float(one.diameter) * 1e3, what=what)
-    earlier = EARLIER.get((what, distance)) if float(one.diameter) == MAIN_DIAMETER else None
+def _distance_row(case: xr.Dataset, what: str, distance: float) -> Row:
+    at = case.edge_error.sel(distance=distance, measured=what, unknown="distance")
+    named = Named(distance=distance * 1e3, diameter=float(case.diameter) * 1e3, what=what)
+    earlier = EARLIER.get((what, distance)) if float(case.diameter) == MAIN_DIAMETER else None
     said = f"earlier estimate: {earlier}; " if earlier else ""
     short, long = at.sel(free="all").values
     alone = at.sel(free="distance").values
     if what == cases.FEATURES:
         return row("AR and TOF", printed(short), said, printed(alone[0]), **named)
-    steps = one.edge_error_of_steps.sel(distance=distance, measured=what)
+    steps = case.edge_error_of_steps.sel(distance=distance, measured=what)
     doubt = [_changed(steps.isel(record=k)) for k in (0, 1)]
     return row("distance", printed(short) + doubt[0], said, printed(long) + doubt[1], printed(alone[0]), **named)
 
@@ -183,21 +183,21 @@ def _changed(steps: xr.DataArray) -> str:
     return " (~)" if first <= BLIND and abs(other / first - 1.0) > 0.1 else ""
 
 
-def _reach_row(one: xr.Dataset) -> Row:
-    found = []
+def _reach_row(case: xr.Dataset) -> Row:
+    reaches = []
     for what in cases.MEASURED:
         for record in cases.RECORDS if what != cases.FEATURES else cases.RECORDS[:1]:
             free = "distance" if what == cases.FEATURES else "all"
-            errors = one.edge_error.sel(measured=what, record=record, free=free, unknown="distance")
-            found.append((what, record, _farthest(errors)))
-    main = next(text for what, record, text in found if (what, record) == ("beads 7 and 13", cases.RECORDS[0]))
+            errors = case.edge_error.sel(measured=what, record=record, free=free, unknown="distance")
+            reaches.append((what, record, _farthest(errors)))
+    main = next(text for what, record, text in reaches if (what, record) == ("beads 7 and 13", cases.RECORDS[0]))
     others = [
         f"{what}{' (the distance alone)' if what == cases.FEATURES else ''} {text}"
         + (f" ({record * 1e3:g} ms)" if record != cases.RECORDS[0] else "")
-        for what, record, text in found
+        for what, record, text in reaches
         if text is not main
     ]
-    named = Named(diameter=float(one.diameter) * 1e3, thickness=float(one.thickness) * 1e3)
+    named = Named(diameter=float(case.diameter) * 1e3, thickness=float(case.thickness) * 1e3)
     return row("farthest", main, "; ".join(others), **named)
 
 
@@ -212,7 +212,9 @@ def _derivatives_row(data: xr.Dataset) -> Row:
     first = steps.isel(step=0)
     away = abs(steps / first - 1.0).where(first <= BLIND)
     count = int(away.isel(step=1).notnull().sum())
-    half, wide = ([float(one.median()), int((one > 0.1).sum())] for one in (away.isel(step=1), away.isel(step=2)))
+    half, wide = (
+        [float(change.median()), int((change > 0.1).sum())] for change in (away.isel(step=1), away.isel(step=2))
+    )
     return row("derivatives", f"{100.0 * half[0]:.2g} %", half[1], count, 100.0 * wide[0], wide[1])
 
 
@@ -223,22 +225,24 @@ leave the plate's impedance, E t⁴, and the time of its echo, d⁴/E t², as th
 
 def _combination_rows(data: xr.Dataset) -> list[Row]:
     rows = []
-    for contact, one in product(data.contact.values, data.near.values):
-        at = data.sel(contact=contact, near=one)
+    for contact, distance in product(data.contact.values, data.near.values):
+        at = data.sel(contact=contact, near=distance)
         vectors, errors = at.combination_of.values, at.combination_error.values
         parts = [f"{_vector(vector)} {_pm(error)}" for vector, error in zip(vectors, errors, strict=True)]
         matrix = at.correlation.values
         pairs = [f"dt {matrix[0, 1]:+.2f}", f"dE {matrix[0, 2]:+.2f}", f"tE {matrix[1, 2]:+.2f}"]
-        known = contact == cases.KNOWN
-        expected = 1.0 if known and one <= NEAR_STATICS else ""
-        said, named = (*parts, ", ".join(pairs)), Named(distance=one * 1e3, contact=contact)
+        is_known = contact == cases.KNOWN
+        expected = 1.0 if is_known and distance <= NEAR_STATICS else ""
+        said, named = (*parts, ", ".join(pairs)), Named(distance=distance * 1e3, contact=contact)
         rows.append(row("statics", _cosine(vectors[0], STATICS), *said, theory=expected, **named))
-    worst = [_cosine(one, UNSEEN) for one in data.combination_of.sel(contact=cases.KNOWN, combination="worst").values]
+    worst = [
+        _cosine(vector, UNSEEN) for vector in data.combination_of.sel(contact=cases.KNOWN, combination="worst").values
+    ]
     return [*rows, row("unseen", min(worst), theory=1.0)]
 
 
-def _cosine(one: Vector, other: Vector) -> float:
-    return float(abs(np.dot(one, other)) / np.linalg.norm(one) / np.linalg.norm(other))
+def _cosine(vector: Vector, pattern: Vector) -> float:
+    return float(abs(np.dot(vector, pattern)) / np.linalg.norm(vector) / np.linalg.norm(pattern))
 
 
 def _pm(error: float) -> str:
@@ -255,13 +259,13 @@ def _bond_rows(data: xr.Dataset) -> list[Row]:
         at = data.bond_error.sel(upper=upper, upper_thickness=thickness, bond_measured="beads 7 and 13")
         bond = at.sel(bond_unknown="bond_stiffness")
         epoxy = bond.sel(bond_stiffness=EPOXY)
-        own = cases.UPPERS[str(upper)].youngs_modulus / thickness
+        upper_stiffness = cases.UPPERS[str(upper)].youngs_modulus / thickness
         contact = cases.contact_stiffness(str(upper))
         weakest = bond.sel(bond_free="all")
         good = [k for k in data.bond_stiffness.values if float(weakest.sel(bond_stiffness=k)) <= BLIND]
         least, alone = (printed(float(epoxy.sel(bond_free=free))) for free in ("all", "bond_stiffness"))
         reach = f"{max(good):.0e} N/m³" if good else "none of the map"
-        said, named = (EPOXY, own, contact, alone, reach), Named(thickness=thickness * 1e3, upper=upper)
+        said, named = (EPOXY, upper_stiffness, contact, alone, reach), Named(thickness=thickness * 1e3, upper=upper)
         rows.append(row("bond", least, *said, **named))
     return rows
 
@@ -280,22 +284,22 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 def _own_rows(data: xr.Dataset) -> list[Row]:
     """Return the half-width of the distance for each bead, plate, distance and way to measure."""
-    found = []
+    rows = []
     for diameter, thickness, distance in product(
         *(data[name].values for name in ("diameter", "thickness", "distance"))
     ):
-        one = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance)
+        ratios = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance)
         named = Named(distance=distance * 1e3, diameter=diameter * 1e3, thickness=thickness * 1e3)
         for what in data.measured.values:
-            at = one.sel(measured=what)
+            at = ratios.sel(measured=what)
             first = at.isel(record=0)
             longer = [f"; record of {r * 1e3:g} ms: {_width(at.sel(record=r))}" for r in data.record.values[1:]]
             said = [_width(first, free="distance")]
             if what != cases.FEATURES:
                 said += [_width(first, "thickness"), _width(first, "impact_speed"), "".join(longer)]
             kind = "own AR and TOF" if what == cases.FEATURES else "own trace"
-            found.append(row(kind, _width(first), *said, what=what, **named))
-    return found
+            rows.append(row(kind, _width(first), *said, what=what, **named))
+    return rows
 
 
 def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> str:
@@ -304,7 +308,7 @@ def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> st
 
 def _own_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the half-widths of the distance over the distance: a panel for each plate and each bead."""
-    found = {}
+    figures = {}
     for diameter in data.diameter.values:
         figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
         for axis, thickness in zip(axes, data.thickness.values, strict=True):
@@ -316,5 +320,5 @@ def _own_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
             axis.set_xlabel("distance to the edge (mm)")
         axes[0].set_ylabel(f"half-width of the distance (%), {1e3 * float(data.record[0]):g} ms")
         axes[0].legend()
-        found[f"distance_{diameter * 1e3:.2f}_mm"] = figure
-    return found
+        figures[f"distance_{diameter * 1e3:.2f}_mm"] = figure
+    return figures

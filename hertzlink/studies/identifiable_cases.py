@@ -152,7 +152,7 @@ def edge_errors(
     known."""
     values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, of.impact_speed), strict=True))
     design = edge_design(diameter, values, of=of)
-    found = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
+    errors = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
     for i, step in enumerate(steps):
         changes = Sensitivities(design, step)
         for k, (what, sensors) in enumerate(MEASURED.items()):
@@ -162,8 +162,8 @@ def edge_errors(
                 features = changes.features(sensors, of.record[0], DRAWS)
             for (j, record), (m, free) in product(enumerate(of.record), enumerate(EDGE_FREE.values())):
                 bounds = features(free) if what == FEATURES else changes.waveform(sensors, record, free)
-                found[i, j, k, m, : len(free)] = [REACH * bounds[name] for name in free]
-    return found
+                errors[i, j, k, m, : len(free)] = [REACH * bounds[name] for name in free]
+    return errors
 
 
 def combinations_near_edge(
@@ -205,12 +205,12 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
     with collected():
         design = Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY)
         changes = Sensitivities(design)
-    found = np.full((len(BOND_MEASURED), len(BOND_FREE), len(BOND_UNKNOWNS)), np.nan)
+    errors = np.full((len(BOND_MEASURED), len(BOND_FREE), len(BOND_UNKNOWNS)), np.nan)
     for k, sensors in enumerate(BOND_MEASURED.values()):
         for m, free in enumerate(BOND_FREE.values()):
             bounds = changes.waveform(sensors, BOND_RECORD, free)
-            found[k, m, : len(free)] = [REACH * bounds[name] for name in free]
-    return found
+            errors[k, m, : len(free)] = [REACH * bounds[name] for name in free]
+    return errors
 
 
 def contact_stiffness(upper: str) -> float:
@@ -229,7 +229,7 @@ def coordinates(**values: Iterable[float | str]) -> dict[str, tuple[str, list[fl
         "upper_thickness": "m", "bond_stiffness": "N/m3",
     }  # fmt: skip
     return {
-        name: (name, list(given), {"units": units[name]} if name in units else {}) for name, given in values.items()
+        name: (name, list(places), {"units": units[name]} if name in units else {}) for name, places in values.items()
     }
 
 

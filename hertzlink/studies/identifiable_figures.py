@@ -55,10 +55,15 @@ def bonds(data: xr.Dataset) -> draw.Figure:
             _map(axis, data.bond_stiffness.values * 1e-12, errors.values)
             thickness = data.upper_thickness.values
             axis.set_yticks(range(thickness.size), [f"{1e3 * t:.3g}" for t in thickness])
-            own = cases.UPPERS[str(upper)].youngs_modulus / thickness * 1e-12
-            axis.plot(own, range(thickness.size), "-", color="white", linewidth=3.5)
+            upper_stiffness = cases.UPPERS[str(upper)].youngs_modulus / thickness * 1e-12
+            axis.plot(upper_stiffness, range(thickness.size), "-", color="white", linewidth=3.5)
             axis.plot(
-                own, range(thickness.size), "-", color="firebrick", linewidth=1.8, label="stiffness of the layer, E/L"
+                upper_stiffness,
+                range(thickness.size),
+                "-",
+                color="firebrick",
+                linewidth=1.8,
+                label="stiffness of the layer, E/L",
             )
             axis.set_xlim(*_ends(data.bond_stiffness.values * 1e-12)[[0, -1]])
             axis.set_title(f"{upper} on steel, {what}", fontsize=10)

@@ -40,9 +40,9 @@ class Conditions(TwoLayers):
         return self.layers(self.upper, max(self.lower))
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     lowers = of.few("lower", [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS)
     solid_lowers = struck.chosen(sorted(set(lowers))) if of.own else SOLID_LOWERS[::3] if quick else SOLID_LOWERS
     jobs = 1 if quick and jobs is None else jobs  # Starting processes would take longer than the quick runs.
@@ -81,12 +81,12 @@ def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
     """Return the delay of the secondary wave after the primary one; the thesis prints no number."""
     of = middle.sel(length=length, method="nearest")
     expected = THESIS.theory(np.array([UPPER]), length) * 1e6
-    found = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
+    delay = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
     cylinder = data.sel(solid_length=length, method="nearest").solid_time_of_flight
     same = abs(float(cylinder.solid_length) - length) < 1e-6
     wide = f", axisymmetric {struck.flight(cylinder, 'secondary'):.0f}" if same else ""
     said = float(expected.delay_with_lower_mass[0]), struck.flight(of.time_of_flight, "secondary"), wide
-    return row("delay", found, *said, theory=float(expected.delay[0]), length=length * 1e3)
+    return row("delay", delay, *said, theory=float(expected.delay[0]), length=length * 1e3)
 
 
 def _axisymmetric(data: xr.Dataset) -> list[Row]:

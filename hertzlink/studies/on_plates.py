@@ -82,9 +82,9 @@ class OnPlate(Conditions):
         if self.sensor >= self.beads:
             raise WrongValue("sensor", self.sensor, f"must be less than the number of beads, {self.beads}")
         for name in ("thickness", "bead"):
-            given = getattr(self, name)
-            if len(given) > MOST_VALUES:
-                raise WrongValue(name, given, f"give at most {MOST_VALUES} values")
+            values = getattr(self, name)
+            if len(values) > MOST_VALUES:
+                raise WrongValue(name, values, f"give at most {MOST_VALUES} values")
         if not self.own:
             return
         least = self.shortest_side * self.lengths().max()
@@ -161,11 +161,11 @@ class OnPlate(Conditions):
 
     def scan(self, quick: bool) -> list[float]:
         """Return the distances from the edge, m, to the centre: those in units of ℓ for every plate and bead."""
-        centre, found = self.side / 2.0, list[float]()
-        for one in sorted(float(x) for x in np.outer(self.lengths(), QUICK_SCAN if quick else SCAN).ravel()):
-            if one * CLOSEST < centre and (not found or one > CLOSEST * found[-1]):
-                found.append(one)
-        return [*found, centre]
+        centre, distances = self.side / 2.0, list[float]()
+        for distance in sorted(float(x) for x in np.outer(self.lengths(), QUICK_SCAN if quick else SCAN).ravel()):
+            if distance * CLOSEST < centre and (not distances or distance > CLOSEST * distances[-1]):
+                distances.append(distance)
+        return [*distances, centre]
 
 
 def theirs(diameter: float) -> Sphere:

@@ -107,24 +107,24 @@ class Conditions(OnPlate):
             if not walls or thickness > SIMILAR * walls[-1][0]:
                 walls.append([])
             walls[-1].append(thickness)
-        places: list[Range] = [(scan[0], self.near), *(one for one in scan if one > self.near)]
+        places: list[Range] = [(scan[0], self.near), *(distance for distance in scan if distance > self.near)]
         return [(place, (wall[0], wall[-1])) for place in places for wall in walls]
 
 
 THESIS = Conditions()
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
     Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
     eight of the 27 distances of the first scan, and brackets of 5 mm.
     """
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     bases = of.bases(quick)
     parallel = joblib.Parallel(min(count, len(bases)), return_as="generator")
-    plates = tuple(watched(parallel(joblib.delayed(reduced)(*one, of) for one in bases), len(bases)))
+    plates = tuple(watched(parallel(joblib.delayed(reduced)(*basis, of) for basis in bases), len(bases)))
 
     def build(thickness: float, distance: float, diameter: float) -> CoSimulation:
         return CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
@@ -136,9 +136,9 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     first = find(tolerance=TOLERANCES)
     relative = find(tolerance=RELATIVE_TOLERANCE, relative=True, known=first)
     # The samples of both tolerances, and the crossings of each.
-    found = ("critical_distance", "bracket", "lower_bound")
-    data = relative.drop_vars([*found, "within"]).merge(first[[*found]])
-    data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in found})
+    variables = ("critical_distance", "bracket", "lower_bound")
+    data = relative.drop_vars([*variables, "within"]).merge(first[[*variables]])
+    data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in variables})
     wall = of.plate(of.thickness[0])
     bounds = [critical_distance_bounds(of.sphere(d), wall, of.impact_speed) for d in of.bead]
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"])
@@ -159,13 +159,13 @@ def without_edges(of: Conditions = THESIS) -> xr.Dataset:
         return CoSimulation(of.chain(diameter), infinite_plate(thickness, of.material))
 
     measure = partial(of_infinite_plate, sensor=of.sensor)
-    found = sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
+    runs = sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
     speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(of.plate, of.thickness)]
     diffusion = xr.DataArray(speed, coords={"thickness": list(of.thickness)}, dims="thickness")
-    found["half_echo_distance"] = ((found.contact_time * diffusion / HALF_ECHO) ** 0.5).assign_attrs(
+    runs["half_echo_distance"] = ((runs.contact_time * diffusion / HALF_ECHO) ** 0.5).assign_attrs(
         units="m", long_name="distance whose half echo is back as the contact with the infinite plate ends"
     )
-    return found.drop_attrs(deep=False)
+    return runs.drop_attrs(deep=False)
 
 
 def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
@@ -188,9 +188,9 @@ def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> ReducedPlate
 @lru_cache(maxsize=1)
 def struck(plates: tuple[ReducedPlate, ...], thickness: float, distance: float, of: Conditions = THESIS) -> Structure:
     """Return the reduced plate, struck on its centre line; cached for the next bead diameter."""
-    for one in plates:
-        if covers(one.x, distance) and covers(one.thickness, thickness):
-            return one.at(distance, of.side / 2.0, thickness=thickness)
+    for plate in plates:
+        if covers(plate.x, distance) and covers(plate.thickness, thickness):
+            return plate.at(distance, of.side / 2.0, thickness=thickness)
     # Few samples of the refinement lie so far away.
     return reduce(of.plate(thickness).at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
 
@@ -201,12 +201,12 @@ def table(data: xr.Dataset) -> list[Row]:
     of = Conditions.read(data)
     pairs = [data.sel(diameter=d, thickness=t) for d in data.diameter for t in data.thickness]
     if of.own:
-        return [row for one in pairs for row in (_critical(one, of), *_echo(one, of), _far(one, of))]
+        return [row for case in pairs for row in (_critical(case, of), *_echo(case, of), _far(case, of))]
     contacts = [_contact(diameter) for diameter in of.bead]
-    criteria = [row for one in pairs for row in (_relative(one), *_echo(one, of))]
+    criteria = [row for case in pairs for row in (_relative(case), *_echo(case, of))]
     centre = float(data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0).isel(distance=-1))
     return [
-        *contacts, *(_critical(one, of) for one in pairs), *criteria, *_coefficients(),
+        *contacts, *(_critical(case, of) for case in pairs), *criteria, *_coefficients(),
         row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < 0.02), *plate_waves.table(),
         *plate_edges.table(data),
     ]  # fmt: skip
@@ -237,14 +237,14 @@ def _coefficients() -> list[Row]:
     return [row(name, wave / by, striker / by, otherwise={said: wave / by}) for name, by in names.items()]
 
 
-def _relative(one: xr.Dataset) -> Row:
+def _relative(case: xr.Dataset) -> Row:
     """Return the critical distance relative to the far value."""
-    relative = one[[name for name in one if str(name).startswith("relative_")]]
+    relative = case[[name for name in case if str(name).startswith("relative_")]]
     relative = relative.rename({name: str(name).removeprefix("relative_") for name in relative})
-    far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
+    far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
     if far > 0.0:
-        return row("relative", _between(relative), far, inside, **_named(one))
-    return row("relative, no wave", _between(relative), **_named(one))
+        return row("relative", _between(relative), far, inside, **_named(case))
+    return row("relative, no wave", _between(relative), **_named(case))
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
@@ -275,31 +275,31 @@ def _between(at: xr.Dataset) -> str:
     return "no wave" if np.isnan(at.critical_distance) else bracketed(low, high)
 
 
-def _named(one: xr.Dataset) -> Named:
+def _named(case: xr.Dataset) -> Named:
     """Return the bead and the plate, for the name of a row, mm."""
-    return {name: 1e3 * float(one[name]) for name in ("diameter", "thickness")}
+    return {name: 1e3 * float(case[name]) for name in ("diameter", "thickness")}
 
 
-def _critical(one: xr.Dataset, of: Conditions) -> Row:
+def _critical(case: xr.Dataset, of: Conditions) -> Row:
     """Return the critical distance of a plate and bead, compared with the thesis's two lines; of the user's, with the
     law."""
-    (low, high), at = one.bound.values * 1e3, one.sel(within=TOLERANCE)
-    least, most = (f"± {other:g}: {_between(one.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
+    (low, high), at = case.bound.values * 1e3, case.sel(within=TOLERANCE)
+    least, most = (f"± {other:g}: {_between(case.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
     said = TOLERANCE, least, most
     if not of.own:
         lines, verdict = f"{low:.1f} to {high:.1f}", _verdict(at, low, high)
-        return row("critical distance", _between(at), *said, verdict, theory=lines, **_named(one))
-    value, law = _law(one, of)
+        return row("critical distance", _between(at), *said, verdict, theory=lines, **_named(case))
+    value, law = _law(case, of)
     if at.lower_bound:
         law += f"a lower bound: from farther away no wave is back within {of.until * 1e3:.3g} ms; "
-    return row("critical distance by law", _between(at), law, *said, low, high, theory=value, **_named(one))
+    return row("critical distance by law", _between(at), law, *said, low, high, theory=value, **_named(case))
 
 
-def _law(one: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
+def _law(case: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
     """Return the critical distance, mm, by the law, which is for 13 beads between sensor and plate, and its bounds."""
     if of.beads - of.sensor != BEADS - SENSOR:
         return "", f"the law of the study critical-distance is for {BEADS - SENSOR} beads behind the sensor; "
-    bead, plate = of.sphere(float(one.diameter)), of.plate(float(one.thickness))
+    bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
     try:
         law = critical_distance_law(bead, plate, of.impact_speed, of.support, TOLERANCE)
     except ValueError:
@@ -309,21 +309,21 @@ def _law(one: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
     return value, f"theory: the law of the study critical-distance, {low:.1f} to {high:.1f}; "
 
 
-def _echo(one: xr.Dataset, of: Conditions) -> list[Row]:
+def _echo(case: xr.Dataset, of: Conditions) -> list[Row]:
     """Return the criterion without a tolerance, which is for clamped edges."""
     if of.support != "clamped":
         return []
-    half, contact = float(one.half_echo_distance) * 1e3, float(one.contact_time) * 1e6
-    return [row("echo", _between(one.sel(within=TOLERANCE)), TOLERANCE, contact, theory=half, **_named(one))]
+    half, contact = float(case.half_echo_distance) * 1e3, float(case.contact_time) * 1e6
+    return [row("echo", _between(case.sel(within=TOLERANCE)), TOLERANCE, contact, theory=half, **_named(case))]
 
 
-def _far(one: xr.Dataset, of: Conditions) -> Row:
-    bead, plate = of.sphere(float(one.diameter)), of.plate(float(one.thickness))
+def _far(case: xr.Dataset, of: Conditions) -> Row:
+    bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
     parameter = float(inelasticity_parameter(bead, plate, of.impact_speed))
-    far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
-    said = parameter, inside, of.contact_time(float(one.diameter)) * 1e6
+    far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
+    said = parameter, inside, of.contact_time(float(case.diameter)) * 1e6
     value, expected = far if far > 0.0 else "no wave", float(plate_amplitude_ratio(parameter))
-    return row("centre", value, *said, theory=expected, **_named(one))
+    return row("centre", value, *said, theory=expected, **_named(case))
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -57,14 +57,16 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
 
     edges = sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
     sheared = sweep(with_shear, UNTIL, jobs, measure, wall=thick, near=few, small_bead=DIAMETERS)
-    known = clamped.sel(thickness=THICKNESS, distance=list(distances), diameter=list(beads)).drop_vars("thickness")
-    known = known.rename(distance="edge_distance", diameter="edge_bead").expand_dims(edge=["clamped"])
+    clamped_thin = clamped.sel(thickness=THICKNESS, distance=list(distances), diameter=list(beads)).drop_vars(
+        "thickness"
+    )
+    clamped_thin = clamped_thin.rename(distance="edge_distance", diameter="edge_bead").expand_dims(edge=["clamped"])
     thin = clamped.sel(thickness=list(thick), distance=list(few), diameter=list(DIAMETERS))
     thin = thin.rename(thickness="wall", distance="near", diameter="small_bead")
     theory = xr.DataArray(list(THEORIES), dims="theory", name="theory")
     data = xr.Dataset(
         {
-            "edge_amplitude_ratio": xr.concat([known, edges.amplitude_ratio], "edge"),
+            "edge_amplitude_ratio": xr.concat([clamped_thin, edges.amplitude_ratio], "edge"),
             "theory_amplitude_ratio": xr.concat([thin, sheared.amplitude_ratio], theory),
         }
     )

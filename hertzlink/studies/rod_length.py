@@ -48,9 +48,9 @@ class Conditions(Striking):
         return float(characteristic_length(self.material.bar_speed, self.contact_time(self.material)))
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     few = [SOLID_LENGTHS[0], 101.6e-3, SOLID_LENGTHS[-1]]
     lengths = of.few("length", LENGTHS[::4] if quick else LENGTHS)
     solid_lengths = struck.chosen(lengths) if lengths == of.length != LENGTHS else few if quick else SOLID_LENGTHS

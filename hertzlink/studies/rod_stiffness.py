@@ -62,21 +62,21 @@ class Conditions(Striking):
     def stacks(self) -> Iterable[Sequence[Layer]]:
         """Return all cylinders."""
         softest = replace(STEEL_440C, youngs_modulus=min(self.modulus), name="")
-        return [self.layers(one) for one in (*self.material, softest)]
+        return [self.layers(material) for material in (*self.material, softest)]
 
     def walls(self) -> dict[str, Material]:
         """Return the two extremes, whose chains are shown bead by bead; one if there is only one material."""
         if self.material == self.thesis("material"):
             return WALLS
-        ends = [extreme(self.material, key=lambda one: one.youngs_modulus) for extreme in (max, min)]
-        return {_called(one): one for one in ends}
+        ends = [extreme(self.material, key=lambda material: material.youngs_modulus) for extreme in (max, min)]
+        return {_called(material): material for material in ends}
 
 
 def _called(material: Material) -> str:
     return material.name or f"{material.youngs_modulus * 1e-9:.4g} GPa"
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
 
     Over the modulus, density and Poisson's ratio stay those of 440C steel. Names with "material" belong to rods, with
@@ -86,11 +86,11 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     if quick and jobs is None:
         # Starting processes would take longer than the runs.
         jobs = 1
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     moduli = of.few("modulus", MODULI[::6] if quick else MODULI)
     of.check_meshes()
-    given = {_called(one): one for one in of.material}
-    materials = WALLS if quick and of.material == of.thesis("material") else given
+    by_name = {_called(material): material for material in of.material}
+    materials = WALLS if quick and of.material == of.thesis("material") else by_name
 
     def stiff(youngs_modulus: float) -> CoSimulation:
         material = replace(STEEL_440C, youngs_modulus=youngs_modulus, name="")
@@ -105,11 +105,11 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
         return CoSimulation(of.chain(), struck_body)
 
     data = sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
-    for kind, found in (
+    for kind, measures in (
         ("material", sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)),
         ("solid", sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)),
     ):
-        for name, values in found.data_vars.items():
+        for name, values in measures.data_vars.items():
             data[f"{kind}_{name}"] = values
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
     data["youngs_modulus"].attrs["units"] = "Pa"
@@ -128,10 +128,12 @@ def walls(of: Conditions) -> xr.Dataset:
     runs = sweep(against, of.until, 1, wall=list(shown))
     seen = [reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in shown]
     energy = runs.kinetic_energy + runs.contact_energy + runs.structure_energy
-    stored = xr.concat([wall_energy(runs.sel(wall=name), of.wall(one)) for name, one in shown.items()], "wall")
+    stored = xr.concat(
+        [wall_energy(runs.sel(wall=name), of.wall(material)) for name, material in shown.items()], "wall"
+    )
     ratios = [speed_ratio(runs.sel(wall=name)) for name in shown]
     forces = xr.concat([struck.with_forces(runs.sel(wall=name)).sensor_force for name in shown], "wall")
-    found = xr.Dataset(
+    energies = xr.Dataset(
         {
             "wall_displacement": runs.displacement,
             "wall_last_force": runs.contact_force.sel(contact=BEADS, drop=True),
@@ -141,10 +143,10 @@ def walls(of: Conditions) -> xr.Dataset:
             "wall_filtered_ratio": ("wall", [wave.amplitude_ratio if wave else np.nan for wave in seen]),
         }
     ).drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
-    found["wall_last_force"].attrs = {"units": "N", "long_name": "force between the last two beads"}
-    found["wall_filtered_ratio"].attrs = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
-    found["wall_energy_share"].attrs = {"units": "1", "long_name": "energy of the last contact / energy left"}
-    return found.assign_coords(wall=list(shown))
+    energies["wall_last_force"].attrs = {"units": "N", "long_name": "force between the last two beads"}
+    energies["wall_filtered_ratio"].attrs = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
+    energies["wall_energy_share"].attrs = {"units": "1", "long_name": "energy of the last contact / energy left"}
+    return energies.assign_coords(wall=list(shown))
 
 
 def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
@@ -187,14 +189,14 @@ def table(data: xr.Dataset) -> list[Row]:
 def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
     """Return AR and TOF of other rods, the last bead's motion, and the modulus below which secondary waves form."""
     rows = []
-    for name, material in {_called(one): one for one in of.material}.items():
+    for name, material in {_called(material): material for material in of.material}.items():
         if name not in data.material.values:
             continue
         rods, solids = data.sel(material=name), data.sel(material=name)
         at, cylinder, space = rods.sel(dashpot=of.middle), *(solids.sel(body=body) for body in BODIES)
         expected = float(of.time_of_flight(of.wall(material))) * 1e6
-        wide, half = (struck.ratio(one.solid_amplitude_ratio) for one in (cylinder, space))
-        later, longer = (struck.flight(one.solid_time_of_flight) for one in (cylinder, space))
+        wide, half = (struck.ratio(case.solid_amplitude_ratio) for case in (cylinder, space))
+        later, longer = (struck.flight(case.solid_time_of_flight) for case in (cylinder, space))
         ratio, flight = struck.ratio(at.material_amplitude_ratio), struck.flight(at.material_time_of_flight)
         ratios, flights = (
             rods[f"material_{variable}"].sel(wave="primary") for variable in ("amplitude_ratio", "time_of_flight")

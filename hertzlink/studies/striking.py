@@ -118,7 +118,7 @@ class Striking(Conditions):
         AR and TOF."""
         elements = None
         if self.sharper > 1.0:
-            elements = max(ceil(self.sharper * one.length / one.material.bar_speed / CROSSING) for one in layers)
+            elements = max(ceil(self.sharper * layer.length / layer.material.bar_speed / CROSSING) for layer in layers)
         return reduce(rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
 
     def check_meshes(self) -> None:

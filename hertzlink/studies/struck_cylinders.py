@@ -61,8 +61,10 @@ def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
 def with_forces(run: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF, and the force at both sensors over time."""
     force = xr.concat([sensor_force(run, sensor) for sensor in SENSORS], "sensor")
-    found = measure(run)[["amplitude_ratio", "time_of_flight"]].assign_coords(sensor=list(SENSORS))
-    return found.assign(sensor_force=force.assign_attrs(units="N", long_name="force at the sensor, above the preload"))
+    measures = measure(run)[["amplitude_ratio", "time_of_flight"]].assign_coords(sensor=list(SENSORS))
+    return measures.assign(
+        sensor_force=force.assign_attrs(units="N", long_name="force at the sensor, above the preload")
+    )
 
 
 def over_lengths(
@@ -221,7 +223,7 @@ def layers_figures(
 
     theory: draws the theory lines; its arguments are axis, measure, wave, thicknesses in m.
     """
-    found, lengths = {}, np.geomspace(float(data.length.min()), float(data.length.max()), 200)
+    figures_by_name, lengths = {}, np.geomspace(float(data.length.min()), float(data.length.max()), 200)
     for name, label in (("time_of_flight", "TOF (µs)"), ("amplitude_ratio", "AR")):
         figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
         for axis, wave in zip(axes, WAVES, strict=True):
@@ -230,7 +232,9 @@ def layers_figures(
             if name == "amplitude_ratio":
                 axis.set_ylim(bottom=0.0)
             axis.legend()
-        found[name] = figure
+        figures_by_name[name] = figure
     force = data.sensor_force.sel(sensor=SENSOR).transpose("length", "time")
-    found["force_intensity"] = draw.intensity_map(data.time.values, data.length.values, force.values, xlabel, 1e3)
-    return found
+    figures_by_name["force_intensity"] = draw.intensity_map(
+        data.time.values, data.length.values, force.values, xlabel, 1e3
+    )
+    return figures_by_name

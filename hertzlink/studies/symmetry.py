@@ -91,9 +91,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         model=list(chosen)
     )
     laws = [model.law.force(np.array(APPROACHES)) for model in chosen.values()]
-    found = [model.vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi) for model in chosen.values()]
+    frequencies = [model.vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi) for model in chosen.values()]
     data["law"] = (("model", "approach"), laws, {"units": "N", "long_name": "contact law"})
-    data["frequency"] = (("model", "mode"), found, {"units": "Hz", "long_name": "frequency of a free bead"})
+    data["frequency"] = (("model", "mode"), frequencies, {"units": "Hz", "long_name": "frequency of a free bead"})
     return data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}), mode=np.arange(1, MODES))
 
 
@@ -129,11 +129,11 @@ def table(data: xr.Dataset) -> list[Row]:
         row("wave speed, modes alone in three dimensions", speeds[1], holds=abs(speeds[1] - 1.0) < SIMULATED),
     ]  # fmt: skip
     for sensor, wave in ((7, "incident"), (16, "incident"), (16, "echo"), (7, "echo")):
-        one, other = (model.sel(sensor=sensor, wave=wave) for model in (solid, flat))
-        ratio = float(one.amplitude / other.amplitude)
+        first, second = (model.sel(sensor=sensor, wave=wave) for model in (solid, flat))
+        ratio = float(first.amplitude / second.amplitude)
         rows.append(
-            row("peak force", ratio, float(one.amplitude), float(other.amplitude), float(one.arrival) * 1e6,
-                float(other.arrival) * 1e6, holds=abs(ratio - 1.0) < SIMULATED, sensor=sensor, wave=wave)
+            row("peak force", ratio, float(first.amplitude), float(second.amplitude), float(first.arrival) * 1e6,
+                float(second.arrival) * 1e6, holds=abs(ratio - 1.0) < SIMULATED, sensor=sensor, wave=wave)
         )  # fmt: skip
     return [
         *rows,

@@ -89,8 +89,8 @@ def text(rows: Sequence[Row], thesis: bool = True) -> str:
 
 def footnotes(rows: Sequence[Row], thesis: bool = True) -> list[str]:
     """Return what stands below the table. thesis: see `text`."""
-    found = [FOOTNOTE] if any(line[-1].endswith(MARK) for line in head_and_cells(rows, thesis)[1]) else []
-    return [*found, OF_THESIS] if any(NUMBERED.search(f"{row.quantity} {row.reason}") for row in rows) else found
+    notes = [FOOTNOTE] if any(line[-1].endswith(MARK) for line in head_and_cells(rows, thesis)[1]) else []
+    return [*notes, OF_THESIS] if any(NUMBERED.search(f"{row.quantity} {row.reason}") for row in rows) else notes
 
 
 def head_and_cells(rows: Sequence[Row], thesis: bool = True) -> tuple[list[str], list[list[str]]]:

@@ -12,7 +12,7 @@ def table() -> list[Row]:
     rows = []
     for name in row.entries:
         constant, _, material = name.partition(", ")
-        one = MATERIALS[material]
-        ours = {"density": one.density, "Young's modulus": 1e-9 * one.youngs_modulus}
-        rows.append(row(name, ours.get(constant, one.poisson_ratio)))
+        constants = MATERIALS[material]
+        ours = {"density": constants.density, "Young's modulus": 1e-9 * constants.youngs_modulus}
+        rows.append(row(name, ours.get(constant, constants.poisson_ratio)))
     return rows

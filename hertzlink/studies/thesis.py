@@ -60,27 +60,27 @@ LONGEST_FIRST = ("edges of plates (6.2.2)", "deformable chain (3.3, 3.4)", "cont
 NOTHING = ("", "not given", "figure only")
 """What a row says where the thesis prints no number."""
 
-KEPT = "{name}.json"
+PART_FILE = "{name}.json"
 
 
-def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **parameters: Any) -> xr.Dataset:
     """Return the rows of all parts, and a verdict on each number of the thesis.
 
     quick: the quick versions of the studies. keep: a folder in which each finished part is kept, and from which a later
     run of the same version takes it.
     """
-    Conditions.of(own)
-    found = {name: rows for name in PARTS if (rows := _kept(keep, name, quick)) is not None}
-    order = sorted((name for name in PARTS if name not in found), key=lambda name: name not in LONGEST_FIRST)
+    Conditions.of(parameters)
+    finished = {name: rows for name in PARTS if (rows := _kept(keep, name, quick)) is not None}
+    order = sorted((name for name in PARTS if name not in finished), key=lambda name: name not in LONGEST_FIRST)
     try:
         for name, rows in watched(_in_processes(order, quick, jobs), len(order)):
-            found[name] = rows
+            finished[name] = rows
             _keep(keep, name, quick, rows)
     except KeyboardInterrupt:
-        if keep is None or not found:
+        if keep is None or not finished:
             raise
-        raise Stopped(f"{len(found)} of {len(PARTS)} parts kept in {keep}; run again to continue") from None
-    return _dataset({name: found[name] for name in PARTS})
+        raise Stopped(f"{len(finished)} of {len(PARTS)} parts kept in {keep}; run again to continue") from None
+    return _dataset({name: finished[name] for name in PARTS})
 
 
 def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[tuple[str, list[Row]]]:
@@ -128,7 +128,7 @@ def _kept(folder: Path | None, part: str, quick: bool) -> list[Row] | None:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["made"] != _made(part, quick):
             return None
-        return [_row(**one) for one in data["rows"]]
+        return [_row(**values) for values in data["rows"]]
     except (ValueError, KeyError, TypeError):
         return None  # what is damaged is computed again
 
@@ -151,7 +151,7 @@ def forget(folder: Path) -> None:
 
 def _file(folder: Path | None, part: str) -> Path | None:
     words = "".join(letter if letter.isalnum() else " " for letter in part.partition("(")[0]).split()
-    return None if folder is None else folder / KEPT.format(name="-".join(words))
+    return None if folder is None else folder / PART_FILE.format(name="-".join(words))
 
 
 def _made(part: str, quick: bool) -> dict[str, Any]:
@@ -176,8 +176,8 @@ def _dataset(parts: dict[str, list[Row]]) -> xr.Dataset:
         "unit": [row.unit for _, row in rows],
         "thesis": [str(row.thesis) for _, row in rows],
         "hertzlink": [str(row.computed) for _, row in rows],
-        "verdict": [one.word for one in said],
-        "condition": [one.condition for one in said],
+        "verdict": [verdict.word for verdict in said],
+        "condition": [verdict.condition for verdict in said],
         "reason": [row.reason for _, row in rows],
         "shown_by": [source(part) for part, _ in rows],
         "row": [json.dumps(_plain(row), ensure_ascii=False) for _, row in rows],
@@ -196,14 +196,21 @@ def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, Verdict]]:
 def table(data: xr.Dataset) -> list[Row]:
     """The counts, then each part under its name; a row's reason begins with its verdict."""
     entries = list(judged(data))
-    counts = counted(one for _, _, one in entries)
+    counts = counted(verdict for _, _, verdict in entries)
     rows = [
         Row(f"{len(entries)} numbers and statements", "", "", reason=f"{_in_words(counts)}. {' '.join(RULE.split())}")
     ]
     for part in PARTS:
-        own = [(row, said) for one, row, said in entries if one == part]
-        rows.append(Row(part.upper(), "", "", reason=f"{_in_words(counted(said for _, said in own))}; {source(part)}"))
-        rows += [row._replace(reason=_with_verdict(row, said)) for row, said in own]
+        entries_of_part = [(row, said) for name, row, said in entries if name == part]
+        rows.append(
+            Row(
+                part.upper(),
+                "",
+                "",
+                reason=f"{_in_words(counted(said for _, said in entries_of_part))}; {source(part)}",
+            )
+        )
+        rows += [row._replace(reason=_with_verdict(row, said)) for row, said in entries_of_part]
     return rows
 
 
@@ -226,7 +233,7 @@ def summary(data: xr.Dataset) -> str:
     width = max(map(len, PARTS)) + 2
     lines = [" " * width + "".join(f"{HEADS[word]:>{len(HEADS[word]) + 2}}" for word in VERDICTS), "-" * WIDTH]
     for part in (*PARTS, ""):
-        counts = counted(said for one, _, said in entries if part in ("", one))
+        counts = counted(said for name, _, said in entries if part in ("", name))
         cells = "".join(f"{counts[word] or '':>{len(HEADS[word]) + 2}}" for word in VERDICTS)
         lines.append(f"{part or 'all':<{width}}{cells}".rstrip())
     lines += [
@@ -256,7 +263,7 @@ def _bars(data: xr.Dataset) -> draw.Figure:
     figure, (axis,) = draw.panels(1, width=7.0, height=4.6)
     left = np.zeros(len(PARTS))
     for word in VERDICTS:
-        counts = [counted(said for one, _, said in judged(data) if one == part)[word] for part in PARTS]
+        counts = [counted(said for name, _, said in judged(data) if name == part)[word] for part in PARTS]
         axis.barh(range(len(PARTS)), counts, left=left, color=_colour(word), label=word, height=0.7)
         left += counts
     axis.set_axisbelow(True)
@@ -280,7 +287,7 @@ def _ratios(data: xr.Dataset) -> draw.Figure:
     axis.axvline(1.0, color="0.4", linewidth=0.8, zorder=0)
     axis.set(xlabel="hertzlink / thesis; beyond the ends at the ends", ylim=(len(PARTS) - 0.4, -0.6), xscale="log")
     ticks = (0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
-    axis.set_xticks(ticks, [f"{one:g}" for one in ticks])
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axis.minorticks_off()
     axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
     axis.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.4, 1.0))

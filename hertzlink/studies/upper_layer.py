@@ -100,10 +100,10 @@ class TwoLayers(Striking):
         """Return the rows of layers of a user's own. theory: over the cylinders' thicknesses."""
         rows: list[Row] = []
         for i, length in enumerate(data.solid_length.values):
-            one = data.isel(solid_length=[i])
+            case = data.isel(solid_length=[i])
             expected = theory.isel(length=i)
             values = float(expected.time_of_flight), float(expected.amplitude_ratio), OF_FREE_MASS
-            rows += struck.own_rows(one, what, lambda _, values=values: values, secondary=True)  # type: ignore[misc]
+            rows += struck.own_rows(case, what, lambda _, values=values: values, secondary=True)  # type: ignore[misc]
             at = data.sel(length=length, method="nearest").sel(dashpot=self.middle)
             heavier = float(expected.delay_with_lower_mass) * 1e6
             delay, theirs = struck.known(struck.delay_of(at.time_of_flight)), float(expected.delay) * 1e6
@@ -126,12 +126,12 @@ class Conditions(TwoLayers):
 THESIS = Conditions()
 
 
-def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
 
     viscous_…: AR and TOF for the thinnest one, over the share of PTFE's modulus that relaxes.
     """
-    of = Conditions.of(own)
+    of = Conditions.of(parameters)
     uppers = of.few("upper", UPPERS[::4] if quick else UPPERS)
     solid_uppers = struck.chosen(uppers) if of.own else SOLID_UPPERS[::4] if quick else SOLID_UPPERS
     # Starting processes would take longer than the quick runs.
@@ -154,16 +154,16 @@ def viscoelastic(share: float) -> CoSimulation:
     return CoSimulation(THESIS.chain(VISCOUS_DASHPOT), reduce(body, THESIS.until))
 
 
-def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
+def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, theory: xr.Dataset) -> None:
     """Draw the available closed forms, over a length in m."""
     x = lengths * 1e3
     if (name, wave) == ("amplitude_ratio", "primary"):
-        draw.theory_line(axis, x, found.amplitude_ratio.values, "theory of impact on the layer")
+        draw.theory_line(axis, x, theory.amplitude_ratio.values, "theory of impact on the layer")
     elif (name, wave) == ("time_of_flight", "primary"):
-        draw.theory_line(axis, x, found.time_of_flight.values * 1e6, "theory of impact on the layer")
+        draw.theory_line(axis, x, theory.time_of_flight.values * 1e6, "theory of impact on the layer")
     elif wave == "secondary" and name == "time_of_flight":
-        draw.theory_line(axis, x, found.printed.values * 1e6, "theory: layer on a spring")
-        draw.theory_line(axis, x, found.with_lower_mass.values * 1e6, "the same, spring with mass", "--")
+        draw.theory_line(axis, x, theory.printed.values * 1e6, "theory: layer on a spring")
+        draw.theory_line(axis, x, theory.with_lower_mass.values * 1e6, "the same, spring with mass", "--")
 
 
 def table(data: xr.Dataset) -> list[Row]:

@@ -67,8 +67,8 @@ def printed(value: float | str) -> Interval | None:
     said = value.strip() if isinstance(value, str) else _digits(value)
     said = said.removesuffix("%").removesuffix("times").strip()
     for form, pattern in FORMS.items():
-        if found := pattern.fullmatch(said):
-            return _interval(form, found.groups())
+        if match := pattern.fullmatch(said):
+            return _interval(form, match.groups())
     return None
 
 
@@ -76,10 +76,10 @@ def exact(value: float | str) -> Interval | None:
     """Return a number of ours, or a range of ours, as it stands."""
     said = repr(float(value)) if not isinstance(value, str) else value.strip()
     said = said.removesuffix("%").removesuffix("times").strip()
-    if found := FORMS["range"].fullmatch(said):
-        return Interval(*sorted(_number(one) for one in found.groups()))
-    if found := FORMS["plain"].fullmatch(said):
-        return Interval(_number(found[1]), _number(found[1]))
+    if match := FORMS["range"].fullmatch(said):
+        return Interval(*sorted(_number(text) for text in match.groups()))
+    if match := FORMS["plain"].fullmatch(said):
+        return Interval(_number(match[1]), _number(match[1]))
     return None
 
 
@@ -110,19 +110,19 @@ def verdict(row: Row) -> Verdict:
 
 def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
     """Return how many there are of each."""
-    words = [one.word for one in verdicts]
+    words = [verdict.word for verdict in verdicts]
     return {word: words.count(word) for word in VERDICTS}
 
 
-def _interval(form: str, found: tuple[str, ...]) -> Interval:
-    numbers = [_number(one) for one in found]
+def _interval(form: str, texts: tuple[str, ...]) -> Interval:
+    numbers = [_number(text) for text in texts]
     if form == "fraction":
         value = numbers[0] / numbers[1]
         return Interval(value, value).widened(1e-2) if value > 0.0 else Interval(1.01 * value, 0.99 * value)
     if form == "band":
         return Interval(numbers[0] - numbers[1], numbers[0] + numbers[1])
     if form == "range":
-        low, high = sorted(zip(numbers, found, strict=True))
+        low, high = sorted(zip(numbers, texts, strict=True))
         return Interval(_rounded(*low).low, _rounded(*high).high)
     if form == "below":
         return Interval(-inf, numbers[0])
@@ -130,7 +130,7 @@ def _interval(form: str, found: tuple[str, ...]) -> Interval:
         return Interval(numbers[0], inf)
     if form == "about":
         return Interval(numbers[0], numbers[0]).widened(ABOUT)
-    return _rounded(numbers[0], found[0])
+    return _rounded(numbers[0], texts[0])
 
 
 def _digits(value: float) -> str:
@@ -145,11 +145,11 @@ def _number(said: str) -> float:
 def _cut(value: float | str, ours: Interval) -> bool:
     """Return whether ours gives a plain printed number when its further digits are cut off, as the thesis does
     sometimes."""
-    found = FORMS["plain"].fullmatch(value.strip() if isinstance(value, str) else _digits(value))
-    if not found:
+    match = FORMS["plain"].fullmatch(value.strip() if isinstance(value, str) else _digits(value))
+    if not match:
         return False
-    number = _number(found[1])
-    unit = 2.0 * (_rounded(number, found[1]).high - number)
+    number = _number(match[1])
+    unit = 2.0 * (_rounded(number, match[1]).high - number)
     return number <= ours.low and ours.high < number + unit
 
 

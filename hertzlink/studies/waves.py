@@ -87,8 +87,8 @@ def speed_at(curve: xr.Dataset, force: float) -> float:
     """Return the wave speed, m/s, at a peak contact force, N, interpolated as a power law; NaN outside the simulated
     forces."""
     order = np.argsort(curve.peak_force.values)
-    known, speed = np.log(curve.peak_force.values[order]), np.log(curve.wave_speed.values[order])
-    return float(np.exp(np.interp(np.log(force), known, speed, left=np.nan, right=np.nan)))
+    forces, speed = np.log(curve.peak_force.values[order]), np.log(curve.wave_speed.values[order])
+    return float(np.exp(np.interp(np.log(force), forces, speed, left=np.nan, right=np.nan)))
 
 
 def exponent(curve: xr.Dataset) -> float:
@@ -151,7 +151,7 @@ class Curve:
         if self.speeds:
             return self.speeds
         power, mass = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1]), self.pair[0].mass
-        return tuple(striker_speed(one, mass, power.stiffness, power.exponent) for one in self.forces)
+        return tuple(striker_speed(force, mass, power.stiffness, power.exponent) for force in self.forces)
 
     def slowest(self) -> float:
         """Return about the speed of the slowest wave, m/s."""
@@ -165,17 +165,17 @@ class Curve:
 def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int) -> xr.Dataset:
     """Return the speed, peak force and width between two sensors, over the curves and their strikers; theory and
     contact laws."""
-    known = {curve.label: curve for curve in curves}
+    by_label = {curve.label: curve for curve in curves}
     count = len(curves[0].forces or curves[0].speeds)
     until = max(SLACK * (2 * beads - second) * curve.size / curve.slowest() for curve in curves)
 
     def build(curve: str, striker: int) -> CoSimulation:
-        one = known[curve]
-        pairs = [one.pair[i % 2] for i in range(beads)]
-        return CoSimulation(Chain(pairs, one.pair[0], one.strikers()[striker], law=one.of_pair), None)
+        curve_ = by_label[curve]
+        pairs = [curve_.pair[i % 2] for i in range(beads)]
+        return CoSimulation(Chain(pairs, curve_.pair[0], curve_.strikers()[striker], law=curve_.of_pair), None)
 
     measure = partial(passage, first=first, second=second)
-    data = sweep(build, until, jobs, measure, curve=list(known), striker=range(count))
+    data = sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
     forces = data.peak_force.values
     least, most = (float(curves[0].law.approach(np.array(end))) for end in _ends(forces))
     approach = np.geomspace(least, most, 21)
@@ -203,21 +203,21 @@ def _ends(forces: np.ndarray) -> tuple[float, float]:
 
 def curve_rows(data: xr.Dataset) -> list[Row]:
     """Return the speeds of the weakest and of the strongest wave, their dependence on the force, and the width."""
-    found = []
+    rows = []
     for label in data.curve.values:
-        one = data.sel(curve=label)
-        n, k = float(one.exponent), float(one.stiffness)
-        for i in dict.fromkeys((0, one.sizes["striker"] - 1)):
-            at = one.isel(striker=i)
+        curve = data.sel(curve=label)
+        n, k = float(curve.exponent), float(curve.stiffness)
+        for i in dict.fromkeys((0, curve.sizes["striker"] - 1)):
+            at = curve.isel(striker=i)
             named = Named(curve=label, force=float(at.peak_force), theory=float(at.theory))
-            found.append(row("speed", float(at.wave_speed), n, k, float(at.striker_speed), **named))
-        if one.sizes["striker"] > 1:
-            found.append(row("exponent", exponent(one), theory=(n - 1.0) / (2.0 * n), curve=label))
-        size = float(one["size"])
-        wide = one.width.isel(striker=-1).values / size
+            rows.append(row("speed", float(at.wave_speed), n, k, float(at.striker_speed), **named))
+        if curve.sizes["striker"] > 1:
+            rows.append(row("exponent", exponent(curve), theory=(n - 1.0) / (2.0 * n), curve=label))
+        size = float(curve["size"])
+        wide = curve.width.isel(striker=-1).values / size
         of_theory = UniformChain(size, 1.0, 1.0, n).width / size + 1.0
-        found.append(row("width", float(wide[0]), wide[1], of_theory, curve=label))
-    return found
+        rows.append(row("width", float(wide[0]), wide[1], of_theory, curve=label))
+    return rows
 
 
 def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -114,9 +114,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     speeds = SPEEDS[::4] if quick else SPEEDS
     with collected():  # that elastic contacts are beyond yield is what the table says
-        found = [xr.concat([_measured(one, law) for law in LAWS.values()], "law") for one in watched(IMPACTS)]
+        results = [xr.concat([_measured(impact, law) for law in LAWS.values()], "law") for impact in watched(IMPACTS)]
         over = [_over_speed(*pair, speeds) for pair in watched(PAIRS.values())]
-    data = xr.concat(found, "impact").assign_coords(impact=[one.section for one in IMPACTS], law=list(LAWS))
+    data = xr.concat(results, "impact").assign_coords(impact=[impact.section for impact in IMPACTS], law=list(LAWS))
     swept = xr.concat(over, "pair").assign_coords(
         pair=list(PAIRS), law=list(LAWS), impact_speed=("impact_speed", list(speeds), {"units": "m/s"})
     )
@@ -142,11 +142,11 @@ def _measured(impact: Impact, law: YieldingLaw | None) -> xr.Dataset:
     waves = reflections(result, SENSOR)
     peaks = result.contact_force.max("time").values
     limits = [
-        np.inf if pair is None or (found := Thornton().contact(*pair)) is None else found.yield_force
+        np.inf if pair is None or (contact := Thornton().contact(*pair)) is None else contact.yield_force
         for pair in simulation.chain.pairs
     ]
     dent = float(result.dent.max()) if "dent" in result else 0.0
-    times = np.arange(0.0, max(one.until for one in IMPACTS) + 0.5 * SAVED, SAVED)
+    times = np.arange(0.0, max(impact.until for impact in IMPACTS) + 0.5 * SAVED, SAVED)
     force = np.interp(times, result.time.values, sensor_force(result, SENSOR).values, right=np.nan)
     lost = float(result.dissipated_energy[-1] / result.impact_energy)
     first, back = waves.incident, waves.primary
@@ -170,15 +170,15 @@ def table(data: xr.Dataset) -> list[Row]:
     """Return the thesis names plasticity as future work (chapter 7), and prints no numbers for it."""
     rows = []
     for section in data.impact.values:
-        one = data.sel(impact=section)
-        elastic, thornton, fitted = (one.sel(law=law) for law in LAWS)
+        of_impact = data.sel(impact=section)
+        elastic, thornton, fitted = (of_impact.sel(law=law) for law in LAWS)
         first, speed = float(elastic.first_yield), float(elastic.speed)
         verdict = f"yields: struck {speed / first:.2g} times as fast" if speed > first else "does not yield"
         ratios = [float(law.incident / elastic.incident) for law in (thornton, fitted)]
         said = [verdict, speed, 1e6 * float(thornton.dent), 1e6 * float(fitted.dent)]
         returned = np.isfinite(float(elastic.amplitude_ratio))
-        back = ", ".join(f"{ratio:.2f}" for ratio in one.amplitude_ratio.values.tolist())
-        flight = ", ".join(f"{1e6 * time:.0f}" for time in one.time_of_flight.values.tolist())
+        back = ", ".join(f"{ratio:.2f}" for ratio in of_impact.amplitude_ratio.values.tolist())
+        flight = ", ".join(f"{1e6 * time:.0f}" for time in of_impact.time_of_flight.values.tolist())
         waves = [part.replace("nan", "none") for part in (back, flight)] if returned else []
         rows += [
             row("first yield" if returned else "first yield, no wave back", first, *said, *waves, impact=section),
@@ -194,13 +194,13 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     names, shown = list(PAIRS), (data.swept_incident, data.swept_amplitude_ratio)
     for axis, values, pairs in zip(panels, shown, (names[:2], names[2:]), strict=True):
         for i, pair in enumerate(pairs):
-            one = values.sel(pair=pair)
-            whole = one.sel(law="elastic") if values is shown[0] else 1.0
+            part = values.sel(pair=pair)
+            elastic = part.sel(law="elastic") if values is shown[0] else 1.0
             for law, style in styles.items():
                 plain = law == "elastic"
                 if not plain or i == 0:
                     colour, label = ("black", law) if plain else (draw.COLOURS[i], f"{pair}, {law}")
-                    axis.plot(speeds, one.sel(law=law) / whole, style, color=colour, label=label)
+                    axis.plot(speeds, part.sel(law=law) / elastic, style, color=colour, label=label)
     words = {"incident force at bead 7 / elastic": "beads and wall", "AR at bead 7": "wall under beads of steel 440C"}
     for axis, (says, title) in zip(panels, words.items(), strict=True):
         draw.log_x(axis)
@@ -212,9 +212,9 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.legend(title=title, title_fontsize="small", fontsize="x-small", **above)
     figure, axes = draw.panels(2, width=3.7, height=3.2, sharey=False)
     for axis, section in zip(axes, (IMPACTS[2].section, IMPACTS[7].section), strict=True):
-        one = data.force.sel(impact=section)
+        part = data.force.sel(impact=section)
         for width, (law, style) in zip((2.0, 1.6, 1.2), styles.items(), strict=True):  # curves lie on one another
-            axis.plot(1e6 * data.time, one.sel(law=law), style, linewidth=width, label=law)
+            axis.plot(1e6 * data.time, part.sel(law=law), style, linewidth=width, label=law)
         axis.set(title=section.rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
     axes[0].set_ylabel("force at bead 7 (N)")
     axes[0].legend()
