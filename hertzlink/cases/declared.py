@@ -250,7 +250,8 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
         return Form(table_of(of), made, lambda value, path: fields_of(value, of, path))
     if isclass(origin) and issubclass(origin, Sequence):
         return _list(kind, least)
-    if origin is np.ndarray:
+    # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
+    if np.ndarray in (origin, get_origin(getattr(origin, "__value__", None))):
         return Form(list[list[float]])
     if isclass(origin) and issubclass(origin, Mapping):
         inner = _form(*noted(get_args(kind)[1]))

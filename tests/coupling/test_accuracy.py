@@ -85,5 +85,5 @@ def test_strong_losses_keep_their_steps() -> None:
 
 
 def test_an_unknown_accuracy_is_refused() -> None:
-    with pytest.raises(ValueError, match="accuracy = 'coarse': must be one of 'screening', 'default'"):
+    with pytest.raises(ValueError, match="accuracy = 'coarse': must be one of 'default', 'screening'"):
         hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.31), None, accuracy="coarse")

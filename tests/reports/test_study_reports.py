@@ -40,7 +40,8 @@ class Small:
 
     def figures(self, data: xr.Dataset) -> dict[str, Figure]:
         figure, (axis,) = draw.panels(1)
-        draw.curves(axis, data.length.values, [("curve", data.ratio.values, "-")], "length (m)", "AR")
+        axis.plot(data.length, data.ratio, label="curve")
+        axis.set(xlabel="length (m)", ylabel="AR")
         axis.legend()
         return {"stiffness": figure}
 
