@@ -6,6 +6,7 @@ from coupling.inference.fitting import fit_dissipation as fit_dissipation
 from coupling.inference.identify import identify as identify
 from coupling.inference.information import best_sensors as best_sensors
 from coupling.inference.information import identifiability as identifiability
+from coupling.inference.numerical_error import numerical_error as numerical_error
 from coupling.interface import ContactPoint as ContactPoint
 from coupling.participant import Participant as Participant
 from coupling.ports.fmu import write_fmu as write_fmu

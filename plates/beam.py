@@ -121,7 +121,7 @@ def beam(
         "axial_force is in N, and the area is taken as mass_per_length over density",
     )  # fmt: skip
     wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / highest_frequency) ** 0.5
-    cells = Hermite().cells(min(wavelength, length / BUCKLES), ())
+    cells = Hermite().cells(min(wavelength, length / BUCKLES), ()).finer()
     if length / cells.coarsest > MOST_NODES:
         raise ValueError(f"highest_frequency = {highest_frequency!r}: requires more than {MOST_NODES} nodes; lower it")
     shapes = Beam(graded(length, [place], cells), supports[0], supports[1])

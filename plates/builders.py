@@ -18,6 +18,7 @@ from plates.support import Edge, Support, Supports
 from structures.checks import instance, several, short, whole
 from structures.described import described_as
 from structures.elasticity import HIGHEST_FREQUENCY
+from structures.fineness import fineness
 from structures.material import Material
 from structures.mesh_reading import Tag
 from structures.quantities import Asks, Frequency, Length, Scale, Several, Side, WallThickness
@@ -328,7 +329,7 @@ def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
     along, across = whole("cells[0]", cells[0]), whole("cells[1]", cells[1])
     if along * across > MOST_CELLS:
         raise ValueError(f"cells = {cells!r}: must be at most {MOST_CELLS} in all")
-    return along, across
+    return fineness().cells * along, fineness().cells * across
 
 
 def _patch(section: Section, radius: float | None) -> float:

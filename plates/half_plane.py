@@ -14,6 +14,7 @@ from scipy.special import j0
 from plates.section import homogeneous_section
 from structures.checks import within
 from structures.described import described_as
+from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Asks, Likely, OneOf, Quantity
 from structures.structure import Structure, Vector
@@ -133,7 +134,8 @@ def half_plane(
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
     plate = _HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)
-    circular = 2.0 * pi * highest_frequency
+    # Of half the length are waves of four times the frequency.
+    circular = 2.0 * pi * fineness().cells ** 2 * highest_frequency
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
     return Structure(

@@ -335,7 +335,7 @@ class Plate:
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
         equal = self._sheared == 0.0 and all(isinstance(addition, Prestress) for addition in self.additions)
         equal = equal and mirrors_itself(self.section, 0.0)
-        cells = self.element.cells(self.shortest_wavelength, self.additions)
+        cells = self.element.cells(self.shortest_wavelength, self.additions).finer()
         return replace(cells, halved=(equal and left == right, equal and bottom == top))
 
     @property

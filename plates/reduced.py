@@ -18,6 +18,7 @@ from plates.scaling import scalable, scaled, wave_speed
 from plates.section import homogeneous_section
 from structures.caution import caution
 from structures.checks import finite, instance, positive, several, short, whole, within
+from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Likely
 from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE
@@ -123,11 +124,13 @@ class ReducedPlate:
             raise ValueError(f"plate: is a {plate.kind}; must be a rectangle in Kirchhoff's theory, a kirchhoff_plate")
         for name, value in (
             ("until", positive("until", self.until, "s")),
-            ("tolerance", positive("tolerance", self.tolerance)),
+            ("tolerance", fineness().tolerance * positive("tolerance", self.tolerance)),
             ("pulse", within("pulse", self.pulse, *PULSE_RANGE, "s")),
             ("largest", whole("largest", self.largest)),
         ):
             object.__setattr__(self, name, value)
+        if fineness().tolerance < 1.0:
+            object.__setattr__(self, "largest", max(self.largest, MOST_VECTORS))
         Likely.TIME.warn("ReducedPlate", "pulse", self.pulse)
         if any(isinstance(addition, Delamination) for addition in plate.additions):
             raise ValueError("plate: has a delamination; reduce(plate.at(x, y), until) keeps its gaps, for one place")

@@ -5,6 +5,7 @@ from math import ceil
 
 import numpy as np
 
+from structures.fineness import fineness
 from structures.structure import Vector
 
 PATCH_DIVISOR = 8.0
@@ -62,7 +63,7 @@ def graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vector
     """Nodes from start to end, m, about `size` apart: at equal steps of ∫ dx/size."""
     near = 0.5 * np.geomspace(1e-7, 1.0, 1000)
     fine = start + (end - start) * np.concatenate([[0.0], near, 1.0 - near[-2::-1], [1.0]])
-    density = 1.0 / size(fine)
+    density = fineness().cells / size(fine)
     passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
     check_size(float(passed[-1]))
     nodes: Vector = np.interp(np.linspace(0.0, passed[-1], ceil(passed[-1] * (1.0 - 1e-9)) + 1), passed, fine)

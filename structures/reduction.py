@@ -17,6 +17,7 @@ from structures.damping import maxwell_arms, with_arms
 from structures.described import checked_call
 from structures.factor import Solve
 from structures.field import Field
+from structures.fineness import fineness
 from structures.one_thread import one_thread
 from structures.quantities import Likely, Quantity, Several
 from structures.structure import Structure, Vector, known_field
@@ -142,6 +143,8 @@ def reduce(
     if is_left_out(instance("structure", structure, Structure, "a Structure")):
         return structure
     size = structure.size
+    if (part := fineness().tolerance) < 1.0:
+        tolerance, largest = part * tolerance, max(largest, MOST_VECTORS)
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
     field = known_field(structure) if keep_field else None

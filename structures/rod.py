@@ -11,6 +11,7 @@ from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
 from structures.checks import listed, whole
 from structures.described import described
+from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Asks, Count, OneOf, Side, Thickness
 from structures.structure import Structure
@@ -139,7 +140,7 @@ def rod(
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     cut = _cut(cracks, len(layers))
-    counts, basis, owner = _mesh(layers, elements)
+    counts, basis, owner = _mesh(layers, elements and fineness().cells * elements)
     per_point = np.ones_like(basis.dx)
     axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner, None] * per_point
     inertia = np.array([layer.material.density * layer.area for layer in layers])[owner, None] * per_point
@@ -229,7 +230,7 @@ def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any)
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:
     """Return the number of elements in each layer, their basis, and the index of the layer of each element."""
-    counts = [_count(layer) if elements is None else elements for layer in layers]
+    counts = [fineness().cells * _count(layer) if elements is None else elements for layer in layers]
     if sum(counts) > MOST_ELEMENTS:
         raise ValueError(
             f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"

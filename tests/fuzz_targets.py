@@ -759,6 +759,14 @@ def _measures() -> dict[str, Target]:
             LONG,
             infinite=True,
         ),
+        "numerical_error": Target(
+            hl.numerical_error,
+            {"build": against, "until": 1e-4, "sensor": 2, "speed": 0.3},
+            lambda one: one,
+            {"speed": (0.0, -0.3, np.nan, "x"), "sensor": HUGE[0], "until": (1e-12, 1.0)},
+            LONG,
+            infinite=True,
+        ),
         "best_sensors": Target(
             hl.best_sensors,
             {

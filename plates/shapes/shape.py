@@ -1,10 +1,11 @@
 """The protocol of a plate's shape: named edges, and a mesh for each set of contact points."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import ArrayLike
 
+from structures.fineness import fineness
 from structures.mesh_reading import Groups, Tag
 from structures.structure import Vector
 
@@ -38,6 +39,12 @@ class Cells:
     geometric: bool = False
     lines: Lines = ((), ())
     halved: tuple[bool, bool] = (False, False)
+
+    def finer(self) -> "Cells":
+        """Return cells that are smaller by the fineness of the context, all by the same factor."""
+        parts = fineness().cells
+        growth = (1.0 + self.growth) ** (1.0 / parts) - 1.0 if self.geometric else self.growth / parts
+        return replace(self, finest=self.finest / parts, growth=growth, coarsest=self.coarsest / parts)
 
 
 class Shape(Protocol):

@@ -1,0 +1,251 @@
+"""How wrong a run is because of its windows and steps, its mesh and its reduction: runs with each of them refined."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from math import isnan, nan
+from textwrap import fill
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.plan import Plan
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.findings import findings_of, warn
+from coupling.results.measures import contact_time
+from coupling.schemes.windows import Adaptive
+from coupling.sweeps.sweep import check_build
+from structures.caution import collected
+from structures.checks import instance, positive, whole
+from structures.fineness import finer
+from structures.html_table import html_table
+from structures.one_thread import one_thread
+from structures.structure import Structure
+
+TIME, MESH, REDUCTION = "time", "mesh", "reduction"
+
+TO_ZERO = 4.0 / 3.0
+"""An error over its change when lengths are halved, if it falls to a quarter (order 2)."""
+
+TIGHTER = 1e-2
+"""Factor of the tolerance with which a reduction counts as exact."""
+
+LINE = 80
+
+
+class Measure(NamedTuple):
+    """What is read from a run at a sensor: its name in tables, the unit there in its SI unit, and the function."""
+
+    label: str
+    unit: float
+    read: Callable[[xr.Dataset, int], Any]
+
+
+MEASURES = {
+    "amplitude_ratio": Measure("AR", 1.0, amplitude_ratio),
+    "time_of_flight": Measure("TOF, µs", 1e-6, time_of_flight),
+    "secondary_amplitude_ratio": Measure("secondary AR", 1.0, partial(amplitude_ratio, wave="secondary")),
+    "secondary_time_of_flight": Measure("secondary TOF, µs", 1e-6, partial(time_of_flight, wave="secondary")),
+    "contact_time": Measure("contact time, µs", 1e-6, lambda run, sensor: contact_time(run)),
+}
+
+
+@dataclass(frozen=True)
+class NumericalError:
+    """Measures of a run, and estimates of their errors by source; returned by `numerical_error`.
+
+    Parameters
+    ----------
+    sensor : int
+        The bead.
+    values : dict
+        "amplitude_ratio", "time_of_flight" (s), both also of the secondary wave as "secondary_amplitude_ratio", and
+        "contact_time" (s); what the run does not have is left out.
+    parts : dict
+        The errors, value less true value, by source and then by measure: "time" of windows, steps and saved times,
+        "mesh", "reduction". NaN where a source is not estimated, zero where there is none.
+    notes : dict
+        What was refined, by source, or why it was not.
+    warnings : list of str
+        What the user must know.
+
+    Examples
+    --------
+    >>> from coupling.inference.numerical_error import NumericalError
+    >>> parts = {"time": {"amplitude_ratio": 1e-5}, "mesh": {"amplitude_ratio": -3e-4}}
+    >>> print(NumericalError(7, {"amplitude_ratio": 0.5}, parts))
+    bead 7  value         ±    time     mesh       sum
+    AR        0.5  ± 0.0003  +1e-05  -0.0003  -0.00029
+    """
+
+    sensor: int
+    values: dict[str, float]
+    parts: dict[str, dict[str, float]]
+    notes: dict[str, str] = field(default_factory=dict, repr=False)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def sums(self) -> dict[str, float]:
+        """The sums of the errors of all sources, by measure; what is not estimated counts as zero."""
+        return {name: float(np.nansum([part[name] for part in self.parts.values()])) for name in self.values}
+
+    @property
+    def margins(self) -> dict[str, float]:
+        """The roots of the sums of their squares, by measure: that errors may cancel is not relied on."""
+        squares = {name: [part[name] ** 2 for part in self.parts.values()] for name in self.values}
+        return {name: float(np.nansum(square) ** 0.5) for name, square in squares.items()}
+
+    def __str__(self) -> str:
+        rows = [(f"bead {self.sensor}", "value", "±", *self.parts, "sum"), *self._rows()]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]
+        notes = [f"{source}: {note}" for source, note in self.notes.items()]
+        notes += [f"note: {warning}" for warning in self.warnings if warning not in notes]
+        return "\n".join(lines + [fill(note, LINE, subsequent_indent="  ") for note in notes])
+
+    def _repr_html_(self) -> str:
+        rows = [(label, f"{value} {margin}") for label, value, margin, *_ in self._rows()]
+        return html_table(f"Numerical error at bead {self.sensor}", rows)
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        """Return the measures as text: name, value, margin, errors by source, and their sum."""
+        rows = list[tuple[str, ...]]()
+        for name, value in self.values.items():
+            label, unit, _ = MEASURES[name]
+            errors = [*(part[name] for part in self.parts.values()), self.sums[name]]
+            shown = ["unknown" if isnan(error) else f"{error / unit:+.2g}" if error else "0" for error in errors]
+            rows.append((label, f"{value / unit:.7g}", f"± {self.margins[name] / unit:.2g}", *shown))
+        return rows
+
+
+@one_thread
+def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: int, **parameters: Any) -> NumericalError:
+    """Estimate how wrong AR, TOF and contact time are because of windows and steps, the mesh, and the reduction.
+
+    Runs the simulation again with half the window, step and saved interval; with a reduction to a hundredth of its
+    tolerance; and, with that, with cells half as long. The changes are the errors, times 4/3 where halving leaves a
+    quarter.
+
+    Parameters
+    ----------
+    build : callable
+        Returns the CoSimulation of one chain. It makes the structure and its reduction anew at each call.
+    until : float
+        Length of the record, s.
+    sensor : int
+        Number of the bead, 1 to N from the struck end.
+    **parameters
+        Arguments of build.
+
+    Returns
+    -------
+    NumericalError
+        Values, margins, and errors by source; ``print`` shows a table. The true value is that of the same model: what
+        a theory neglects is no part of the error.
+
+    Raises
+    ------
+    ValueError
+        If build does not take the parameters or returns something else, and for what `CoSimulation.run` refuses.
+
+    Warns
+    -----
+    HertzlinkWarning
+        If a source is not estimated: meshes of files, matrices and solvers of a user, and structures that build does
+        not make itself. Of what the run itself warns of.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(length):
+    ...     rod = hl.rod([hl.Layer(hl.PTFE, length, radius=9.525e-3)])
+    ...     return hl.CoSimulation(hl.Chain([bead] * 16, bead, 0.3), hl.reduce(rod, until=1e-3))
+    >>> error = hl.numerical_error(build, until=1e-3, sensor=8, length=0.05)
+    >>> error.margins["amplitude_ratio"] < 1e-4
+    True
+    """
+    until, sensor = positive("until", until, "s"), whole("sensor", sensor)
+    check_build(build, parameters, names="parameters")
+    usual = _built(build, parameters)
+    last = len(usual.chain.chain.beads)
+    if sensor > last:
+        raise ValueError(f"sensor = {sensor}: must be a bead from 1 to {last}, counted from the struck end")
+    saved = sorted({sensor, last})
+    run = usual.run(until, sensors=saved)
+    values = _measured(run, sensor)
+    with collected():
+        tight, small = (_built(build, parameters, TIGHTER, cells) for cells in (1, 2))
+        lost, of_reduction = _compared(REDUCTION, usual, tight)
+        wrong, of_mesh = _compared(MESH, tight, small)
+        plan = usual.plan(until)
+        halved = _measured(_halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
+        tightly = _measured(tight.run(until, sensors=saved), sensor) if lost > 0.0 else values
+        smaller = _measured(small.run(until, sensors=saved), sensor) if wrong > 0.0 else tightly
+    changes = {TIME: (TO_ZERO, values, halved), MESH: (wrong, tightly, smaller), REDUCTION: (lost, values, tightly)}
+    present = {name: value for name, value in values.items() if not isnan(value)}
+    parts = {
+        source: {name: factor * (there[name] - here[name]) for name in present}
+        for source, (factor, there, here) in changes.items()
+    }
+    notes = {TIME: "windows, steps and saved intervals halved", MESH: of_mesh, REDUCTION: of_reduction}
+    warnings = [f"{source}: {notes[source]}" for source, (factor, _, _) in changes.items() if isnan(factor)]
+    warn(warnings)
+    return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
+
+
+def _built(
+    build: Callable[..., CoSimulation], parameters: Mapping[str, Any], tolerance: float = 1.0, cells: int = 1
+) -> CoSimulation:
+    """Return what a builder makes, with finer reductions and cells."""
+    with finer(cells, tolerance):
+        built = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation")
+    if len(built.interface.chains) > 1:
+        raise ValueError(f"build(...) = {built!r}: must be the CoSimulation of one chain")
+    return built
+
+
+def _measured(run: xr.Dataset, sensor: int) -> dict[str, float]:
+    return {name: float(measure.read(run, sensor)) for name, measure in MEASURES.items()}
+
+
+def _halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
+    """Return a simulation with windows and steps of half the length."""
+    windows: dict[str, Any] = {"window": plan.length * plan.substeps / 2.0, "substeps": plan.substeps}
+    if isinstance(simulation.window, Adaptive):
+        windows = {"window": Adaptive(simulation.window.tolerance / 4.0)}
+    return simulation.replace(**windows, dt=plan.length / simulation.chain.steps(plan.length) / 2.0)
+
+
+def _compared(source: str, before: CoSimulation, after: CoSimulation) -> tuple[float, str]:
+    """Return the factor that makes a change from one simulation to a finer one an error, and what was refined.
+
+    Zero where there is nothing to refine, NaN where something was not refined.
+    """
+    factor, words = {MESH: (TO_ZERO, "cells halved"), REDUCTION: (1.0, "to a hundredth of its tolerance")}[source]
+    refined = False
+    for old, new in zip(before.interface.structures, after.interface.structures, strict=True):
+        if not _has(source, old.structure):
+            continue
+        if old.structure is None or _same(old.structure, new.structure):
+            which = "solver" if old.structure is None else old.structure.origin.get("kind", "structure of a user")
+            return nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
+        refined = True
+    return (factor, words) if refined else (0.0, "none")
+
+
+def _has(source: str, structure: Structure | None) -> bool:
+    """Return whether a structure has a mesh, or a reduction that may be wrong; of a user's solver nobody knows."""
+    if structure is None:
+        return source == MESH
+    if source == MESH:
+        return bool(structure.mass.count_nonzero())
+    report: Any = structure.origin.get("reduction")
+    return report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
+
+
+def _same(one: Structure, other: Structure) -> bool:
+    """Return whether two structures have the same matrices."""
+    return np.array_equal(one.contact, other.contact) and np.array_equal(one.stiffness.data, other.stiffness.data)

@@ -1,0 +1,175 @@
+"""Estimates of numerical errors, compared with solutions in closed form and by scipy, and what they say of sources."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+import hertzlink as hl
+from coupling.inference.numerical_error import MESH, REDUCTION
+from structures.fineness import finer
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 12, BEAD, 0.3)
+UNTIL, SENSOR = 0.7e-3, 6
+STEEL = hl.Layer(hl.STEEL_440C, 0.02, 9e-3)
+CLAMPED = hl.Supports("clamped", "free", "free", "free")
+PLATE = hl.kirchhoff_plate(0.1, 0.1, 3e-3, hl.ALUMINIUM_6061, CLAMPED)
+AT = 0.05, 0.05
+
+
+def on(structure: Any, **settings: Any) -> hl.CoSimulation:
+    return hl.CoSimulation(CHAIN, structure, **settings)
+
+
+@cache
+def exact_ar() -> float:
+    """AR of the chain on PTFE: the equations of motion, and Hertz's law, by scipy."""
+    between = 2.0 / 3.0 * hl.STEEL_440C.contact_modulus * (BEAD.radius / 2.0) ** 0.5
+    flat = 4.0 / 3.0 / (1.0 / hl.STEEL_440C.contact_modulus + 1.0 / hl.PTFE.contact_modulus) * BEAD.radius**0.5
+    law = np.array([between] * 12 + [flat])
+
+    def forces(x: np.ndarray) -> np.ndarray:
+        return law * np.maximum(x - np.append(x[1:], 0.0), 0.0) ** 1.5
+
+    def slope(_: float, y: np.ndarray) -> np.ndarray:
+        push = forces(y[:13])
+        return np.concatenate([y[13:], (np.append(0.0, push[:-1]) - push) / BEAD.mass])
+
+    start = np.zeros(26)
+    start[13] = 0.3
+    path = solve_ivp(slope, (0.0, UNTIL), start, "DOP853", rtol=1e-11, atol=1e-16, dense_output=True, max_step=1e-6).sol
+
+    def mean(time: float) -> float:
+        return -float(forces(path(time)[:13])[[SENSOR - 1, SENSOR]].mean())
+
+    waves = hl.reflections(on(hl.half_space(hl.PTFE)).run(UNTIL), SENSOR)
+    back, there = (
+        minimize_scalar(mean, bounds=(wave.arrival - 2e-6, wave.arrival + 2e-6), options={"xatol": 1e-12}).fun
+        for wave in (waves.primary, waves.incident)
+    )
+    return float(back / there)
+
+
+WINDOWS: tuple[dict[str, Any], ...] = (
+    {}, {"accuracy": "screening"}, {"window": 0.5e-6}, {"window": 2e-6, "substeps": 4}
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("settings", WINDOWS, ids=str)
+def test_windows_and_steps_are_as_wrong_as_estimated(settings: dict[str, Any]) -> None:
+    estimate = hl.numerical_error(lambda: on(hl.half_space(hl.PTFE), **settings), UNTIL, SENSOR)
+    true = estimate.values["amplitude_ratio"] - exact_ar()
+    assert estimate.sums["amplitude_ratio"] == pytest.approx(true, rel=0.2)
+    assert estimate.margins["amplitude_ratio"] == abs(estimate.sums["amplitude_ratio"])
+    assert estimate.parts[MESH]["amplitude_ratio"] == estimate.parts[REDUCTION]["amplitude_ratio"] == 0.0
+    assert estimate.notes[MESH] == estimate.notes[REDUCTION] == "none"
+
+
+def test_a_mesh_is_as_wrong_as_estimated() -> None:
+    """An infinite plate is a dashpot, 8 √(D ρ t); echoes from the edges come after the contact."""
+    plate = hl.kirchhoff_plate(0.3, 0.3, 3e-3, hl.ALUMINIUM_6061, hl.Supports(), highest_frequency=25e3)
+    estimate = hl.numerical_error(lambda: on(hl.reduce(plate.at(0.15, 0.15), UNTIL)), UNTIL, SENSOR)
+    infinite = on(hl.infinite_plate(3e-3, hl.ALUMINIUM_6061)).run(UNTIL)
+    for read in (hl.amplitude_ratio, hl.time_of_flight):
+        true = estimate.values[read.__name__] - float(read(infinite, SENSOR))
+        assert estimate.parts[MESH][read.__name__] == pytest.approx(true, rel=0.4)
+
+
+def test_a_reduction_is_as_wrong_as_estimated() -> None:
+    body = hl.rod([hl.Layer(hl.PTFE, 0.06, 9e-3)], elements=12)
+    few = on(hl.reduce(body, UNTIL, largest=6))
+    estimate = hl.numerical_error(lambda: on(hl.reduce(body, UNTIL, largest=6)), UNTIL, SENSOR)
+    full, small = (float(hl.amplitude_ratio(one.run(UNTIL), SENSOR)) for one in (on(body), few))
+    assert abs(small - full) > 1e-5
+    assert estimate.parts[REDUCTION]["amplitude_ratio"] == pytest.approx(small - full, rel=0.01)
+
+
+class Spring:
+    """A user's participant: a massless spring."""
+
+    surface = hl.Surface(hl.PTFE)
+
+    def start(self) -> float:
+        return 0.0
+
+    def advance(self, state: float, force: float, window: float) -> tuple[float, float]:
+        return 1e-7 * force, 1e-7 * force
+
+
+ROD = hl.rod([STEEL])
+OWN = hl.Structure([[BEAD.mass]], [[1e6]], None, [1.0], 0.0, hl.Surface(hl.STEEL_440C))  # type: ignore[arg-type]
+SMALL_PLATE = hl.reduce(PLATE.at(*AT), UNTIL)
+
+
+@pytest.mark.parametrize(
+    ("build", "sources"),
+    [
+        (lambda: on(None), {}),
+        (lambda: on(hl.infinite_plate(3e-3, hl.PTFE)), {}),
+        (lambda: on(ROD), {MESH: "rod"}),
+        (lambda: on(hl.reduce(ROD, UNTIL, 0.1, largest=8)), {MESH: "rod"}),
+        (lambda: on(OWN), {MESH: "structure of a user"}),
+        (lambda: on(Spring(), scheme=hl.Explicit(), window=4e-6, substeps=1), {MESH: "solver"}),
+        (lambda: on(SMALL_PLATE), {MESH: "Kirchhoff plate", REDUCTION: "Kirchhoff plate"}),
+    ],
+    ids=["nothing", "infinite plate", "rod", "reduced rod", "matrices", "solver", "reduced plate"],
+)
+def test_what_cannot_be_refined_is_named(build: Callable[[], hl.CoSimulation], sources: dict[str, str]) -> None:
+    if sources:
+        with pytest.warns(hl.HertzlinkWarning, match="not estimated"):
+            estimate = hl.numerical_error(build, UNTIL, SENSOR)
+    else:
+        estimate = hl.numerical_error(build, UNTIL, SENSOR)
+    for source in (MESH, REDUCTION):
+        unknown = [np.isnan(error) for error in estimate.parts[source].values()]
+        assert set(unknown) <= {source in sources}
+        assert sources.get(source, "") in estimate.notes[source]
+        assert any(line.startswith(f"{source}: not estimated") for line in estimate.warnings) == (source in sources)
+    assert all(np.isfinite(error) for error in [*estimate.sums.values(), *estimate.margins.values()])
+    assert max(map(len, str(estimate).splitlines())) <= 80
+
+
+FINER: dict[str, Callable[[], hl.Structure]] = {
+    "rod": lambda: hl.rod([STEEL]),
+    "rod with damping": lambda: hl.damped(hl.rod([STEEL], elements=3), hl.damping.Rayleigh(10.0, 1e-7)),
+    "beam": lambda: hl.beam(0.5, 100.0, 1.0, hl.STEEL_316, at=0.2),
+    "half-plane": lambda: hl.half_plane(3e-3, hl.ALUMINIUM_6061, "clamped", 0.02, UNTIL),
+    "cylinder": lambda: hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 0.02, 9e-3)], cells=2),
+    "shell": lambda: hl.spherical_shell(33e-3, 3.5e-3, hl.PTFE, highest_frequency=5e3, cells=2),
+    "plate": lambda: PLATE.at(*AT),
+    "plate of equal cells": lambda: hl.kirchhoff_plate(0.1, 0.1, 3e-3, hl.PTFE, CLAMPED, cells=(4, 5)).at(*AT),
+    "Mindlin plate": lambda: hl.mindlin_plate(0.1, 0.1, 6e-3, hl.PTFE, CLAMPED, cells=(4, 5)).at(*AT),
+    "panel": lambda: hl.mindlin_panel(hl.Outline([(0, 0), (0.2, 0), (0, 0.2)]), 9e-3, hl.STEEL_316).at(0.05, 0.05),
+}
+
+
+@pytest.mark.parametrize("kind", FINER)
+def test_all_kinds_of_meshes_can_be_made_finer(kind: str) -> None:
+    usual = FINER[kind]()
+    with finer(cells=2):
+        fine = FINER[kind]()
+    times = 1.9 if kind in ("rod", "rod with damping", "beam", "half-plane") else 3.0
+    assert fine.size > times * usual.size
+    assert FINER[kind]().size == usual.size
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((3, UNTIL, SENSOR), "build = 3: must be a function"),
+        ((lambda: 3, UNTIL, SENSOR), r"build\(...\) = 3: must be a CoSimulation"),
+        ((lambda: on(ROD), -1.0, SENSOR), "until = -1.0"),
+        ((lambda: on(ROD), UNTIL, 0), "sensor = 0"),
+        ((lambda: on(ROD), UNTIL, 99), "sensor = 99: must be a bead from 1 to 12"),
+        ((lambda length: on(ROD), UNTIL, SENSOR), "length"),
+        ((lambda: hl.CoSimulation([CHAIN, CHAIN], [ROD, None]), UNTIL, SENSOR), "one chain"),
+    ],
+)
+def test_bad_input_is_named(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.numerical_error(*arguments)
