@@ -17,7 +17,7 @@ from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.inference.plates import Build, PlateSearch
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
-from coupling.inference.search import GlobalSearch
+from coupling.inference.search import RUNS_NEARBY, GlobalSearch
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution
@@ -40,10 +40,9 @@ COMPARE = ("waveform", "features")
 SEARCHES = ("quick", "full")
 """How the unknowns of a plate are searched."""
 
-RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE, RUNS_NEARBY = 200, 400, 120, 16
+RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE = 200, 400, 120
 """Runs of typical fits with three starts: of the first unknown of interest, of each further one, of each nuisance of
-the model; and of each unknown where there is a guess. 22 fits without one took 0.6 to 1.8 times as many, and with a
-guess five took as many and one four times."""
+the model. 22 fits took 0.6 to 1.8 times as many."""
 
 LONG_TIME = 300.0
 """The time (s) of which the user is warned."""
@@ -196,12 +195,11 @@ def identify(
 
     ends = {unknown.name: (unknown.low, unknown.high) for unknown in wanted}
     plate = PlateSearch(build, ends, names, measured.sensors, length, fitted)
-    if quick and plate.serves:
-        return plate.run()
-    identification = fitted(build, ranges, guess)
+    identification = plate.run() if quick and plate.serves else fitted(build, ranges, guess)
     if search == "full" and plate.serves:
-        return replace(identification, remarks=plate.fit(identification).remarks())
-    return identification
+        identification = replace(identification, remarks=plate.fit(identification).remarks())
+    # The fits before the last one need not know.
+    return identification.with_yielding()
 
 
 def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:

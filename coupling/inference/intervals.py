@@ -31,7 +31,7 @@ from coupling.inference.misfit import (
 from coupling.inference.posterior import sampled
 from coupling.inference.prediction import NUMERICAL
 from coupling.inference.search import GlobalSearch, Solution, inverse
-from coupling.inference.yield_effect import with_yielding
+from coupling.inference.yield_effect import YIELD, with_yielding
 from structures.caution import caution
 from structures.structure import Vector
 
@@ -96,8 +96,9 @@ class Judgement:
         scale = max(misfit**2, 1.0) if size_known else misfit**2
         modes = self._modes(best, solutions, covariance, scale)
         unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
-        said = with_yielding(self.search, best, point.residual.size - point.columns.shape[1])
-        notes = [*said]
+        said = prediction.warnings
+        elastic = [warning for warning in said if not warning.startswith(YIELD)]
+        notes = [*elastic]
         if not explained:
             notes.append(
                 f"the residual is {misfit:.3g} times the noise: the model lacks something, and values may be biased by "
@@ -123,12 +124,15 @@ class Judgement:
             notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
         if failed := self.misfit.prediction.failed:
             notes.append(f"{failed} of {self.misfit.prediction.runs} runs failed, and were left out")
-        for note in notes[len(said) :]:
+        for note in notes[len(elastic) :]:
             caution(f"identify: {note}")
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
             [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
             inputs, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
+            _yielding=None if elastic == said else partial(
+                with_yielding, self.search, best, point.residual.size - point.columns.shape[1]
+            ),
         )  # fmt: skip
 
     def _other_units(self, point: Point) -> list[str]:

@@ -41,6 +41,9 @@ ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 ROUGH_STARTS, MORE_STARTS = 3, 3
 """Rough searches for each full one; and those that follow while no fit explains the signal, as the scan doubles."""
 
+RUNS_NEARBY = 16
+"""Runs of a typical fit with a guess, for each unknown: five took as many, and one four times."""
+
 
 class Solution(NamedTuple):
     """A local minimum: p, χ², and whether least squares ended before its limit."""

@@ -8,11 +8,16 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.features import Features
 from coupling.inference.misfit import Misfit
 from coupling.inference.prediction import Prediction
-from coupling.inference.search import GlobalSearch, Solution
+from coupling.inference.search import RUNS_NEARBY, GlobalSearch, Solution
 from coupling.results.findings import findings_of
+from coupling.sweeps.progress import Progress
 from coupling.yield_check import CURE
 from particles.laws.yielding import JacksonGreen
 from structures.caution import caution, collected
+from structures.one_thread import one_thread
+
+YIELD = "yield: "
+"""The first word of a run's finding on contacts beyond yield."""
 
 LEAST = 1e-3
 """Part of a value that is not worth words."""
@@ -30,21 +35,18 @@ class Dented:
 
 
 def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[str]:
-    """Return the warnings of a search's runs; of contacts beyond yield that of the best run, and how far they move the
-    result.
+    """Return the warnings of the best run of contacts beyond yield, and how far they move the result.
 
     The user is warned of it.
     """
-    elastic = search.misfit.prediction
-    said = [warning for warning in elastic.warnings if not warning.startswith("yield: ")]
-    if len(said) == len(elastic.warnings):
-        return said
+    elastic, said = search.misfit.prediction, list[str]()
     with collected():
         run = elastic.made(**elastic.values(best.p[: len(search.ranges)])).run(elastic.until)
     for finding in findings_of(run):
-        if finding.startswith("yield: "):
+        if finding.startswith(YIELD):
             curable = CURE in finding and not isinstance(search.misfit, Features)
-            words = f"{finding.split('; ')[0]}; {_moved(search, best, degrees)}; {CURE}" if curable else finding
+            moved = _moved(search, best, degrees) if curable else ""
+            words = f"{finding.split('; ')[0]}; {moved}; {CURE}" if curable else finding
             caution(f"identify: {words}")
             said.append(words)
     return said
@@ -54,11 +56,11 @@ def _moved(search: GlobalSearch, best: Solution, degrees: int) -> str:
     """Return what a fit with the law, begun at the best one, finds; in words."""
     elastic, ranges = search.misfit.prediction, search.ranges
     prediction = Prediction(Dented(elastic.build), ranges, elastic.sensors, elastic.until)
-    prediction.progress = elastic.progress
-    prediction.stage("yielding")
     misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
     local = GlobalSearch(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
-    nearest = local.nearest(search.misfit.explains(best.misfit, best.p))
+    with one_thread, Progress(RUNS_NEARBY * len(ranges), label="identify", likely=True) as prediction.progress:
+        prediction.stage("yielding")
+        nearest = local.nearest(search.misfit.explains(best.misfit, best.p))
     old, new = (elastic.values(solution.p[: len(ranges)]) for solution in (best, nearest))
     changes = {unknown.name: new[unknown.name] / old[unknown.name] - 1.0 for unknown in ranges if old[unknown.name]}
     moves = [f"{name} by {100.0 * change:+.2g} %" for name, change in changes.items() if abs(change) > LEAST]
