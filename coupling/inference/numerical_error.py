@@ -1,5 +1,6 @@
 """How wrong a run is because of its windows and steps, its mesh and its reduction: runs with each of them refined."""
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -12,7 +13,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.plan import Plan
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
 from coupling.schemes.windows import Adaptive
@@ -23,6 +24,7 @@ from structures.fineness import finer
 from structures.html_table import html_table
 from structures.one_thread import one_thread
 from structures.structure import Structure
+from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
 
@@ -97,6 +99,12 @@ class NumericalError:
         squares = {name: [part[name] ** 2 for part in self.parts.values()] for name in self.values}
         return {name: float(np.nansum(square) ** 0.5) for name, square in squares.items()}
 
+    def noted_in(self, run: xr.Dataset) -> xr.Dataset:
+        """Return a run of the same simulation with these margins, which `reflections` and reports then show."""
+        noted = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}"))
+        noted[str(self.sensor)] = {"margins": self.margins, "text": str(self)}
+        return run.assign_attrs({NUMERICAL_ERROR: json.dumps(noted)})
+
     def __str__(self) -> str:
         rows = [(f"bead {self.sensor}", "value", "±", *self.parts, "sum"), *self._rows()]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -124,9 +132,8 @@ class NumericalError:
 def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: int, **parameters: Any) -> NumericalError:
     """Estimate how wrong AR, TOF and contact time are because of windows and steps, the mesh, and the reduction.
 
-    Runs the simulation again with half the window, step and saved interval; with a reduction to a hundredth of its
-    tolerance; and, with that, with cells half as long. The changes are the errors, times 4/3 where halving leaves a
-    quarter.
+    Runs the simulation again with half the window, step and saved interval; with cells half as long; and with a
+    reduction to a hundredth of its tolerance. The changes are the errors, times 4/3 where halving leaves a quarter.
 
     Parameters
     ----------
@@ -175,23 +182,27 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
         raise ValueError(f"sensor = {sensor}: must be a bead from 1 to {last}, counted from the struck end")
     saved = sorted({sensor, last})
     run = usual.run(until, sensors=saved)
-    values = _measured(run, sensor)
+    with collected() as said:
+        values = _measured(run, sensor)
     with collected():
-        tight, small = (_built(build, parameters, TIGHTER, cells) for cells in (1, 2))
+        tight, small = _built(build, parameters, tolerance=TIGHTER), _built(build, parameters, cells=2)
         lost, of_reduction = _compared(REDUCTION, usual, tight)
-        wrong, of_mesh = _compared(MESH, tight, small)
+        wrong, of_mesh = _compared(MESH, usual, small)
         plan = usual.plan(until)
         halved = _measured(_halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
         tightly = _measured(tight.run(until, sensors=saved), sensor) if lost > 0.0 else values
-        smaller = _measured(small.run(until, sensors=saved), sensor) if wrong > 0.0 else tightly
-    changes = {TIME: (TO_ZERO, values, halved), MESH: (wrong, tightly, smaller), REDUCTION: (lost, values, tightly)}
+        smaller = _measured(small.run(until, sensors=saved), sensor) if wrong > 0.0 else values
+    changes = {TIME: (TO_ZERO, values, halved), MESH: (wrong, values, smaller), REDUCTION: (lost, values, tightly)}
     present = {name: value for name, value in values.items() if not isnan(value)}
     parts = {
         source: {name: factor * (there[name] - here[name]) for name in present}
         for source, (factor, there, here) in changes.items()
     }
     notes = {TIME: "windows, steps and saved intervals halved", MESH: of_mesh, REDUCTION: of_reduction}
-    warnings = [f"{source}: {notes[source]}" for source, (factor, _, _) in changes.items() if isnan(factor)]
+    warnings = list(dict.fromkeys(said))
+    warnings += [f"{source}: {notes[source]}" for source, (factor, _, _) in changes.items() if isnan(factor)]
+    if "amplitude_ratio" not in present:
+        warnings.append(f"waves: none returns to bead {sensor} until {readable(until, 's')}")
     warn(warnings)
     return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
 

@@ -1,6 +1,8 @@
 """AR and TOF at a sensor: the incident wave, the waves that come back, their amplitude ratio and time of flight."""
 
+import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import repeat
 
 import numpy as np
@@ -26,6 +28,9 @@ TAIL = 1.5
 drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others."""
 
 WAVES = ("primary", "secondary", "third")
+
+NUMERICAL_ERROR = "numerical_error"
+"""The attribute of a run that holds its numerical errors as JSON, by bead."""
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, earliest: float = 0.0) -> Reflections:
@@ -118,6 +123,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
         if series.axes:
             raise ValueError(_several(series.axes[0]))
         incident, back = _objects(find_waves(reading.time, series, smallest, len(Reflections._fields)), 0)
+        back = _with_margins(back, run, sensor)
     _warn_of_ends(reading, sensor)
     if incident is None:
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
@@ -352,6 +358,16 @@ def _objects(waves_of_runs: WavesOfRuns, run: int) -> tuple[Wave | None, list[Re
     many = waves_of_runs.found[run]
     peaks = zip(waves_of_runs.amplitude[run, :many].tolist(), waves_of_runs.arrival[run, :many].tolist(), strict=True)
     return _as_waves(list(peaks), [BEGINS[number] for number in waves_of_runs.begins[run, 1:many]])
+
+
+def _with_margins(waves: list[ReflectedWave], run: xr.Dataset, sensor: int) -> list[ReflectedWave]:
+    """Return the waves with the margins of AR and TOF that the run holds for the sensor."""
+    margins = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}")).get(str(sensor), {}).get("margins", {})
+    names = [(f"{prefix}amplitude_ratio", f"{prefix}time_of_flight") for prefix in ("", "secondary_")]
+    return [
+        replace(wave, margins=(margins[ratio], margins[flight])) if ratio in margins else wave
+        for wave, (ratio, flight) in zip(waves, names, strict=False)
+    ]
 
 
 def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None, list[ReflectedWave]]:

@@ -61,6 +61,8 @@ class ReflectedWave(Wave):
         TOF, its arrival less that of the incident wave, s.
     begins : str
         "structure"; "chain" if it parted from other waves on its way; "unknown" for a signal.
+    margins : (float, float), optional
+        Numerical errors of AR and of TOF, s, where the run holds them (`NumericalError.noted_in`).
 
     Examples
     --------
@@ -72,19 +74,28 @@ class ReflectedWave(Wave):
     amplitude_ratio: float
     time_of_flight: float
     begins: str = "unknown"
+    margins: tuple[float, float] | None = None
 
     __repr__ = Wave.__repr__
 
     def in_words(self) -> list[str]:
         """Return the parts of a line."""
         begins = [] if self.begins == "unknown" else [f"begins at the {self.begins}"]
-        tof = f"TOF = {1e6 * self.time_of_flight:.2f} µs"
-        return [*super().in_words(), f"AR = {self.amplitude_ratio:.4f}", tof, *begins]
+        ratio, flight = self.texts
+        return [*super().in_words(), f"AR = {ratio}", f"TOF = {flight} µs", *begins]
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the rows of a table."""
-        tof = f"{1e6 * self.time_of_flight:.2f} µs"
-        return [*super().rows(), ("AR", f"{self.amplitude_ratio:.4f}"), ("TOF", tof), ("begins at", self.begins)]
+        ratio, flight = self.texts
+        return [*super().rows(), ("AR", ratio), ("TOF", f"{flight} µs"), ("begins at", self.begins)]
+
+    @property
+    def texts(self) -> tuple[str, str]:
+        """AR, and TOF in µs, with their margins."""
+        ratio, flight = f"{self.amplitude_ratio:.4f}", f"{1e6 * self.time_of_flight:.2f}"
+        if self.margins is None:
+            return ratio, flight
+        return f"{ratio} ± {self.margins[0]:.1g}", f"{flight} ± {1e6 * self.margins[1]:.1g}"
 
 
 class NoWaveError(ValueError, AttributeError):

@@ -16,6 +16,7 @@ from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, RunPart, run_entries
 from hertzlink.cases.parts import World, located, made
 from plates.laminate import OrthotropicMaterial
+from structures.fineness import fineness
 from structures.material import Material
 from structures.moving import MovingStructure
 from structures.reduction import reduce
@@ -134,7 +135,7 @@ def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
     """Return the structure, reduced where it is large; the last ones are kept."""
     materials = sorted(world.materials.items()), sorted(world.sheets.items())
     # Two equal structures of one case are two bodies.
-    key = "\n".join(map(repr, (path, body, run.until, run.reduce, materials)))
+    key = "\n".join(map(repr, (path, body, run.until, run.reduce, materials, fineness())))
     if getattr(body, "mesh", None) is not None or is_unmeshed():
         return _structure(body, run, world, path)
     if key not in _STRUCTURES:

@@ -116,6 +116,7 @@ class MeasurePart(Part):
     sensor: Annotated[int, Field(ge=1)] | None = None
     sensors: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=1)] | None = None
     traces: bool = False
+    numerical_error: bool = False
     critical_distance: CriticalPart | None = None
 
 

@@ -55,10 +55,11 @@ def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
     many = task.case.model.chain
     paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
     law = {"kind": "jackson_green"}
+    changes = {**dict.fromkeys(paths, law), "measure.numerical_error": False}
     # The user was warned of the same in the first run.
     with collected(), labelled("contacts that yield"):
         try:
-            return run_task(task_of(task.case.changed(dict.fromkeys(paths, law))), jobs)
+            return run_task(task_of(task.case.changed(changes)), jobs)
         except ValueError:
             return None
 

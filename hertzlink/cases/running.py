@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.inference.numerical_error import numerical_error
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import sensor_force
 from coupling.sweeps.critical_search import critical_distance_search
@@ -99,6 +100,10 @@ def task_of(case: Case) -> Task:
     task = Task(case, axes, (), along)
     if along is not None:
         case.model.only_chain("a critical distance")
+    if case.model.measure.numerical_error:
+        case.model.only_chain("a numerical error")
+        if axes:
+            raise Fault(("measure", "numerical_error"), "is that of one run; leave out [sweep], or this entry")
     if axes and case.model.run.save_every is not None:
         raise Fault(("run", "save_every"), "is chosen by a sweep; leave it out")
     return Task(case, axes, sensors_of(case, task.first), along)
@@ -147,6 +152,9 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
     case = task.case
     if task.kind == "run":
         data = run_once(case, case.simulation())
+        for sensor in task.sensors if case.model.measure.numerical_error else ():
+            with of_run():
+                data = numerical_error(case.simulation, case.until, sensor).noted_in(data)
     elif task.along is None:
         build = Build(case, task.axes)
         measure = Measure(task.sensors, case.model.measure.traces, case.model.measure.chain)

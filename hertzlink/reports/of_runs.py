@@ -79,7 +79,7 @@ def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
         if isinstance(wave, ReflectedWave):
             begins = "" if wave.begins == "unknown" else f"begins at the {wave.begins}"
             remark = "; ".join(filter(None, (begins, ABOVE_ONE * (wave.amplitude_ratio > 1.0))))
-            yield words, *peak, f"{wave.amplitude_ratio:.4f}", f"{1e6 * wave.time_of_flight:.2f}", remark
+            yield words, *peak, *wave.texts, remark
         else:
             yield words, *peak, "", "", ""
 

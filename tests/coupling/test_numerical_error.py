@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,10 @@ from scipy.optimize import minimize_scalar
 
 import hertzlink as hl
 from coupling.inference.numerical_error import MESH, REDUCTION
+from hertzlink.cases.case import Case
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.report import report
+from hertzlink.cases.running import run_task, task_of
 from structures.fineness import finer
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -132,6 +137,39 @@ def test_what_cannot_be_refined_is_named(build: Callable[[], hl.CoSimulation], s
         assert any(line.startswith(f"{source}: not estimated") for line in estimate.warnings) == (source in sources)
     assert all(np.isfinite(error) for error in [*estimate.sums.values(), *estimate.margins.values()])
     assert max(map(len, str(estimate).splitlines())) <= 80
+
+
+def test_reflections_and_reports_show_the_margins_that_a_run_holds(tmp_path: Path) -> None:
+    estimate = hl.numerical_error(lambda: on(hl.half_space(hl.PTFE), accuracy="screening"), UNTIL, SENSOR)
+    run = on(hl.half_space(hl.PTFE), accuracy="screening").run(UNTIL)
+    noted, other = (hl.reflections(estimate.noted_in(run), sensor) for sensor in (SENSOR, SENSOR + 1))
+    margin = f"{estimate.margins['amplitude_ratio']:.1g}"
+    assert f"AR = {noted.primary.amplitude_ratio:.4f} ± {margin}, TOF" in repr(noted.primary)
+    assert "±" not in repr(hl.reflections(run, SENSOR)) + repr(other)
+    page = hl.plots.report(estimate.noted_in(run), tmp_path / "run.html", sensors=SENSOR)
+    assert f"± {margin}<" in page.read_text("utf-8")
+
+
+CASE = {
+    "chain": {
+        "beads": 12,
+        "bead": {"shape": "sphere", "radius": "4.76 mm", "material": "steel 440C"},
+        "impact_speed": "0.3 m/s",
+    },
+    "structure": {"kind": "rod", "layers": [{"material": "PTFE", "length": "50 mm", "radius": "9 mm"}], "elements": 6},
+    "run": {"until": "0.8 ms"},
+    "measure": {"sensor": SENSOR, "numerical_error": True},
+}
+
+
+def test_cases_estimate_the_error_of_a_run() -> None:
+    task = task_of(Case(CASE))
+    text = report(task, run_task(task))[0]
+    assert f"bead {SENSOR} " in text
+    assert "mesh: cells halved" in text
+    assert "±" not in report(task, run_task(task_of(Case({**CASE, "measure": {"sensor": SENSOR}}))))[0]
+    with pytest.raises(Fault, match="one run"):
+        task_of(Case({**CASE, "sweep": {"chain.beads": [12, 14]}}))
 
 
 FINER: dict[str, Callable[[], hl.Structure]] = {
