@@ -138,9 +138,9 @@ def peak(values: Vector, place: int) -> tuple[float, float]:
     return float(near(tops[0])), place + tops[0]
 
 
-def finely(build: Callable[..., hl.CoSimulation], near: dict[str, float]) -> dict[str, float]:
-    """Return the measures of a run in windows and steps that are FINER times as short."""
-    with finer(cells=FINEST):
+def finely(build: Callable[..., hl.CoSimulation], cells: int = 1) -> dict[str, float]:
+    """Return the measures of a run in windows and steps that are FINER times as short, on cells so many times finer."""
+    with finer(cells=cells):
         simulation = build()
     plan = simulation.plan(UNTIL)
     steps = simulation.chain.steps(plan.length)
@@ -212,7 +212,7 @@ def plate(random: np.random.Generator, edge: str = "") -> Setup:
     if not edge:
         return Setup(build, partial(exact, bead, speed, wall, impedance(wall, thickness), 0.0, np.inf))
     body = partial(hl.half_plane, thickness, wall, edge, away, UNTIL)
-    return Setup(build, partial(finely, lambda: hl.CoSimulation(beads, body(), accuracy=accuracy)))
+    return Setup(build, lambda near: finely(lambda: hl.CoSimulation(beads, body(), accuracy=accuracy), FINEST))
 
 
 def half_plane(random: np.random.Generator) -> Setup:
@@ -221,7 +221,7 @@ def half_plane(random: np.random.Generator) -> Setup:
     edge, away = str(random.choice(["clamped", "simple", "free"])), between(random, 8e-3, 60e-3)
     body = partial(hl.half_plane, thickness, wall, edge, away, UNTIL)
     build = lambda: hl.CoSimulation(beads, body(), accuracy=accuracy)  # noqa: E731
-    return Setup(build, partial(finely, build))
+    return Setup(build, lambda near: finely(build, FINEST))
 
 
 KINDS: dict[str, Callable[[np.random.Generator], Setup]] = {
@@ -235,18 +235,23 @@ KINDS: dict[str, Callable[[np.random.Generator], Setup]] = {
 }
 
 
-def ratios(kind: str, number: int) -> list[tuple[float, float]] | None:
-    """Return the true error and the estimate over it of each quantity; None where no wave, or another one, returns."""
+def ratios(kind: str, number: int) -> list[tuple[float, float, float, float]] | None:
+    """Return the true error, and estimates over it: the margin, the part of time, those of mesh and reduction together.
+
+    None where no wave, or another one, returns; NaN where nothing has a mesh.
+    """
     setup, found = KINDS[kind](np.random.default_rng([SEED, number])), []
     error = hl.numerical_error(setup.build, UNTIL, SENSOR)
     if not set(QUANTITIES) <= set(error.values) or error.margins["time_of_flight"] > ANOTHER:
         return None
-    truth = setup.truth(error.values)
+    truth, in_time = setup.truth(error.values), finely(setup.build)
     for name in QUANTITIES:
-        true, margin = error.values[name] - truth[name], error.margins[name]
-        parts = "".join(f"{part[name]:+10.1e}" for part in error.parts.values())
-        print(f"{kind:26} {number:3} {name:16} {margin / abs(true):9.3f} {true:+10.1e} {parts}", flush=True)
-        found.append((abs(true), margin / abs(true)))
+        time, *others = (part[name] for part in error.parts.values())
+        true, of_time = error.values[name] - truth[name], error.values[name] - in_time[name]
+        in_space = sum(others) / (in_time[name] - truth[name]) if any(others) else np.nan
+        found.append((abs(true), error.margins[name] / abs(true), (1.0 - FINER**-2.0) * time / of_time, in_space))
+        texts = "".join(f"{number:+10.1e}" for number in (true, *found[-1][1:], time, *others))
+        print(f"{kind:26} {number:3} {name:16} {texts}", flush=True)
     return found
 
 
@@ -256,13 +261,19 @@ def main() -> None:
     drawn = {kind: [ratios(kind, number) for number in range(count)] for kind in KINDS}
     drawn["all"] = [one for many in drawn.values() for one in many]
     for place, name in enumerate(QUANTITIES):
-        heads = name, "set-ups", "median error", "0.5 to 2", "least", "median", "greatest"
-        print(f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
+        print(f"\n| {name} | set-ups | median error | margin | time | mesh and reduction |\n|{'---|' * 6}")
         for kind, many in drawn.items():
-            true, ratio = np.array([one[place] for one in many if one is not None]).T
-            inside = 100.0 * ((ratio >= 0.5) & (ratio <= 2.0)).mean()
-            numbers = f"{ratio.min():.2f} | {np.median(ratio):.2f} | {ratio.max():.2f}"
-            print(f"| {kind} | {ratio.size} | {np.median(true):.1e} | {inside:.0f} % | {numbers} |")
+            true, *ratio = np.array([one[place] for one in many if one is not None]).T
+            print(f"| {kind} | {true.size} | {np.median(true):.1e} | {' | '.join(map(spread, ratio))} |")
+
+
+def spread(ratio: Vector) -> str:
+    """Return the part of ratios between 0.5 and 2, and the least and the greatest one."""
+    ratio = ratio[~np.isnan(ratio)]
+    if not ratio.size:
+        return "none"
+    inside = 100.0 * ((ratio >= 0.5) & (ratio <= 2.0)).mean()
+    return f"{inside:.0f} %, {ratio.min():.2g} to {ratio.max():.2g}"
 
 
 if __name__ == "__main__":

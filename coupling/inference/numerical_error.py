@@ -185,13 +185,12 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     with collected() as said:
         values = _measured(run, sensor)
     with collected():
-        tight, small = _built(build, parameters, tolerance=TIGHTER), _built(build, parameters, cells=2)
-        lost, of_reduction = _compared(REDUCTION, usual, tight)
-        wrong, of_mesh = _compared(MESH, usual, small)
+        tight, lost, of_reduction = _finer(REDUCTION, usual, build, parameters)
+        small, wrong, of_mesh = _finer(MESH, usual, build, parameters)
         plan = usual.plan(until)
         halved = _measured(_halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
-        tightly = _measured(tight.run(until, sensors=saved), sensor) if lost > 0.0 else values
-        smaller = _measured(small.run(until, sensors=saved), sensor) if wrong > 0.0 else values
+        tightly = values if tight is usual else _measured(tight.run(until, sensors=saved), sensor)
+        smaller = values if small is usual else _measured(small.run(until, sensors=saved), sensor)
     changes = {TIME: (TO_ZERO, values, halved), MESH: (wrong, values, smaller), REDUCTION: (lost, values, tightly)}
     present = {name: value for name, value in values.items() if not isnan(value)}
     parts = {
@@ -201,17 +200,21 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     notes = {TIME: "windows, steps and saved intervals halved", MESH: of_mesh, REDUCTION: of_reduction}
     warnings = list(dict.fromkeys(said))
     warnings += [f"{source}: {notes[source]}" for source, (factor, _, _) in changes.items() if isnan(factor)]
+    warnings += [
+        f"{source}: {MEASURES[name].label} has no error, as the finer run does not have this wave"
+        for source, part in parts.items()
+        for name, error in part.items()
+        if isnan(error) and not isnan(changes[source][0])
+    ]
     if "amplitude_ratio" not in present:
         warnings.append(f"waves: none returns to bead {sensor} until {readable(until, 's')}")
     warn(warnings)
     return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
 
 
-def _built(
-    build: Callable[..., CoSimulation], parameters: Mapping[str, Any], tolerance: float = 1.0, cells: int = 1
-) -> CoSimulation:
-    """Return what a builder makes, with finer reductions and cells."""
-    with finer(cells, tolerance):
+def _built(build: Callable[..., CoSimulation], parameters: Mapping[str, Any], **factors: Any) -> CoSimulation:
+    """Return what a builder makes, with finer cells or reductions."""
+    with finer(**factors):
         built = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation")
     if len(built.interface.chains) > 1:
         raise ValueError(f"build(...) = {built!r}: must be the CoSimulation of one chain")
@@ -230,21 +233,27 @@ def _halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
     return simulation.replace(**windows, dt=plan.length / simulation.chain.steps(plan.length) / 2.0)
 
 
-def _compared(source: str, before: CoSimulation, after: CoSimulation) -> tuple[float, str]:
-    """Return the factor that makes a change from one simulation to a finer one an error, and what was refined.
+def _finer(
+    source: str, usual: CoSimulation, build: Callable[..., CoSimulation], parameters: Mapping[str, Any]
+) -> tuple[CoSimulation, float, str]:
+    """Return a simulation with one source refined, the factor that makes the change an error, and what was refined.
 
-    Zero where there is nothing to refine, NaN where something was not refined.
+    The factor is zero where there is nothing to refine, and NaN where something was not refined.
     """
-    factor, words = {MESH: (TO_ZERO, "cells halved"), REDUCTION: (1.0, "to a hundredth of its tolerance")}[source]
-    refined = False
-    for old, new in zip(before.interface.structures, after.interface.structures, strict=True):
-        if not _has(source, old.structure):
-            continue
-        if old.structure is None or _same(old.structure, new.structure):
-            which = "solver" if old.structure is None else old.structure.origin.get("kind", "structure of a user")
-            return nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
-        refined = True
-    return (factor, words) if refined else (0.0, "none")
+    having = [i for i, body in enumerate(usual.interface.structures) if _has(source, body.structure)]
+    if not having:
+        return usual, 0.0, "none"
+    factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
+    try:
+        fine = _built(build, parameters, **factors)
+    except ValueError as error:  # too many cells, where the user's are just enough
+        return usual, nan, f"not estimated; {error}"
+    for i in having:
+        old, new = (simulation.interface.structures[i].structure for simulation in (usual, fine))
+        if old is None or _same(old, new):
+            which = "solver" if old is None else old.origin.get("kind", "structure of a user")
+            return usual, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
+    return (fine, TO_ZERO, "cells halved") if source == MESH else (fine, 1.0, "to a hundredth of its tolerance")
 
 
 def _has(source: str, structure: Structure | None) -> bool:

@@ -139,6 +139,14 @@ def test_what_cannot_be_refined_is_named(build: Callable[[], hl.CoSimulation], s
     assert max(map(len, str(estimate).splitlines())) <= 80
 
 
+def test_a_mesh_that_would_be_too_large_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("structures.rod.MOST_ELEMENTS", 9)
+    with pytest.warns(hl.HertzlinkWarning, match="mesh: not estimated; elements: 12 are too many"):
+        estimate = hl.numerical_error(lambda: on(hl.rod([STEEL], elements=6)), UNTIL, SENSOR)
+    assert np.isnan(estimate.parts[MESH]["amplitude_ratio"])
+    assert estimate.margins["amplitude_ratio"] > 0.0
+
+
 def test_reflections_and_reports_show_the_margins_that_a_run_holds(tmp_path: Path) -> None:
     estimate = hl.numerical_error(lambda: on(hl.half_space(hl.PTFE), accuracy="screening"), UNTIL, SENSOR)
     run = on(hl.half_space(hl.PTFE), accuracy="screening").run(UNTIL)
