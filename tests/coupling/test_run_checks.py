@@ -238,7 +238,7 @@ EDGE = partial(hl.half_plane, 2e-3, hl.BRASS_360, "clamped", until=2e-3)
         (hl.half_space(hl.ALUMINIUM_6061), 0.1, 0.0),
         (hl.half_space(hl.BRASS_360), 0.6, 0.0),
         (hl.half_space(hl.ALUMINIUM_6061), 0.31, 5.0),
-        (hl.infinite_plate(4e-3, hl.STEEL_316), 0.31, 0.0),
+        (hl.half_plane(4e-3, hl.STEEL_316, "clamped", 2.0, until=2e-3), 0.31, 0.0),
         (EDGE(0.04), 0.31, 0.0),
     ],
 )
