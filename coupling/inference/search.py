@@ -66,6 +66,7 @@ class GlobalSearch:
         self.misfit, self.starts, self.count, self.seed = misfit, starts, count, seed
         self.guess, self.lines, self.ranges = guess, lines, misfit.prediction.ranges
         self.steps = np.full(len(self.ranges), FIRST_STEP)
+        self._known_lines = dict[tuple[bytes, int, bytes], Vector]()
 
     def solutions(self) -> list[Solution]:
         """Return the local minima from the best points of the scan, the least first; with a guess only the nearest."""
@@ -161,11 +162,18 @@ class GlobalSearch:
         return chosen[:FROM_LINES]
 
     def _on_line(self, best: Vector, k: int, places: Vector) -> Vector:
-        """Return χ² where one unknown has these places, and the others are the best ones."""
-        line = np.tile(best, (places.size, 1))
-        line[:, k] = places
-        traces = self.misfit.prediction.traces(list(line[:, : len(self.ranges)]))
-        return np.array([self.misfit.of_traces(p, trace) for p, trace in zip(line, traces, strict=True)])
+        """Return χ² where one unknown has these places, and the others are the best ones.
+
+        The next round asks for the same lines where the one before found nothing better.
+        """
+        key = best.tobytes(), k, places.tobytes()
+        if key not in self._known_lines:
+            line = np.tile(best, (places.size, 1))
+            line[:, k] = places
+            traces = self.misfit.prediction.traces(list(line[:, : len(self.ranges)]))
+            values = [self.misfit.of_traces(p, trace) for p, trace in zip(line, traces, strict=True)]
+            self._known_lines[key] = np.array(values)
+        return self._known_lines[key]
 
     def solved(self, start: Vector, fixed: int | None = None, tries: int = 30, rough: bool = False) -> Solution:
         """Least squares from a start; fixed: the number of an unknown that keeps its place; rough: derivatives."""
