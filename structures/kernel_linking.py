@@ -12,6 +12,9 @@ from numba.core.compiler import Flags
 from numba.core.registry import cpu_target
 from numba.core.targetconfig import ConfigStack
 
+FROM_PYTHON = "_ZN7cpython"
+"""Beginning of the names of functions that take a kernel's arguments from Python."""
+
 
 class Linked(JITCodeLibrary):  # type: ignore[misc]
     """The code of a kernel that only kernels call."""
@@ -34,15 +37,27 @@ class Linked(JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
+class Called(JITCodeLibrary):  # type: ignore[misc]
+    """The code of a kernel that Python calls. The part that takes its arguments from Python runs once a call, but is
+    long, so it is not optimised."""
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if function.name.startswith(FROM_PYTHON) and not function.is_declaration:
+                function.add_function_attribute("noinline")
+                function.add_function_attribute("optnone")
+        super()._optimize_final_module()
+
+
 class Codegen(JITCPUCodegen):  # type: ignore[misc]
     """Numba's generator of code for this processor; all other functions get the same code as before."""
 
     def create_library(self, name: str, **options: Any) -> Any:
         """Return a place for the code of the function that is being compiled."""
         flags = ConfigStack.top_or_none()
-        if flags is None or flags.nrt or not (flags.no_cpython_wrapper and flags.no_cfunc_wrapper):
+        if flags is None or flags.nrt or not flags.no_cfunc_wrapper:
             return super().create_library(name, **options)
-        return Linked(self, name, **options)
+        return (Linked if flags.no_cpython_wrapper else Called)(self, name, **options)
 
     def unserialize_library(self, serialized: Any) -> Any:
         """Return code from a file, whichever function is being compiled; Numba itself never keeps bitcode alone."""
