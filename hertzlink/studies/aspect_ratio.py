@@ -8,36 +8,22 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
-from coupling.results.measures import contact_time, sensor_force
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw, on_plates
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import IMPACT_SPEED, OnPlate, theirs
 from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import printed
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.infinite import infinite_plate
-from plates.theory.impact import THESIS_IMPACT, inelasticity_parameter, normalised_time_of_flight
-from plates.theory.impact import amplitude_ratio as plate_amplitude_ratio
-from plates.theory.impact import contact_time as plate_contact_time
-from plates.theory.zener import restitution as zener_restitution
-from structures.reduction import reduce
-from structures.structure import Structure, half_space
+from plates.theory.impact import THESIS_IMPACT
 
 row = Rows("aspect_ratio")
 BODIES = ("plate", "infinite plate", "half-space")
-REDUCTION = 0.02
-"""Tolerance of the reduction, tighter than that of the boundary study."""
-RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
-"""D/t of the theory lines."""
-
+REDUCTION = 0.02  # Tolerance of the reduction, tighter than that of the boundary study.
+RATIOS = tuple(np.geomspace(0.4, 10.0, 49))  # D/t of the theory lines.
+# Stands before the reason of the first AR.
 FIRST = "theory: e^(6/5) with the striker's speed, one bead for the chain{}; "
-"""Stands before the reason of the first AR."""
-
-THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"
-"""The condition under which section 6.2.1's λ follow."""
+THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"  # The condition under which section 6.2.1's λ follow.
 
 
 @dataclass(frozen=True)
@@ -62,8 +48,10 @@ class Conditions(OnPlate):
         """Return AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
         diameter = self.bead[len(self.bead) // 2]
         bead, plate = self.sphere(diameter), self.plate(diameter / ratio)
-        flight = normalised_time_of_flight(self.beads - self.sensor, bead, plate, self.impact_speed, speed)
-        return plate_amplitude_ratio(inelasticity_parameter(bead, plate, speed)), flight
+        flight = hl.theory.plate_normalised_time_of_flight(
+            self.beads - self.sensor, bead, plate, self.impact_speed, speed
+        )
+        return hl.theory.plate_amplitude_ratio(hl.theory.plate_inelasticity(bead, plate, speed)), flight
 
 
 THESIS = Conditions()
@@ -78,10 +66,10 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
 
     of = Conditions.of(parameters)
 
-    def build(body: str, thickness: float, diameter: float) -> CoSimulation:
-        return CoSimulation(of.chain(diameter), _structure(of, body, thickness))
+    def build(body: str, thickness: float, diameter: float) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(diameter), _structure(of, body, thickness))
 
-    data = sweep(
+    data = hl.sweep(
         build, of.until, 1 if quick and jobs is None else jobs, partial(measure, sensor=of.sensor),
         body=BODIES, thickness=of.thickness, diameter=of.bead,
     )  # fmt: skip
@@ -94,23 +82,27 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     return of.marked(data)
 
 
-def _structure(of: Conditions, body: str, thickness: float) -> Structure:
+def _structure(of: Conditions, body: str, thickness: float) -> hl.Structure:
     if body == "half-space":
-        return half_space(of.material)
+        return hl.half_space(of.material)
     if body == "infinite plate":
-        return infinite_plate(thickness, of.material)
+        return hl.infinite_plate(thickness, of.material)
     centre = of.side / 2.0
-    return reduce(of.plate(thickness).at(centre, centre), of.until, REDUCTION, pulse=of.pulse)
+    return hl.reduce(of.plate(thickness).at(centre, centre), of.until, REDUCTION, pulse=of.pulse)
 
 
 def measure(run: xr.Dataset, sensor: int = on_plates.SENSOR) -> xr.Dataset:
     """Return the part of a run that the study keeps."""
     return xr.Dataset(
         {
-            "amplitude_ratio": amplitude_ratio(run, sensor),
-            "time_of_flight": time_of_flight(run, sensor),
-            "contact_time": ((), contact_time(run), {"units": "s", "long_name": "last bead's contact with the plate"}),
-            "sensor_force": sensor_force(run, sensor),
+            "amplitude_ratio": hl.amplitude_ratio(run, sensor),
+            "time_of_flight": hl.time_of_flight(run, sensor),
+            "contact_time": (
+                (),
+                hl.contact_time(run),
+                {"units": "s", "long_name": "last bead's contact with the plate"},
+            ),
+            "sensor_force": hl.sensor_force(run, sensor),
         }
     )
 
@@ -128,8 +120,8 @@ def _contacts(data: xr.Dataset, of: Conditions) -> list[Row]:
     for diameter, thickness, _ in _by_ratio(data):
         bead, plate = of.sphere(diameter), of.plate(thickness)
         simulated = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
-        said = inelasticity_parameter(bead, plate, of.impact_speed), of.contact_time(diameter) * 1e6
-        expected = float(plate_contact_time(bead, plate, of.impact_speed)) * 1e6
+        said = hl.theory.plate_inelasticity(bead, plate, of.impact_speed), of.contact_time(diameter) * 1e6
+        expected = float(hl.theory.plate_contact_time(bead, plate, of.impact_speed)) * 1e6
         named = Named(diameter=diameter * 1e3, thickness=thickness * 1e3)
         rows.append(row("contact time of a chain", simulated, *said, theory=expected, **named))
     return rows
@@ -142,11 +134,14 @@ def _printed(data: xr.Dataset) -> list[Row]:
         if f"λ, {label}" not in row.entries:
             continue
         plate, bead = THESIS.plate(thickness), THESIS.sphere(diameter)
-        parameter, again = inelasticity_parameter(bead, plate, IMPACT_SPEED), _thesis_parameter(diameter, thickness)
+        parameter, again = (
+            hl.theory.plate_inelasticity(bead, plate, IMPACT_SPEED),
+            _thesis_parameter(diameter, thickness),
+        )
         speeds = IMPACT_SPEED, THESIS_IMPACT.bead_speed
         rows.append(row(f"λ, {label}", parameter, *speeds, again, otherwise={THEIRS: again}))
         if f"contact time, {label}" in row.entries:
-            contact = plate_contact_time(bead, plate, IMPACT_SPEED) * 1e6
+            contact = hl.theory.plate_contact_time(bead, plate, IMPACT_SPEED) * 1e6
             chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
             theirs = _of_printed(diameter, thickness, float(row.entries[f"λ, {label}"].value))
             single = _thesis_contact_time(diameter, thickness)
@@ -156,13 +151,13 @@ def _printed(data: xr.Dataset) -> list[Row]:
 
 def _thesis_parameter(diameter: float, thickness: float) -> float:
     """Return λ with the thesis's data."""
-    return float(inelasticity_parameter(theirs(diameter), THESIS.plate(thickness), THESIS_IMPACT.bead_speed))
+    return float(hl.theory.plate_inelasticity(theirs(diameter), THESIS.plate(thickness), THESIS_IMPACT.bead_speed))
 
 
 def _thesis_contact_time(diameter: float, thickness: float) -> float:
     """Return T_c, µs, with the thesis's data."""
     parameter, plate = _thesis_parameter(diameter, thickness), THESIS.plate(thickness)
-    return 1e6 * float(plate_contact_time(theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
+    return 1e6 * float(hl.theory.plate_contact_time(theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
 
 
 def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str, str]:
@@ -171,7 +166,7 @@ def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str
     plate, speed = THESIS.plate(thickness), THESIS_IMPACT.striker_speed
     digits = printed(0.29 if parameter == 0.2 else parameter)
     assert digits is not None
-    times = [1e6 * float(plate_contact_time(theirs(diameter), plate, speed, ratio)) for ratio in digits]
+    times = [1e6 * float(hl.theory.plate_contact_time(theirs(diameter), plate, speed, ratio)) for ratio in digits]
     return {"the thesis's λ and 8000 kg/m³": f"{min(times):.6g} to {max(times):.6g}"}
 
 
@@ -180,14 +175,14 @@ def _extremes() -> list[Row]:
     small, large = min(on_plates.DIAMETERS), max(on_plates.DIAMETERS)
     thin, thick = min(on_plates.THICKNESSES), max(on_plates.THICKNESSES)
     plates = [THESIS.plate(thickness) for thickness in on_plates.THICKNESSES]
-    times = [1e6 * float(plate_contact_time(THESIS.sphere(small), plate, IMPACT_SPEED)) for plate in plates]
+    times = [1e6 * float(hl.theory.plate_contact_time(THESIS.sphere(small), plate, IMPACT_SPEED)) for plate in plates]
     theirs = [_thesis_contact_time(small, thickness) for thickness in on_plates.THICKNESSES]
-    parameter = inelasticity_parameter(THESIS.sphere(large), THESIS.plate(thin), IMPACT_SPEED)
-    again = zener_restitution(_thesis_parameter(large, thin))
+    parameter = hl.theory.plate_inelasticity(THESIS.sphere(large), THESIS.plate(thin), IMPACT_SPEED)
+    again = hl.theory.zener_restitution(_thesis_parameter(large, thin))
     ranges = [f"{min(part):.1f} to {max(part):.1f}" for part in (times, theirs)]
     return [
         row("contact time, D 4.76, all plates", *ranges, otherwise={THEIRS: f"{min(theirs):.4g} to {max(theirs):.4g}"}),
-        row("e, D 19.05, t 2.29", zener_restitution(parameter), again, otherwise={THEIRS: float(again)}),
+        row("e, D 19.05, t 2.29", hl.theory.zener_restitution(parameter), again, otherwise={THEIRS: float(again)}),
         row("D/t, largest bead, thickest plate", large / thick, otherwise={"19.1 mm": 19.1e-3 / thick}),
     ]
 

@@ -4,22 +4,14 @@ from math import sqrt
 
 import numpy as np
 
-from coupling.cosimulation import CoSimulation
+import hertzlink as hl
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
-from particles.bead import Sphere, drop_speed
-from particles.chain import Chain
-from particles.laws.formulas import contact_law
-from particles.solitary import UniformChain
-from structures.layers import contact_time
-from structures.material import STEEL_316, STEEL_440C
 
 row = Rows("closed_forms")
-
+# Beads of a chain, a bead at which the wave has its final form, the striker's speed, m/s, which dents no bead, and the
+# length of the record, s.
 LONG_CHAIN, FAR, SLOW, UNTIL = 40, 30, 0.05, 2.2e-3
-"""Beads of a chain, a bead at which the wave has its final form, the striker's speed, m/s, which dents no bead, and the
-length of the record, s.
-"""
 
 
 def table() -> list[Row]:
@@ -28,10 +20,10 @@ def table() -> list[Row]:
 
 
 def _long_waves() -> list[Row]:
-    bead = Sphere(4.76e-3, STEEL_316)
+    bead = hl.Sphere(4.76e-3, hl.STEEL_316)
     plane, density = bead.material.youngs_modulus / (1.0 - bead.material.poisson_ratio**2), bead.material.density
     stiffness = plane * sqrt(2.0 * bead.radius) / 3.0
-    chain = UniformChain(bead.size, bead.mass, stiffness)
+    chain = hl.theory.UniformChain(bead.size, bead.mass, stiffness)
     # The group of quantities in equations 1.9 and 1.10, for a force of 1 N.
     group = (4.0 * plane**2 / (bead.size**2 * density**3)) ** (1.0 / 6.0)
     return [
@@ -43,16 +35,16 @@ def _long_waves() -> list[Row]:
 
 
 def _force(approach: float) -> float:
-    bead = Sphere(4.76e-3, STEEL_316)
-    return float(contact_law(bead, bead).force(np.array(approach)))
+    bead = hl.Sphere(4.76e-3, hl.STEEL_316)
+    return float(hl.contact_law(bead, bead).force(np.array(approach)))
 
 
 def _contact() -> list[Row]:
-    bead, speed = Sphere(4.76e-3, STEEL_440C), 1.0
-    by_particle = float(UniformChain(bead.size, bead.mass, 1.0).wave_speed_from_particle_speed(speed))
+    bead, speed = hl.Sphere(4.76e-3, hl.STEEL_440C), 1.0
+    by_particle = float(hl.theory.UniformChain(bead.size, bead.mass, 1.0).wave_speed_from_particle_speed(speed))
     group = bead.radius * (speed / bead.mass**2) ** 0.2
-    one_way = 0.5 * float(UniformChain(1.0, 1.0, 1.0).transit_time(1, speed))
-    collision = float(contact_time(1.0, 1.0, speed))
+    one_way = 0.5 * float(hl.theory.UniformChain(1.0, 1.0, 1.0).transit_time(1, speed))
+    collision = float(hl.theory.hertz_contact_time(1.0, 1.0, speed))
     return [
         row("factor of the contact time, equation 6.8", collision),
         row("speed of particles over the striker's, equation 6.16", _particle_speed(), FAR),
@@ -61,12 +53,12 @@ def _contact() -> list[Row]:
         row("factor of the transit there and back, equation 6.20", 2.0 * one_way),
         row("factor of τ_t, equation 6.39", (np.pi / 2.0) ** 0.4 * one_way),
         row("smallest dimensionless contact time τ_c, equation 6.38", collision),
-        row("speed of the striker after a drop of 10 mm", drop_speed(0.01)),
+        row("speed of the striker after a drop of 10 mm", hl.drop_speed(0.01)),
     ]  # fmt: skip
 
 
 def _particle_speed() -> float:
     """Return the greatest speed of a bead far from the striker, over the striker's."""
-    bead = Sphere(4.76e-3, STEEL_440C)
-    run = CoSimulation(Chain([bead] * LONG_CHAIN, bead, SLOW), None).run(UNTIL, save_every=2.5e-7)
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    run = hl.CoSimulation(hl.Chain([bead] * LONG_CHAIN, bead, SLOW), None).run(UNTIL, save_every=2.5e-7)
     return float(run.velocity.sel(bead=FAR).max()) / SLOW

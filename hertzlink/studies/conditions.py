@@ -13,12 +13,12 @@ from typing import Any, Self, get_origin, get_type_hints
 
 import xarray as xr
 
+import hertzlink as hl
 from coupling.results.provenance import stored
 from hertzlink._hints import nearest
 from structures.checks import did_you_mean, short
 from structures.described import noted
-from structures.material import MATERIALS, Material
-from structures.quantities import Count, Likely, OneOf, Quantity
+from structures.quantities import Likely
 from structures.units import NUMBER, factor
 
 BEAD = replace(Likely.BEAD, low=1e-4, high=0.5)
@@ -26,21 +26,13 @@ SPEED = replace(Likely.SPEED, low=1e-3, high=20.0)
 HEIGHT = replace(Likely.HEIGHT, low=1e-6, high=20.0)
 THICKNESS = replace(Likely.THICKNESS, low=1e-5, high=0.1)
 LENGTH = replace(Likely.SIDE, low=1e-4, high=10.0)
-FORCE = Quantity("N", "a force", "2 N", 1e-6, 1e6)
-"""The quantities of studies, in the ranges for which records and meshes stay within reason."""
-
-OWN = "own_parameters"
-"""The attribute of results that holds, as JSON, the parameters which differ from the thesis's."""
-
-DIFFERS = "differs_from_thesis"
-"""The attribute that says the same in words."""
-
-LISTED = 5
-"""Most values that are printed one by one."""
-
-
+# The quantities of studies, in the ranges for which records and meshes stay within reason.
+FORCE = hl.quantities.Quantity("N", "a force", "2 N", 1e-6, 1e6)
+OWN = "own_parameters"  # The attribute of results that holds, as JSON, the parameters which differ from the thesis's.
+DIFFERS = "differs_from_thesis"  # The attribute that says the same in words.
+LISTED = 5  # Most values that are printed one by one.
+# The units in which values are printed, and how many make one of the SI unit.
 READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}
-"""The units in which values are printed, and how many make one of the SI unit."""
 
 
 class WrongValue(ValueError):
@@ -59,7 +51,7 @@ class Option:
     """An option: how a parameter is read, and what it changes. kind: None for a material."""
 
     says: str
-    kind: Quantity | Count | OneOf | None
+    kind: hl.quantities.Quantity | hl.quantities.Count | hl.quantities.OneOf | None
     several: bool = False
 
     @classmethod
@@ -72,12 +64,12 @@ class Option:
     @property
     def choices(self) -> tuple[str, ...]:
         """The words that are allowed; none for a number or a material."""
-        return self.kind.words if isinstance(self.kind, OneOf) else ()
+        return self.kind.words if isinstance(self.kind, hl.quantities.OneOf) else ()
 
     @property
     def unit(self) -> str:
         """The SI unit of a number."""
-        return self.kind.unit if isinstance(self.kind, Quantity) else ""
+        return self.kind.unit if isinstance(self.kind, hl.quantities.Quantity) else ""
 
     def read(self, name: str, value: object) -> Any:
         """Return the value from text, a number, or for several values a sequence of these; a WrongValue if it is not
@@ -105,7 +97,7 @@ class Option:
         try:
             if self.kind is None:
                 return _material(raw)
-            if isinstance(self.kind, OneOf):
+            if isinstance(self.kind, hl.quantities.OneOf):
                 return self.kind.check(name, str(raw).strip().lower())
             value: Any = _number(raw, self.unit) if isinstance(raw, str) else raw
             return self.kind.check(name, value)
@@ -201,12 +193,12 @@ def _plain(value: Any) -> Any:
     """Return a value for JSON: a material of the table by its name, another one by its constants."""
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
-    if isinstance(value, Material):
-        return value.name if value.name in MATERIALS and MATERIALS[value.name] == value else asdict(value)
+    if isinstance(value, hl.Material):
+        return value.name if value.name in hl.MATERIALS and hl.MATERIALS[value.name] == value else asdict(value)
     return value
 
 
-def _named(value: Material) -> str:
+def _named(value: hl.Material) -> str:
     return (
         value.name or f"E {value.youngs_modulus * 1e-9:.4g} GPa, ν {value.poisson_ratio:g}, ρ {value.density:g} kg/m³"
     )
@@ -231,18 +223,18 @@ def _number(text: str, unit: str) -> float:
         raise ValueError(f"{error}; must be {what}") from None
 
 
-def _material(value: object) -> Material:
+def _material(value: object) -> hl.Material:
     """Return a material, from its constants, or that of this name, or the only one of this first word."""
-    if isinstance(value, Material):
+    if isinstance(value, hl.Material):
         return value
     if isinstance(value, Mapping):
-        return Material(**value)
-    meant = MATERIALS.meant(str(value))
+        return hl.Material(**value)
+    meant = hl.MATERIALS.meant(str(value))
     if len(meant) == 1:
         return meant[0]
     if meant:
         raise ValueError(f"there are {' and '.join(material.name for material in meant)}; give the whole name")
-    raise ValueError(f"no such material; {nearest(str(value), list(MATERIALS))}")
+    raise ValueError(f"no such material; {nearest(str(value), list(hl.MATERIALS))}")
 
 
 def _printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:

@@ -9,30 +9,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, SIMULATED, Row
-from particles.bead import Cylinder, Sphere
-from particles.laws.choose import computed_law
 from particles.laws.computed import ComputedLaw
-from particles.laws.law import ContactLaw
-from particles.laws.power_fit import PowerFit, fit_power_law
+from particles.laws.power_fit import PowerFit
 from particles.solitary import HERTZ
-from structures.material import STEEL_316
 from structures.surface import relative_curvatures
 
 row = Rows("contact_law")
-
-LARGEST_APPROACH = 25e-6
-"""Largest approach of the laws, m; under 100 N the thinnest shells approach by 23 µm."""
-
+LARGEST_APPROACH = 25e-6  # Largest approach of the laws, m; under 100 N the thinnest shells approach by 23 µm.
 APPROACHES = tuple(np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0]) * 1e-6)
-
+# Index of the first approach at which forces of meshes are compared, 5 µm: the coarsest mesh has no force below it.
 FIRST_COMPARED = 8
-"""Index of the first approach at which forces of meshes are compared, 5 µm: the coarsest mesh has no force below it."""
-
+# By method: number of cells over the radius or half-width of the widest contact, or along each side of a half-space's
+# grid.
 CELLS = {
     "axisymmetric": 30.0,
     "plane strain": 40.0,
@@ -41,13 +35,8 @@ CELLS = {
     "half-space": 64.0,
     "cut half-space": 64.0,
 }
-"""By method: number of cells over the radius or half-width of the widest contact, or along each side of a half-space's
-grid.
-"""
-
-
+# What "similar" and "good agreement" allow: curves that differ by less lie on one another in a printed figure.
 SIMILAR = 0.02
-"""What "similar" and "good agreement" allow: curves that differ by less lie on one another in a printed figure."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +48,7 @@ class Contact:
     method: str = "axisymmetric"
 
     @cached_property
-    def theory(self) -> ContactLaw:
+    def theory(self) -> hl.ContactLaw:
         """The law by formulas."""
         return cylinders.Tacit()(self.first, self.second)
 
@@ -69,11 +58,11 @@ class Contact:
         if self.method == "cut half-space":
             return cut_law(degrees(self.second.angle), LARGEST_APPROACH, int(cells))
         if self.method == "half-space":
-            midplane = isinstance(self.first, Cylinder)
+            midplane = isinstance(self.first, hl.Cylinder)
             options: dict[str, Any] = {"method": "half-spaces", "midplane": midplane, "cells": int(cells)}
         else:
             options = {"method": self.method, "spacing": self.widest / cells}
-        return computed_law(self.first, self.second, max_approach=LARGEST_APPROACH, **options)
+        return hl.laws.computed_law(self.first, self.second, max_approach=LARGEST_APPROACH, **options)
 
     @property
     def widest(self) -> float:
@@ -93,13 +82,10 @@ MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "
 STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
 SOLID = "parallel cylinders, three-dimensional"
 ELLIPSOIDS = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
-ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)
-"""Degrees between cylinders that cross."""
-
+ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)  # Degrees between cylinders that cross.
+# Degrees. From this angle on, contacts are short enough for the correction of the mid-planes; below it they extend to
+# the ends of the cylinders.
 SHORT_CONTACT_ANGLE = 30.0
-"""Degrees. From this angle on, contacts are short enough for the correction of the mid-planes; below it they extend to
-the ends of the cylinders.
-"""
 
 
 def crossed(angle: float) -> str:
@@ -120,7 +106,7 @@ def half_space(angle: float) -> str:
 def contacts() -> dict[str, Contact]:
     """Return the thesis's contacts by name."""
     minor, major, sphere = (ellipsoids.particle(shape) for shape in ellipsoids.SHAPES)
-    flat, steel = cylinders.cylinder(0.0), Sphere(2.38e-3, STEEL_316)
+    flat, steel = cylinders.cylinder(0.0), hl.Sphere(2.38e-3, hl.STEEL_316)
     shells = {ratio: hollow_spheres.particle(ratio) for ratio in hollow_spheres.TABLE_5_1}
     return {
         SPHERES: Contact(steel, steel),
@@ -148,7 +134,7 @@ class Fitted:
         """Return the fit of a law."""
         ends = np.array([self.lowest, self.highest])
         lowest, highest = (ends if self.unit == "m" else law.approach(ends)).tolist()
-        return fit_power_law(law, lowest, highest, self.weighting)
+        return hl.laws.fit_power_law(law, lowest, highest, self.weighting)
 
 
 LIKE_TABLE_5_1 = "0.2 to 10 µm, absolute"
@@ -160,13 +146,10 @@ FITS = {
     "10 to 100 N, relative": Fitted(10.0, 100.0, "N", "relative"),
     "1 to 100 N, relative": Fitted(1.0, 100.0, "N", "relative"),
 }
-
+# If an exponent differs from Hertz's by less than this, the ends do not influence the fitted range.
 HERTZ_EXPONENT_DIFFERENCE = 1e-3
-"""If an exponent differs from Hertz's by less than this, the ends do not influence the fitted range."""
-
 REFINED = (SPHERES, hollow(hollow_spheres.THIN), STRAIN)
-MESHES = (4.0, 2.0, 1.0, 0.5)
-"""Cell sizes of the meshes of figure "convergence", in units of those of CELLS."""
+MESHES = (4.0, 2.0, 1.0, 0.5)  # Cell sizes of the meshes of figure "convergence", in units of those of CELLS.
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:

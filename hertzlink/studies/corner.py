@@ -4,59 +4,32 @@ from functools import lru_cache, partial
 
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.critical_search import critical_distance_search
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import IMPACT_SPEED, SENSOR, OnPlate, measure
 from hertzlink.studies.table import Row, bracketed
-from particles.bead import Sphere
-from plates.builders import kirchhoff_plate
 from plates.critical_distance import edge_length
-from plates.half_plane import half_plane
-from plates.infinite import infinite_plate
-from plates.plate import Plate
-from plates.support import Supports
-from structures.material import ALUMINIUM_6061, STEEL_440C
-from structures.reduction import reduce
-from structures.structure import Structure
 
 row = Rows("corner")
-
-BEAD = Sphere(2.38e-3, STEEL_440C)
-THICKNESS, MATERIAL = 2.29e-3, ALUMINIUM_6061
+BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
+THICKNESS, MATERIAL = 2.29e-3, hl.ALUMINIUM_6061
 UNTIL, CHAIN = 0.7e-3, OnPlate().chain(2.0 * BEAD.radius)
-
-SIDE = 0.24
-"""m, side of the square plate: the echoes of its other edges return after the end of the record."""
-
-REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3
-"""Tolerance of the reduction, and the frequency that the mesh resolves, Hz."""
-
+SIDE = 0.24  # m, side of the square plate: the echoes of its other edges return after the end of the record.
+REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3  # Tolerance of the reduction, and the frequency that the mesh resolves, Hz.
+# The edges x = 0 and y = 0.
 CORNERS = {
     "clamped-clamped": ("clamped", "clamped"),
     "clamped-free": ("clamped", "free"),
     "free-free": ("free", "free"),
 }
-"""The edges x = 0 and y = 0."""
-
-EDGES = ["clamped", "free"]
-"""The edges of the corners, each alone."""
-
+EDGES = ["clamped", "free"]  # The edges of the corners, each alone.
 SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0)
-QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)
-"""Distances from the two edges, in units of ℓ."""
-
+QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)  # Distances from the two edges, in units of ℓ.
 SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
-QUICK_SCAN = (*QUICK_SCALED, 6.0)
-"""First scan along the diagonal and from a single edge, in units of ℓ."""
-
-TOLERANCE = 0.02
-"""Difference of AR from its far value, as in the boundary study."""
-
-REPORTED_FROM = (1.0, 1.5)
-"""ℓ; the error of superposition is reported from these distances on."""
+QUICK_SCAN = (*QUICK_SCALED, 6.0)  # First scan along the diagonal and from a single edge, in units of ℓ.
+TOLERANCE = 0.02  # Difference of AR from its far value, as in the boundary study.
+REPORTED_FROM = (1.0, 1.5)  # ℓ; the error of superposition is reported from these distances on.
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -67,15 +40,15 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     length, scaled = unit(), QUICK_SCALED if quick else SCALED
 
-    def near(corner: str, x: float, y: float) -> CoSimulation:
-        return CoSimulation(CHAIN, at_corner(corner, x * length, y * length))
+    def near(corner: str, x: float, y: float) -> hl.CoSimulation:
+        return hl.CoSimulation(CHAIN, at_corner(corner, x * length, y * length))
 
-    def alone(corner_edge: str, x: float) -> CoSimulation:
-        return CoSimulation(CHAIN, half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
+    def alone(corner_edge: str, x: float) -> hl.CoSimulation:
+        return hl.CoSimulation(CHAIN, hl.half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
 
-    ratio = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
-    single = sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
-    far = measure(CoSimulation(CHAIN, infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
+    ratio = hl.sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
+    single = hl.sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
+    far = measure(hl.CoSimulation(CHAIN, hl.infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
     data = xr.Dataset({"corner_ratio": ratio, "corner_edge_ratio": single, "corner_far_ratio": far})
     data = data.merge(crossings(length, QUICK_SCAN if quick else SCAN, 2e-3 if quick else 0.2e-3, jobs))
     data["corner_superposed"] = superposed(data)
@@ -90,15 +63,15 @@ def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: in
     length: ℓ, m. scaled: the first scan, in units of ℓ. bracket: m.
     """
 
-    def diagonal(corner: str, distance: float) -> CoSimulation:
-        return CoSimulation(CHAIN, at_corner(corner, distance, distance))
+    def diagonal(corner: str, distance: float) -> hl.CoSimulation:
+        return hl.CoSimulation(CHAIN, at_corner(corner, distance, distance))
 
-    def from_edge(corner_edge: str, distance: float) -> CoSimulation:
-        return CoSimulation(CHAIN, half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
+    def from_edge(corner_edge: str, distance: float) -> hl.CoSimulation:
+        return hl.CoSimulation(CHAIN, hl.half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
     scan = [distance * length for distance in scaled]
     find = partial(
-        critical_distance_search, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
+        hl.critical_distance_search, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
     )
     searches = {
         "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),
@@ -119,18 +92,18 @@ def unit() -> float:
     return edge_length(BEAD, plate("free-free"), IMPACT_SPEED)
 
 
-def plate(corner: str) -> Plate:
+def plate(corner: str) -> hl.Plate:
     """Return the square plate with these two edges, the others free."""
     left, bottom = CORNERS[corner]
-    supports = Supports(left=left, bottom=bottom)
-    return kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
+    supports = hl.Supports(left=left, bottom=bottom)
+    return hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
 
 
 @lru_cache(maxsize=256)
-def at_corner(corner: str, x: float, y: float) -> Structure:
+def at_corner(corner: str, x: float, y: float) -> hl.Structure:
     """Return the reduced plate, struck at distances x and y (m) from the two edges; kept, as some lie on the diagonal
     too."""
-    return reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
+    return hl.reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
 
 
 def superposed(data: xr.Dataset) -> xr.DataArray:

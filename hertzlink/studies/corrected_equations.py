@@ -8,28 +8,17 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import lambertw
 
-from coupling.cosimulation import CoSimulation
+import hertzlink as hl
 from hertzlink.studies import ellipsoids, striking
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
-from particles.bead import Cylinder, Sphere
-from particles.chain import Chain
-from particles.dissipation import PowerDashpot
-from particles.laws.formulas import contact_law
-from particles.solitary import UniformChain
 from plates.theory import impact, zener
 from structures.elasticity import shear_modulus
-from structures.layers import axial_stiffness, secondary_delay, time_of_flight
-from structures.material import PTFE, STEEL_316, STEEL_440C
-from structures.surface import Surface, hertz_stiffness
 
 row = Rows("corrected_equations")
-BEAD = Sphere(4.76e-3, STEEL_440C)
-SLOW = 0.05
-"""m/s, of a striker that dents no bead."""
-
-EXACT = 1e-6
-"""Relative difference that counts as rounding."""
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+SLOW = 0.05  # m/s, of a striker that dents no bead.
+EXACT = 1e-6  # Relative difference that counts as rounding.
 
 
 def table() -> list[Row]:
@@ -61,13 +50,13 @@ def _dispersion() -> tuple[bool | None, bool]:
 
 def _gap() -> tuple[bool | None, bool]:
     """Bodies that do not touch do not pull."""
-    return (-1e-6 + 0.0j) ** 1.5 == 0.0, float(contact_law(BEAD, BEAD).force(np.array(-1e-6))) == 0.0
+    return (-1e-6 + 0.0j) ** 1.5 == 0.0, float(hl.contact_law(BEAD, BEAD).force(np.array(-1e-6))) == 0.0
 
 
 def _third_term() -> tuple[bool | None, bool]:
     """Return ω/k over c₀ of short waves, by the exact dispersion: 1 − (kd)²/24."""
     k = 1e-2 / BEAD.size
-    chain = UniformChain(BEAD.size, BEAD.mass, 1.0)
+    chain = hl.theory.UniformChain(BEAD.size, BEAD.mass, 1.0)
     ratio = float(chain.angular_frequency(k, 1.0)) / (k * float(chain.sound_speed(1.0)))
     return None, near((1.0 - ratio) / (k * BEAD.size) ** 2, 1.0 / 24.0, 1e-4)
 
@@ -85,7 +74,7 @@ def _preload() -> tuple[bool | None, bool]:
 
 def _impulse() -> tuple[bool | None, bool]:
     """A ball on a wall returns, on an equal ball it stops: the first impulse is twice the second."""
-    wall = CoSimulation(Chain([BEAD], BEAD, SLOW), None).run(4e-4)
+    wall = hl.CoSimulation(hl.Chain([BEAD], BEAD, SLOW), None).run(4e-4)
     momentum = BEAD.mass * SLOW
     passed = BEAD.mass * float(wall.velocity.sel(bead=1)[-1])
     return near(2.0 * momentum, passed, 1e-3), near(momentum, passed, 1e-3)
@@ -93,23 +82,23 @@ def _impulse() -> tuple[bool | None, bool]:
 
 def _beta() -> tuple[bool | None, bool]:
     """Return the peak contact force over peak bead-centre force, simulated, far from the ends."""
-    run = CoSimulation(Chain([BEAD] * 40, BEAD, SLOW), None).run(2.2e-3, save_every=2.5e-7)
+    run = hl.CoSimulation(hl.Chain([BEAD] * 40, BEAD, SLOW), None).run(2.2e-3, save_every=2.5e-7)
     contacts = run.contact_force.values.T
     return None, near(contacts[29].max() / (0.5 * (contacts[29] + contacts[30])).max(), sqrt(2.0), 1e-3)
 
 
 def _shear() -> tuple[bool | None, bool]:
     """Return E = 2 G (1 + ν)."""
-    lame = STEEL_316.youngs_modulus / (2.0 * (1.0 + STEEL_316.poisson_ratio))
-    return near(2.0 * lame, shear_modulus(STEEL_316)), near(lame, shear_modulus(STEEL_316))
+    lame = hl.STEEL_316.youngs_modulus / (2.0 * (1.0 + hl.STEEL_316.poisson_ratio))
+    return near(2.0 * lame, shear_modulus(hl.STEEL_316)), near(lame, shear_modulus(hl.STEEL_316))
 
 
 def _momentum() -> tuple[bool | None, bool]:
     """Return the momentum of striker and beads after an impact, with no structure."""
     momenta = []
     for form in ("thesis", "pairwise"):
-        loss = PowerDashpot(5.58, 1.81, form)
-        run = CoSimulation(Chain([BEAD] * 12, BEAD, SLOW, dissipation=loss), None).run(6e-4)
+        loss = hl.PowerDashpot(5.58, 1.81, form)
+        run = hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, SLOW, dissipation=loss), None).run(6e-4)
         momenta.append(float(run.velocity.isel(time=-1).sum()))
     return near(momenta[0], SLOW, 1e-9), near(momenta[1], SLOW, 1e-9)
 
@@ -124,16 +113,16 @@ def _radius() -> tuple[bool | None, bool]:
 
 def _axes() -> tuple[bool | None, bool]:
     """The approximate ratio of axes changes k of the thesis's ellipsoids by 0.1 %, of cylinders at 5° by 9 %."""
-    first, second = (Cylinder(2.38e-3, 4.76e-3, STEEL_316, angle).surface for angle in (0.0, np.radians(5.0)))
-    rough, exact = (hertz_stiffness(first, second, method) for method in ("approximate", "exact"))
+    first, second = (hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle).surface for angle in (0.0, np.radians(5.0)))
+    rough, exact = (hl.theory.hertz_stiffness(first, second, method) for method in ("approximate", "exact"))
     return near(rough, exact, 0.01), True
 
 
 def _line() -> tuple[bool | None, bool]:
     """Return F(δ) of parallel cylinders put back into δ(F), equation 5.7."""
-    law = contact_law(Cylinder(2.38e-3, 4.76e-3, STEEL_316), Cylinder(2.38e-3, 4.76e-3, STEEL_316))
+    law = hl.contact_law(hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316), hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316))
     approach, radius = 5e-6, 2.38e-3
-    plane = STEEL_316.youngs_modulus / (1.0 - STEEL_316.poisson_ratio**2)
+    plane = hl.STEEL_316.youngs_modulus / (1.0 - hl.STEEL_316.poisson_ratio**2)
     force = float(law.force(np.array(approach))) / 4.76e-3
     argument = -exp(1.0) * approach / (8.0 * radius)
     branches = [-pi * plane * (approach / 2.0) / float(lambertw(argument, k).real) for k in (0, -1)]
@@ -143,7 +132,7 @@ def _line() -> tuple[bool | None, bool]:
 def _root() -> tuple[bool | None, bool]:
     """For n = 3/2 it must be equation 5.11."""
     n, k, force = 1.5, 1e9, 20.0
-    hertz = float(UniformChain(BEAD.size, BEAD.mass, k).wave_speed_from_force(force))
+    hertz = float(hl.theory.UniformChain(BEAD.size, BEAD.mass, k).wave_speed_from_force(force))
     rest = BEAD.size * sqrt(2.0 / (n + 1.0)) * force ** ((n - 1.0) / (2.0 * n))
     group = k ** (1.0 / n) / BEAD.mass
     return near(rest * group, hertz), near(rest * sqrt(group), hertz)
@@ -151,25 +140,25 @@ def _root() -> tuple[bool | None, bool]:
 
 def _wall() -> tuple[bool | None, bool]:
     """Return k of a steel ball on PTFE, with the Poisson's ratio of each."""
-    exact = hertz_stiffness(BEAD.surface, Surface(PTFE))
+    exact = hl.theory.hertz_stiffness(BEAD.surface, hl.Surface(hl.PTFE))
     ratios = []
-    for ratio in (STEEL_440C.poisson_ratio, PTFE.poisson_ratio):
-        ball = (1.0 - STEEL_440C.poisson_ratio**2) / STEEL_440C.youngs_modulus
-        ratios.append(4.0 / 3.0 * sqrt(BEAD.radius) / (ball + (1.0 - ratio**2) / PTFE.youngs_modulus))
+    for ratio in (hl.STEEL_440C.poisson_ratio, hl.PTFE.poisson_ratio):
+        ball = (1.0 - hl.STEEL_440C.poisson_ratio**2) / hl.STEEL_440C.youngs_modulus
+        ratios.append(4.0 / 3.0 * sqrt(BEAD.radius) / (ball + (1.0 - ratio**2) / hl.PTFE.youngs_modulus))
     return near(ratios[0], exact), near(ratios[1], exact)
 
 
 def _beads() -> tuple[bool | None, bool]:
     """Return TOF on steel, simulated without gravity and losses: 0.459 ms."""
     chain = striking.Striking()
-    k, wall = hertz_stiffness(BEAD.surface, BEAD.surface), chain.wall(STEEL_440C)
-    full, part = (float(time_of_flight(n, BEAD.mass, k, wall, chain.speed)) for n in (20, 13))
+    k, wall = hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface), chain.wall(hl.STEEL_440C)
+    full, part = (float(hl.theory.primary_time_of_flight(n, BEAD.mass, k, wall, chain.speed)) for n in (20, 13))
     return near(full, 0.459e-3, 0.05), near(part, 0.459e-3, 0.05)
 
 
 def _stiffer() -> tuple[bool | None, bool]:
     """Stiffer contacts make the wave faster: k to 32 k makes the time a quarter."""
-    soft, stiff = (float(UniformChain(BEAD.size, BEAD.mass, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
+    soft, stiff = (float(hl.theory.UniformChain(BEAD.size, BEAD.mass, k).transit_time(13, 0.3)) for k in (1e9, 32e9))
     return near(32.0**0.4, stiff / soft), near(32.0**-0.4, stiff / soft)
 
 
@@ -182,11 +171,11 @@ def _particle_ratio() -> tuple[bool | None, bool]:
 def _half_period() -> tuple[bool | None, bool]:
     """Return half a period of a mass on an elastic rod: x tan x = M_l/M_u, for the thesis's thickest lower layer."""
     area, upper, lower = pi * 9.525e-3**2, 6.35e-3, 152.4e-3
-    heavy, light = STEEL_440C.density * area * upper, PTFE.density * area * lower
-    spring = float(axial_stiffness(PTFE.youngs_modulus, area, lower))
+    heavy, light = hl.STEEL_440C.density * area * upper, hl.PTFE.density * area * lower
+    spring = float(hl.theory.layer_stiffness(hl.PTFE.youngs_modulus, area, lower))
     x = float(brentq(lambda x: x * tan(x) - light / heavy, 1e-6, pi / 2.0 - 1e-9))
-    exact = pi * lower / (x * PTFE.bar_speed)
-    without, third = (float(secondary_delay(heavy, mass, spring)) for mass in (0.0, light))
+    exact = pi * lower / (x * hl.PTFE.bar_speed)
+    without, third = (float(hl.theory.secondary_delay(heavy, mass, spring)) for mass in (0.0, light))
     return near(without, exact, 0.1), near(third, exact, 0.1)
 
 
@@ -211,7 +200,8 @@ def _return() -> tuple[bool | None, bool]:
 def _slower() -> tuple[bool | None, bool]:
     """A wave that returns with less speed takes longer."""
     full, less = (
-        float(UniformChain(BEAD.size, BEAD.mass, 1e9).transit_time(13, 0.3, rebound)) for rebound in (1.0, 0.5)
+        float(hl.theory.UniformChain(BEAD.size, BEAD.mass, 1e9).transit_time(13, 0.3, rebound))
+        for rebound in (1.0, 0.5)
     )
     return bool(less < full), bool(less > full)
 
@@ -228,6 +218,8 @@ def _modulus() -> tuple[bool | None, bool]:
     return near(1.46, printed), near(1.53, printed)
 
 
+# Whether each form passes the check of its equation: the printed one, None where it cannot be evaluated, and ours.
+# Misprints without consequence (3.4, 3.5, 4.3, 4.6, units in 4.3, names in 6.1 and 6.8) are described in the docs.
 CHECKS: dict[str, Callable[[], tuple[bool | None, bool]]] = {
     "1.3, 1.4": _dispersion,
     "1.5, 3.1": _gap,
@@ -251,7 +243,3 @@ CHECKS: dict[str, Callable[[], tuple[bool | None, bool]]] = {
     "(statement) in 6.2.2 and chapter 7": _aspect,
     "(Table 4.1)": _modulus,
 }
-"""Whether each form passes the check of its equation: the printed one, None where it cannot be evaluated, and ours.
-
-Misprints without consequence (3.4, 3.5, 4.3, 4.6, units in 4.3, names in 6.1 and 6.8) are described in the docs.
-"""

@@ -8,38 +8,20 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import Row, span
-from particles.bead import Sphere
-from particles.chain import Chain
-from plates.additions import Addition, Delamination, Weakened
-from plates.builders import kirchhoff_plate
-from plates.support import Supports
+from plates.additions import Addition
 from structures.caution import collected
-from structures.closing import Closing
-from structures.material import ALUMINIUM_6061, STEEL_440C
-from structures.reduction import reduce
-from structures.rod import Layer, rod
-from structures.structure import Structure
 
 row = Rows("cracks")
-
 BEADS, SENSOR = 20, 12
-SPEEDS = (0.05, 0.1, 0.2, 0.4, 0.8)
-"""m/s."""
-
-OPENINGS = (3e-8, 1e-7, 3e-7, 1e-6, 3e-6)
-"""m."""
-
-WIDE = 1e-3
-"""m, an opening that no tap closes."""
-
-ERROR = 0.02
-"""Relative error to which the opening is found that lies half-way."""
+SPEEDS = (0.05, 0.1, 0.2, 0.4, 0.8)  # m/s.
+OPENINGS = (3e-8, 1e-7, 3e-7, 1e-6, 3e-6)  # m.
+WIDE = 1e-3  # m, an opening that no tap closes.
+ERROR = 0.02  # Relative error to which the opening is found that lies half-way.
 
 
 @dataclass(frozen=True)
@@ -52,22 +34,22 @@ class Body:
     diameter: float
     until: float
     gaps: int
-    cut: Callable[[], Structure]
-    linear: Callable[[], Structure]
+    cut: Callable[[], hl.Structure]
+    linear: Callable[[], hl.Structure]
 
 
-NEAR, FAR = Layer(ALUMINIUM_6061, 0.05, 6e-3), Layer(ALUMINIUM_6061, 0.15, 6e-3)
+NEAR, FAR = hl.Layer(hl.ALUMINIUM_6061, 0.05, 6e-3), hl.Layer(hl.ALUMINIUM_6061, 0.15, 6e-3)
+# m; in units of the thickness. At this depth both parts move alike where they touch, so that `Weakened` is exact.
 REGION, DEPTH = (0.04, 0.06, 0.04, 0.06), 0.5
-"""m; in units of the thickness. At this depth both parts move alike where they touch, so that `Weakened` is exact."""
 
 
-def _rod(cracks: tuple[int, ...]) -> Structure:
-    return rod([NEAR, FAR], cracks=cracks)
+def _rod(cracks: tuple[int, ...]) -> hl.Structure:
+    return hl.rod([NEAR, FAR], cracks=cracks)
 
 
-def _plate(flaw: Addition) -> Structure:
-    held = Supports("clamped", "clamped", "clamped", "clamped")
-    return kirchhoff_plate(0.1, 0.1, 2e-3, ALUMINIUM_6061, held, additions=[flaw]).at(0.05, 0.05)
+def _plate(flaw: Addition) -> hl.Structure:
+    held = hl.Supports("clamped", "clamped", "clamped", "clamped")
+    return hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, held, additions=[flaw]).at(0.05, 0.05)
 
 
 BODIES = (
@@ -79,8 +61,8 @@ BODIES = (
         4.76e-3,
         8e-4,
         9,
-        partial(_plate, Delamination(REGION, DEPTH)),
-        partial(_plate, Weakened(REGION, DEPTH**3 + (1.0 - DEPTH) ** 3)),
+        partial(_plate, hl.Delamination(REGION, DEPTH)),
+        partial(_plate, hl.Weakened(REGION, DEPTH**3 + (1.0 - DEPTH) ** 3)),
     ),
 )
 
@@ -98,15 +80,15 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...], quick: bool) -> xr.Dataset:
-    cut, linear = reduce(body.cut(), body.until), reduce(body.linear(), body.until)
-    bead = Sphere(0.5 * body.diameter, STEEL_440C)
+    cut, linear = hl.reduce(body.cut(), body.until), hl.reduce(body.linear(), body.until)
+    bead = hl.Sphere(0.5 * body.diameter, hl.STEEL_440C)
 
-    def measures(facing: Structure | Closing, speed: float) -> tuple[float, float]:
-        tap = CoSimulation(Chain([bead] * BEADS, bead, speed), facing).run(body.until)
-        return float(amplitude_ratio(tap, SENSOR)), float(time_of_flight(tap, SENSOR))
+    def measures(facing: hl.Structure | hl.stepping.Closing, speed: float) -> tuple[float, float]:
+        tap = hl.CoSimulation(hl.Chain([bead] * BEADS, bead, speed), facing).run(body.until)
+        return float(hl.amplitude_ratio(tap, SENSOR)), float(hl.time_of_flight(tap, SENSOR))
 
-    def split(opening: float) -> Closing:
-        return Closing(cut, [opening] * body.gaps)
+    def split(opening: float) -> hl.stepping.Closing:
+        return hl.stepping.Closing(cut, [opening] * body.gaps)
 
     limits = np.array([[measures(facing, speed) for speed in speeds] for facing in (split(WIDE), linear)])
     gaps = np.array([[measures(split(opening), speed) for speed in speeds] for opening in (0.0, *openings)])

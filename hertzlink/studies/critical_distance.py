@@ -12,69 +12,43 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.critical_search import critical_distance_search
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
 from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, Pair, measure
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.table import Row
-from particles.bead import Sphere
-from plates.builders import kirchhoff_plate
-from plates.critical_distance import (
-    DECAYING,
-    critical_distance_law,
-    edge_difference,
-    last_crossing,
-    scaled_critical_distance,
-)  # fmt: skip
+from plates.critical_distance import DECAYING, edge_difference, last_crossing, scaled_critical_distance
 from plates.half_plane import EDGES
-from plates.plate import Plate
-from plates.support import Supports
-from plates.theory.impact import critical_distance_bounds, inelasticity_parameter
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, STEEL_440C, Material
-from structures.quantities import OneOf, Quantity
 from structures.structure import Vector
 
 row = Rows("critical_distance")
-
-DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))
-"""d/ℓ."""
-
+DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))  # d/ℓ.
 QUICK_PARAMETERS, QUICK_DISTANCES = (0.12, 0.34, 0.75), (0.2, 0.6, 1.0, 1.4, 1.8, 2.2, 2.6, 3.4)
-
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
-
+# Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results.
 TOLERANCES = (0.01, 0.02, 0.05)
-"""Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results."""
-
 LAW_PARAMETERS = np.geomspace(0.05, 2.0, 200)
-
-SCAN = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 4.0, 6.0)
-"""d/ℓ of the first scan of a search."""
-
+SCAN = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 4.0, 6.0)  # d/ℓ of the first scan of a search.
 LINES = ["A0 Lamb", "Rayleigh"]
-
-
+# λ; none of these values is a node of the law's table.
 PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
-"""λ; none of these values is a node of the law's table."""
 
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
     """Parameters that can be changed. Other pairs, shear and corners are then left out."""
 
-    material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
+    material: Annotated[hl.Material, "Material of the plate"] = hl.ALUMINIUM_6061
     bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.53e-3
-    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = 0.31
-    edge: Annotated[tuple[str, ...], OneOf(*EDGES), "Supports of the edge"] = tuple(EDGES)
+    edge: Annotated[tuple[str, ...], hl.quantities.OneOf(*EDGES), "Supports of the edge"] = tuple(EDGES)
     inelasticity: Annotated[
         tuple[float, ...],
-        Quantity(low=0.05, high=2.0),
+        hl.quantities.Quantity(low=0.05, high=2.0),
         "Zener's inelasticity parameter λ, from which the plate's thickness follows",
     ] = PARAMETERS
 
@@ -90,11 +64,10 @@ class Conditions(conditions.Conditions):
     @cached_property
     def pair(self) -> Pair:
         """Bead, plate and speed."""
-        return Pair(Sphere(self.bead / 2.0, self.bead_material), self.material, self.impact_speed)
+        return Pair(hl.Sphere(self.bead / 2.0, self.bead_material), self.material, self.impact_speed)
 
 
-OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)
-"""d/ℓ of a quick run for a user's own pair."""
+OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)  # d/ℓ of a quick run for a user's own pair.
 
 
 def run(quick: bool = False, jobs: int | None = None, **changes: Any) -> xr.Dataset:
@@ -120,14 +93,14 @@ def main_map(
     """Return AR of a pair near each edge and far away, the values of the law's table, and the critical distances over
     ℓ."""
 
-    def near(edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
+    def near(edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
         return pair.coupled(pair.struck(edge, inelasticity, scaled_distance))
 
-    def away(inelasticity: float) -> CoSimulation:
+    def away(inelasticity: float) -> hl.CoSimulation:
         return pair.coupled(pair.struck("free", inelasticity, np.inf))
 
-    runs = sweep(near, pair.record, jobs, measure, edge=edges, inelasticity=parameters, scaled_distance=distances)
-    far = sweep(away, pair.record, 1, measure, inelasticity=parameters)
+    runs = hl.sweep(near, pair.record, jobs, measure, edge=edges, inelasticity=parameters, scaled_distance=distances)
+    far = hl.sweep(away, pair.record, 1, measure, inelasticity=parameters)
     data = xr.Dataset({"amplitude_ratio": runs.amplitude_ratio, "far_ratio": far.amplitude_ratio})
     difference = data.amplitude_ratio - data.far_ratio
     data["table_error"] = tabulated(difference, pair.stiffness_ratio) - difference
@@ -163,13 +136,13 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
     stiffnesses."""
     parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
 
-    def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
+    def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
         case = OTHER_PAIRS[pair]
         return case.coupled(case.struck(edge, inelasticity, scaled_distance))
 
     distances = (*OTHER_DISTANCES, np.inf)
     record = min(OTHER_PAIRS[name].record for name in names)
-    runs = sweep(
+    runs = hl.sweep(
         near, record, jobs, measure, pair=names, edge=EDGES, inelasticity=parameters, scaled_distance=distances
     ).amplitude_ratio
     difference = runs.isel(scaled_distance=slice(None, -1)) - runs.isel(scaled_distance=-1, drop=True)
@@ -190,7 +163,7 @@ def law() -> xr.Dataset:
         [[scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in TOLERANCES] for p in LAW_PARAMETERS]
         for edge in EDGES
     ]
-    bounds = np.array([critical_distance_bounds(MAIN.bead, MAIN.plate(p), MAIN.speed) for p in LAW_PARAMETERS])
+    bounds = np.array([hl.critical_distance_bounds(MAIN.bead, MAIN.plate(p), MAIN.speed) for p in LAW_PARAMETERS])
     lines = bounds / np.array([MAIN.length(p) for p in LAW_PARAMETERS])[:, None]
     axes = {"edge": list(EDGES), "law_inelasticity": LAW_PARAMETERS, "within": list(TOLERANCES)}
     return xr.Dataset(
@@ -212,13 +185,13 @@ def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
     parameters, lines = np.empty(shape), np.empty((*shape, 2))
     law_found, searched = np.full((*shape, 3), np.nan), np.full((*shape, 3), np.nan)
     for place in np.ndindex(shape):
-        pair = Pair(Sphere(DIAMETERS[place[0]] / 2.0, STEEL_440C), ALUMINIUM_6061, MAIN.speed)
+        pair = Pair(hl.Sphere(DIAMETERS[place[0]] / 2.0, hl.STEEL_440C), hl.ALUMINIUM_6061, MAIN.speed)
         wall = plate(THICKNESSES[place[1]])
-        parameters[place] = inelasticity_parameter(pair.bead, wall, pair.speed)
-        lines[place] = critical_distance_bounds(pair.bead, wall, pair.speed)
+        parameters[place] = hl.theory.plate_inelasticity(pair.bead, wall, pair.speed)
+        lines[place] = hl.critical_distance_bounds(pair.bead, wall, pair.speed)
         if parameters[place] <= LAW_PARAMETERS[-1]:
             with collected():  # the study compares elastic runs
-                law_found[place] = critical_distance_law(pair.bead, wall, pair.speed)
+                law_found[place] = hl.critical_distance_law(pair.bead, wall, pair.speed)
             if not quick or place == (0, 0):
                 searched[place] = search(pair, float(parameters[place]), jobs)
     axes, metres = ("diameter", "thickness"), {"units": "m"}
@@ -240,17 +213,19 @@ def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, fl
     """Return the critical distance from a clamped edge, m, and its bracket, by runs around the last crossing."""
     length = pair.length(inelasticity)
 
-    def build(distance: float) -> CoSimulation:
+    def build(distance: float) -> hl.CoSimulation:
         return pair.coupled(pair.struck("clamped", inelasticity, distance / length))
 
-    result = critical_distance_search(build, pair.record, SENSOR, [distance * length for distance in SCAN], jobs=jobs)
+    result = hl.critical_distance_search(
+        build, pair.record, SENSOR, [distance * length for distance in SCAN], jobs=jobs
+    )
     low, high = result.bracket.values.tolist()
     return float(result.critical_distance), low, high
 
 
-def plate(thickness: float) -> Plate:
+def plate(thickness: float) -> hl.Plate:
     """Return the thesis's aluminium plate."""
-    return kirchhoff_plate(0.914, 0.914, thickness, ALUMINIUM_6061, Supports("clamped", "clamped"))
+    return hl.kirchhoff_plate(0.914, 0.914, thickness, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
 
 
 def table(data: xr.Dataset) -> list[Row]:

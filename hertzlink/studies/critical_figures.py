@@ -9,14 +9,9 @@ from hertzlink.studies import draw, edge_shear
 from hertzlink.studies.edge_cases import MAIN, SAME_MATERIALS
 from plates.critical_distance import edge_difference
 
-FIGURE_TOLERANCE = 0.02
-"""Tolerance of AR in the figures."""
-
-SHOWN_PARAMETERS = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)
-"""λ in the figure of the collapse, if it was simulated."""
-
-JUMP_PARAMETERS = (0.2, 0.25, 0.3, 0.4)
-"""λ around the value at which c of a simply supported edge jumps."""
+FIGURE_TOLERANCE = 0.02  # Tolerance of AR in the figures.
+SHOWN_PARAMETERS = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)  # λ in the figure of the collapse, if it was simulated.
+JUMP_PARAMETERS = (0.2, 0.25, 0.3, 0.4)  # λ around the value at which c of a simply supported edge jumps.
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -5,28 +5,19 @@ from math import pi, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
+import hertzlink as hl
 from hertzlink.studies import cylinders
 from particles.laws.computed import ComputedLaw, continued_to_zero
 from particles.laws.half_spaces import influence, unilateral_pressures
-from particles.laws.law import ContactLaw
 from structures.surface import relative_curvatures
 
-APPROACH_STEPS = 24
-"""Number of approaches at which the force is computed, in equal ratios."""
-
-SMALLEST_APPROACH = 0.2e-6
-"""The first of them, m."""
-
-CELLS = 64
-"""Number of cells along each side of the grid."""
-
-ANGLE_RANGE = (2.0, 20.0)
-"""Degrees; between these angles the ends begin to matter at approaches of 2 to 100 µm."""
-
+APPROACH_STEPS = 24  # Number of approaches at which the force is computed, in equal ratios.
+SMALLEST_APPROACH = 0.2e-6  # The first of them, m.
+CELLS = 64  # Number of cells along each side of the grid.
+ANGLE_RANGE = (2.0, 20.0)  # Degrees; between these angles the ends begin to matter at approaches of 2 to 100 µm.
+# Half of the grid's side across the cylinders, over the half-width of the overlap of undeformed cylinders; for a
+# circular contact the ratio is 0.71.
 GRID_HALF_WIDTH = 0.78
-"""Half of the grid's side across the cylinders, over the half-width of the overlap of undeformed cylinders; for a
-circular contact the ratio is 0.71.
-"""
 
 
 def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
@@ -64,7 +55,7 @@ def angle_of_ends(approach: float, loss: float = 0.01) -> float:
     return float(brentq(lambda angle: loss_at_ends(angle, approach) - loss, *ANGLE_RANGE, xtol=1e-2))
 
 
-def _theory(angle: float) -> ContactLaw:
+def _theory(angle: float) -> hl.ContactLaw:
     """Return Hertz's law of the thesis's cylinders at an angle, degrees."""
     return cylinders.Tacit()(cylinders.cylinder(0.0), cylinders.cylinder(angle))
 

@@ -9,48 +9,30 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
 from hertzlink.studies.conditions import LENGTH as LENGTH_RANGE
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, Row
-from particles.bead import STANDARD_GRAVITY, Bead, Cylinder, Sphere
-from particles.chain import Chain
-from particles.laws.formulas import contact_law
-from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
-from particles.solitary import CONTACT_TO_CENTRE_FORCE, UniformChain
-from structures.caution import HertzlinkWarning
-from structures.material import STEEL_316, Material
-from structures.quantities import Quantity
-from structures.structure import Vector, half_space
-from structures.surface import Surface, hertz_stiffness
+from particles.bead import STANDARD_GRAVITY
+from particles.solitary import CONTACT_TO_CENTRE_FORCE
+from structures.structure import Vector
 
 row = Rows("cylinders")
-
 RADIUS, LENGTH = 2.38e-3, 4.76e-3
 DIAMETER = 2.0 * RADIUS
-STRIKER = Sphere(2.38e-3, STEEL_316)
-STRIKER_MASS, CYLINDER_MASS = 0.45e-3, 0.68e-3
-"""kg, as printed."""
-
+STRIKER = hl.Sphere(2.38e-3, hl.STEEL_316)
+STRIKER_MASS, CYLINDER_MASS = 0.45e-3, 0.68e-3  # kg, as printed.
 BEADS, FIRST, SECOND = 20, 7, 13
 measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.5
-ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)
-"""Degrees between neighbours."""
-
+ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)  # Degrees between neighbours.
+# Degrees; contacts at smaller angles are too long for the half-space theory (`contact_law` warns there).
 HERTZ_ANGLE = 10.0
-"""Degrees; contacts at smaller angles are too long for the half-space theory (`contact_law` warns there)."""
-
-SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))
-"""m/s, of the striker: a range that covers 10 to 80 N at every angle."""
-
-FORCES = (10.0, 40.0, 80.0)
-"""N, the forces of figure 5.11; 40 N belongs to the thesis's 591.3 m/s."""
-
+SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of the striker: a range that covers 10 to 80 N at every angle.
+FORCES = (10.0, 40.0, 80.0)  # N, the forces of figure 5.11; 40 N belongs to the thesis's 591.3 m/s.
 APPROACHES = tuple(np.geomspace(0.1e-6, 10e-6, 21))
 UNTIL = 4e-4
 CASES = {
@@ -69,26 +51,28 @@ class Tacit:
 
     name: str = "contact_law"
 
-    def __call__(self, first: Bead, second: Bead | Surface) -> ContactLaw:
+    def __call__(self, first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
         """Return Hertz's law between crossed cylinders at any angle. The floor carries the weight until the wave is
         read."""
-        if isinstance(first, Cylinder) and isinstance(second, Cylinder) and first.angle != second.angle:
-            return PowerLaw(hertz_stiffness(first.surface, second.surface))
+        if isinstance(first, hl.Cylinder) and isinstance(second, hl.Cylinder) and first.angle != second.angle:
+            return hl.laws.PowerLaw(hl.theory.hertz_stiffness(first.surface, second.surface))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", HertzlinkWarning)
-            law = contact_law(first, second)
-        return replace(law, caution="") if isinstance(law, TabulatedLaw) else law
+            warnings.simplefilter("ignore", hl.HertzlinkWarning)
+            law = hl.contact_law(first, second)
+        return replace(law, caution="") if isinstance(law, hl.laws.TabulatedLaw) else law
 
 
 @dataclass(frozen=True)
 class Conditions(Parameters):
     """Parameters that can be changed. The striker then equals the beads."""
 
-    material: Annotated[Material, "Material of the cylinders"] = STEEL_316
+    material: Annotated[hl.Material, "Material of the cylinders"] = hl.STEEL_316
     radius: Annotated[float, BEAD, "Radius of the cylinders"] = RADIUS
     length: Annotated[float, LENGTH_RANGE, "Length of the cylinders"] = LENGTH
     angle: Annotated[
-        tuple[float, ...], Quantity("degrees", or_zero=True, high=90.0), "Angle between neighbours; 0 is a line contact"
+        tuple[float, ...],
+        hl.quantities.Quantity("degrees", or_zero=True, high=90.0),
+        "Angle between neighbours; 0 is a line contact",
     ] = ANGLES
     impact_speed: Annotated[tuple[float, ...], SPEED, "Speed of the striker"] = SPEEDS
 
@@ -100,7 +84,9 @@ class Conditions(Parameters):
         """Return one for each angle."""
         curves = []
         for angle in self.angle if "angle" in self.differing() else (0.0, 5.0, 10.0, 30.0, 45.0, 90.0):
-            first, second = (Cylinder(self.radius, self.length, self.material, radians(turn)) for turn in (0.0, angle))
+            first, second = (
+                hl.Cylinder(self.radius, self.length, self.material, radians(turn)) for turn in (0.0, angle)
+            )
             law = Tacit()(first, second)
             curves.append(waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
         return curves
@@ -117,14 +103,14 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     if of.own:
         return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     speeds = SPEEDS[::4] if quick else SPEEDS
-    data = sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=speeds)
+    data = hl.sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=speeds)
     theory = [by_force(angle, data.peak_force.sel(angle=angle).values) for angle in crossed()]
     label = {"units": "m/s", "long_name": "wave speed, equation 5.11"}
     data["theory"] = xr.DataArray(theory, {"angle": crossed()}, ("angle", "impact_speed"), attrs=label)
     forces = [Tacit()(cylinder(0.0), cylinder(angle)).force(np.array(APPROACHES)) for angle in ANGLES]
     data["force"] = (("angle", "approach"), forces, {"units": "N", "long_name": "contact law"})
     data = data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}))
-    cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
+    cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     data = data.merge(waves.named(cases, "case"))
     data["angle"].attrs["units"] = "degree"
     data["impact_speed"].attrs["units"] = "m/s"
@@ -136,42 +122,42 @@ def crossed() -> list[float]:
     return [angle for angle in ANGLES if angle > 0.0]
 
 
-def cylinder(angle: float) -> Cylinder:
+def cylinder(angle: float) -> hl.Cylinder:
     """Return the thesis's steel cylinder, rotated by an angle in degrees."""
-    return Cylinder(RADIUS, LENGTH, STEEL_316, radians(angle))
+    return hl.Cylinder(RADIUS, LENGTH, hl.STEEL_316, radians(angle))
 
 
 def stiffness(angle: float, axis_ratio: str = "exact") -> float:
     """Return k, N/m^1.5, of two cylinders that cross at an angle in degrees."""
-    return hertz_stiffness(cylinder(0.0).surface, cylinder(angle).surface, axis_ratio)
+    return hl.theory.hertz_stiffness(cylinder(0.0).surface, cylinder(angle).surface, axis_ratio)
 
 
 def by_force(angle: float, force: Vector) -> Vector:
     """Return the wave speed, m/s, at peak contact forces, N, and an angle in degrees (equation 5.11)."""
-    return UniformChain(DIAMETER, cylinder(0.0).mass, stiffness(angle)).wave_speed_from_force(force)
+    return hl.theory.UniformChain(DIAMETER, cylinder(0.0).mass, stiffness(angle)).wave_speed_from_force(force)
 
 
-def chain(angle: float, impact_speed: float) -> Chain:
+def chain(angle: float, impact_speed: float) -> hl.Chain:
     """Return thesis's chain. Only the angle between neighbours matters, so the cylinders are rotated back and forth."""
     beads = [cylinder(angle * (i % 2)) for i in range(BEADS)]
-    return Chain(beads, STRIKER, impact_speed, law=Tacit())
+    return hl.Chain(beads, STRIKER, impact_speed, law=Tacit())
 
 
-def build(angle: float, impact_speed: float) -> CoSimulation:
+def build(angle: float, impact_speed: float) -> hl.CoSimulation:
     """A chain with a free end."""
-    return CoSimulation(chain(angle, impact_speed), None)
+    return hl.CoSimulation(chain(angle, impact_speed), None)
 
 
-def case_of_the_thesis(case: str) -> CoSimulation:
+def case_of_the_thesis(case: str) -> hl.CoSimulation:
     """Return figures 5.9a and 5.10a for each interpretation of masses and gravity; gravity needs a floor."""
     angle, reading = CASES[case]
     struck = chain(angle, IMPACT_SPEED)
     if reading == "gravity":
-        return CoSimulation(replace(struck, gravity=STANDARD_GRAVITY), half_space(STEEL_316))
+        return hl.CoSimulation(replace(struck, gravity=STANDARD_GRAVITY), hl.half_space(hl.STEEL_316))
     if reading == "printed masses":
         beads = [waves.of_mass(cylinder(angle * (i % 2)), CYLINDER_MASS) for i in range(BEADS)]
         struck = replace(struck, beads=beads, striker=waves.of_mass(STRIKER, STRIKER_MASS))
-    return CoSimulation(struck, None)
+    return hl.CoSimulation(struck, None)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -235,7 +221,7 @@ def _parallel(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def local_exponent(law: ContactLaw, force: Vector) -> Vector:
+def local_exponent(law: hl.ContactLaw, force: Vector) -> Vector:
     """Return d ln F / d ln δ of a law at these forces, N."""
     approach = law.approach(force)
     exponents: Vector = law.tangent(approach) * approach / force

@@ -12,67 +12,37 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
 
-from coupling.cosimulation import CoSimulation
-from coupling.explicit_chain import explicit_chain
-from coupling.results.measures import energy_error, sensor_force
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, waves
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
-from particles.bead import Sphere
-from particles.chain import Chain
-from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
-from particles.laws.formulas import contact_law
-from particles.laws.law import ContactLaw
-from particles.solitary import HERTZ, UniformChain
+from particles.solitary import HERTZ
 from structures.elasticity import pressure_speed
-from structures.material import STEEL_316, Material
-from structures.structure import Vector, half_space
-from structures.surface import hertz_stiffness
+from structures.structure import Vector
 
 row = Rows("deformable_chain")
-
-BEAD, BEADS = Sphere(2.38e-3, STEEL_316), 20
-"""The striker is a bead of the same kind: the thesis's N = 21."""
-
-WALL = half_space(Material(1e20, 0.3, 8000.0, "rigid"))
-"""The thesis's perfectly rigid plate."""
-
-SHAPE_SPEED, MESH_SPEED = 0.63, 0.5
-"""m/s, of the striker, in sections 3.3.2 and 3.4."""
-
-IMPACT_SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))
-"""m/s, of figure 3.5; the thesis does not print its own."""
-
+BEAD, BEADS = hl.Sphere(2.38e-3, hl.STEEL_316), 20  # The striker is a bead of the same kind: the thesis's N = 21.
+WALL = hl.half_space(hl.Material(1e20, 0.3, 8000.0, "rigid"))  # The thesis's perfectly rigid plate.
+SHAPE_SPEED, MESH_SPEED = 0.63, 0.5  # m/s, of the striker, in sections 3.3.2 and 3.4.
+IMPACT_SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of figure 3.5; the thesis does not print its own.
 SENSORS = (10, 15)
+# The contacts between which a speed is read; the second, between beads 15 and 16, is that of figure 3.8a.
 CONTACTS = (10, 16)
-"""The contacts between which a speed is read; the second, between beads 15 and 16, is that of figure 3.8a."""
-
-UNTIL = 165e-6
-"""s: the wave of 0.5 m/s has passed contact 16 and has not reached the wall."""
-
+UNTIL = 165e-6  # s: the wave of 0.5 m/s has passed contact 16 and has not reached the wall.
 WITH_ECHO = 300e-6
-INTERVALS = 660
-"""Number of saved intervals in UNTIL."""
-
-PASSING_TIMES = (0.4, 0.8)
-"""Fractions of UNTIL between which the whole wave is inside the chain."""
-
-FITTED_TOP = 0.9
-"""The top of a pulse, which is fitted, begins at this fraction of its peak."""
-
+INTERVALS = 660  # Number of saved intervals in UNTIL.
+PASSING_TIMES = (0.4, 0.8)  # Fractions of UNTIL between which the whole wave is inside the chain.
+FITTED_TOP = 0.9  # The top of a pulse, which is fitted, begins at this fraction of its peak.
 MODES, MODES_TRIED = 8, (1, 2, 3, 4, 6, 8, 12, 16)
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
-LAW_APPROACH = 4e-6
-"""m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s."""
-
+LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s.
+# m, size of the explicit elements at the contacts, whose radius is 49 µm at the peak of the wave.
 SPACINGS = (80e-6, 40e-6, 20e-6, 10e-6)
-"""m, size of the explicit elements at the contacts, whose radius is 49 µm at the peak of the wave."""
-
+# In addition to explicit elements, which are named after their size: `explicit_name`.
 MODELS = ("point masses", "modes")
-"""In addition to explicit elements, which are named after their size: `explicit_name`."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -83,7 +53,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     every = 4 if quick else 1
     # Compile here, so that no time below includes it.
-    CoSimulation(DeformableChain([BEAD], BEAD, 1.0, law=contact_law, modes=2), None).run(1e-5)
+    hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
     explicit = _explicit(SPACINGS[::every], jobs)
     by_law = _together(
         [by_modes(size) for size in watched(LAW_SPACINGS[::every])], "law_spacing", LAW_SPACINGS[::every]
@@ -92,7 +62,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     tried = _together(
         [by_modes(finest, modes) for modes in watched(MODES_TRIED[::every])], "modes", MODES_TRIED[::every]
     )
-    points = timed(lambda: CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
+    points = timed(lambda: hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
     outer = dict.fromkeys((explicit.sizes["spacing"] - 1, 0))
     named = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in outer}
     ends = [points, by_law.isel(law_spacing=-1, drop=True), *named.values()]
@@ -131,8 +101,8 @@ def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float]) -> xr.
 def by_elements(spacing: float) -> xr.Dataset:
     """Return the explicit chain at 0.5 m/s, elements of this size, m."""
     # A first step compiles.
-    explicit_chain(chain("point masses", MESH_SPEED), 1e-8, SPACINGS[0], 1e-8)
-    return timed(lambda: explicit_chain(chain("point masses", MESH_SPEED), UNTIL, spacing, UNTIL / INTERVALS))
+    hl.explicit_chain(chain("point masses", MESH_SPEED), 1e-8, SPACINGS[0], 1e-8)
+    return timed(lambda: hl.explicit_chain(chain("point masses", MESH_SPEED), UNTIL, spacing, UNTIL / INTERVALS))
 
 
 def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
@@ -140,16 +110,16 @@ def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
 
     def one() -> xr.Dataset:
         law = contact_law_fem(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
-        return CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, UNTIL / INTERVALS)
+        return hl.CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, UNTIL / INTERVALS)
 
     return timed(one)
 
 
-def chain(model: str, impact_speed: float, modes: int = MODES, law: ContactLaw | None = None) -> Chain:
+def chain(model: str, impact_speed: float, modes: int = MODES, law: hl.ContactLaw | None = None) -> hl.Chain:
     """Return the thesis's chain, of point masses or of deformable beads."""
     if model == "point masses":
-        return Chain([BEAD] * BEADS, BEAD, impact_speed)
-    return DeformableChain([BEAD] * BEADS, BEAD, impact_speed, law=law, modes=modes)
+        return hl.Chain([BEAD] * BEADS, BEAD, impact_speed)
+    return hl.DeformableChain([BEAD] * BEADS, BEAD, impact_speed, law=law, modes=modes)
 
 
 def timed(computed: Callable[[], xr.Dataset]) -> xr.Dataset:
@@ -164,7 +134,7 @@ def timed(computed: Callable[[], xr.Dataset]) -> xr.Dataset:
     data["seconds"] = ((), seconds, {"units": "s", "long_name": "time of the processor"})
     label = "kinetic over potential energy of the deformation, at most"
     data["inertia"] = ((), inertia(run), {"units": "1", "long_name": label})
-    mean = sensor_force(run, SENSORS[0])
+    mean = hl.sensor_force(run, SENSORS[0])
     section = run.section_force.sel(bead=SENSORS[0]) if "section_force" in run else mean
     apart = float(abs(section - mean).max() / mean.max())
     data["section_apart"] = (
@@ -203,7 +173,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
     values = {
         "peak_force": (peak, "N", "peak force between beads 15 and 16"),
         "wave_speed": (speed, "m/s", "wave speed between contacts 10 and 16"),
-        "energy_error": (energy_error(run), "1", "energy error"),
+        "energy_error": (hl.energy_error(run), "1", "energy error"),
     }
     return xr.Dataset({name: ((), value, {"units": u, "long_name": text}) for name, (value, u, text) in values.items()})
 
@@ -217,10 +187,10 @@ def top(time: Vector, force: Vector) -> float:
 
 def shape() -> xr.Dataset:
     """Return section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
-    runs = [CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS[:2]]
+    runs = [hl.CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS[:2]]
     measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
     data = waves.named(xr.concat(measured, "beads"), "shape")
-    sensed = [xr.concat([sensor_force(run, sensor) for sensor in SENSORS], "sensor") for run in runs]
+    sensed = [xr.concat([hl.sensor_force(run, sensor) for sensor in SENSORS], "sensor") for run in runs]
     data["sensor_force"] = xr.concat(sensed, "beads").assign_attrs(units="N", long_name="mean of a bead's contacts")
     data["section_force"] = runs[1].section_force.sel(bead=list(SENSORS)).rename(bead="sensor").reset_coords(drop=True)
     return data.assign_coords(beads=list(MODELS[:2]), sensor=list(SENSORS)).rename(time="shape_time")
@@ -233,7 +203,7 @@ def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
         # In a Hertzian chain times are proportional to the power −1/5 of the striker speed.
         lengths = [UNTIL * (MESH_SPEED / speed) ** 0.2 for speed in impact_speeds]
         runs = [
-            measure(CoSimulation(chain(model, speed), None).run(until, until / INTERVALS))
+            measure(hl.CoSimulation(chain(model, speed), None).run(until, until / INTERVALS))
             for speed, until in zip(impact_speeds, lengths, strict=True)
         ]
         models.append(xr.concat(runs, "impact_speed").assign_coords(impact_speed=list(impact_speeds)))
@@ -245,14 +215,16 @@ def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
 
 def by_force(force: Vector) -> Vector:
     """Return the wave speed, m/s, at peak contact forces, N (equation 1.10)."""
-    return UniformChain(BEAD.size, BEAD.mass, hertz_stiffness(BEAD.surface, BEAD.surface)).wave_speed_from_force(force)
+    return hl.theory.UniformChain(
+        BEAD.size, BEAD.mass, hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
+    ).wave_speed_from_force(force)
 
 
 def theory(time: Vector, crest: float, speed: float) -> Vector:
     """Return the force, N, between particles when the crest of a wave passes at `crest`, s, from its strain (equation
     1.8)."""
-    stiffness = hertz_stiffness(BEAD.surface, BEAD.surface)
-    strain = UniformChain(BEAD.size, BEAD.mass, stiffness).strain(speed * (time - crest), 0.0, speed)
+    stiffness = hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
+    strain = hl.theory.UniformChain(BEAD.size, BEAD.mass, stiffness).strain(speed * (time - crest), 0.0, speed)
     force: Vector = stiffness * (BEAD.size * strain) ** HERTZ
     return force
 
@@ -350,7 +322,7 @@ def _inside(data: xr.Dataset) -> list[Row]:
     passing = share.sel(time=slice(*(part * UNTIL for part in PASSING_TIMES)))
     behind = float(data.vibration_share.isel(time=-1).sel(bead=slice(1, 8)).sum())
     return [
-        row("fastest motion over dilatational speed", 100.0 * MESH_SPEED / pressure_speed(STEEL_316),
+        row("fastest motion over dilatational speed", 100.0 * MESH_SPEED / pressure_speed(hl.STEEL_316),
             MESH_SPEED),
         row("kinetic over potential energy", 100.0 * float(data.inertia.sel(model="modes")),
             holds=float(data.inertia.sel(model="modes")) < 0.01),

@@ -11,8 +11,7 @@ from structures.structure import Vector
 RIGID_AND_SOFT, NAMES = ("point masses", "modes"), ("point masses", "deformable beads")
 LABELS = ("peak force at contact 16 (N)", "wave speed (m/s)")
 SERIES = (("explicit", "spacing", "explicit elements"), ("law", "law_spacing", "modes, cells of the contact's law"))
-THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}
-"""s, of the thesis's coarsest and finest mesh (section 3.4)."""
+THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}  # s, of the thesis's coarsest and finest mesh (section 3.4).
 
 
 def section(curves: tuple[xr.DataArray, ...]) -> draw.Figure:

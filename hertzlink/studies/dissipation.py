@@ -11,92 +11,69 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import reflections
-from coupling.results.measures import sensor_force
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import conditions, draw
 from hertzlink.studies.conditions import BEAD, SPEED
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import Row
-from particles.bead import Ellipsoid, Sphere
-from particles.chain import Chain
-from particles.dissipation import Dissipation, LinearDashpot, MassProportional, PowerDashpot
-from particles.moving import STEPS_PER_CONTACT, MovingChain
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED, UniformChain
-from structures.material import BRASS_360, PTFE, STEEL_316, Material
-from structures.quantities import Count, Quantity
-from structures.structure import Structure, Vector, half_space
-from structures.surface import hertz_stiffness
+from particles.moving import STEPS_PER_CONTACT
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED
+from structures.structure import Vector
 
 row = Rows("dissipation")
-
 BEADS, RADIUS = 70, 2.38e-3
 SENSORS = (9, 16, 24, 31, 40, 50, 56, 63)
 IMPACT_SPEED = 1.77
-SHOWN_SENSORS = (16, 56)
-"""Sensors of figures 4.3b and c."""
-
+SHOWN_SENSORS = (16, 56)  # Sensors of figures 4.3b and c.
+# m/s. Figure 4.2a shows two of ten striker speeds, but prints only 1.77 m/s; the other one is taken as half of it.
 SHOWN_SPEEDS = (0.885, IMPACT_SPEED)
-"""m/s. Figure 4.2a shows two of ten striker speeds, but prints only 1.77 m/s; the other one is taken as half of it."""
-
-IMPACT_SPEEDS = tuple(np.geomspace(0.3, 3.0, 8))
-"""m/s, of figure 4.2b; the thesis does not print its own."""
-
-DRAG_RATE = 6900.0
-"""α₁, 1/s (section 4.3, which prints N s/m)."""
-
-DELAY = 1.4
-"""A damped wave is delayed by less than this factor; no law of this study delays it more."""
-
-ELLIPSOID = Ellipsoid(2.36e-3, 10.16e-3, STEEL_316)
+IMPACT_SPEEDS = tuple(np.geomspace(0.3, 3.0, 8))  # m/s, of figure 4.2b; the thesis does not print its own.
+DRAG_RATE = 6900.0  # α₁, 1/s (section 4.3, which prints N s/m).
+DELAY = 1.4  # A damped wave is delayed by less than this factor; no law of this study delays it more.
+ELLIPSOID = hl.Ellipsoid(2.36e-3, 10.16e-3, hl.STEEL_316)
 ELLIPSOID_BEADS, ELLIPSOID_SENSORS, ELLIPSOID_SPEED = 50, (8, 16, 28, 41), 0.37
 ELLIPSOID_DASHPOTS = (0.0, 3.18, 11.67, 15.55)
-
-RIGID = Material(1e25, 0.3, 8000.0, "rigid")
-"""So much stiffer than the beads that a sphere against it is one half of two colliding spheres."""
-
+# So much stiffer than the beads that a sphere against it is one half of two colliding spheres.
+RIGID = hl.Material(1e25, 0.3, 8000.0, "rigid")
 MEETINGS = ("at a contact", "at a bead")
 MEETING_BEADS, MEETING_SENSOR, MEETING_UNTIL = 70, 50, 9e-4
-
-QUICK_STEP = 4.0
-"""Factor of the step of quick runs: forces change by less than 1e-4."""
-
-YIELD_STRESS = 1e9
-"""Pa, from Johnson's example of a medium-hard steel; the thesis gives no value."""
+QUICK_STEP = 4.0  # Factor of the step of quick runs: forces change by less than 1e-4.
+YIELD_STRESS = 1e9  # Pa, from Johnson's example of a medium-hard steel; the thesis gives no value.
 
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
     """Parameters that can be changed; the defaults are the thesis's chain of steel."""
 
-    material: Annotated[Material, "Material of the beads and the striker"] = STEEL_316
+    material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_316
     bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 2.0 * RADIUS
-    beads: Annotated[int, Count(20, 500), "Number of beads"] = BEADS
+    beads: Annotated[int, hl.quantities.Count(20, 500), "Number of beads"] = BEADS
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
-    exponent: Annotated[float, Quantity(low=0.5, high=5.0), "Exponent α of the losses"] = 1.81
-    coefficient: Annotated[float, Quantity("N (s/m)^α", low=1e-12, high=1e9), "Coefficient |γ| of the losses"] = 5.58
+    exponent: Annotated[float, hl.quantities.Quantity(low=0.5, high=5.0), "Exponent α of the losses"] = 1.81
+    coefficient: Annotated[
+        float, hl.quantities.Quantity("N (s/m)^α", low=1e-12, high=1e9), "Coefficient |γ| of the losses"
+    ] = 5.58
 
     @property
-    def sphere(self) -> Sphere:
+    def sphere(self) -> hl.Sphere:
         """A bead with the mass from its geometry."""
-        return Sphere(self.bead / 2.0, self.material)
+        return hl.Sphere(self.bead / 2.0, self.material)
 
-    def law(self, name: str) -> Dissipation | None:
+    def law(self, name: str) -> hl.Dissipation | None:
         """Return a law of LAWS."""
         if name == "undamped":
             return None
         if name == "drag":
-            return MassProportional(DRAG_RATE)
+            return hl.MassProportional(DRAG_RATE)
         if name == "thesis, as an acceleration":
-            return PowerDashpot(self.coefficient * self.sphere.mass, self.exponent, "thesis")
-        return PowerDashpot(self.coefficient, self.exponent, name)
+            return hl.PowerDashpot(self.coefficient * self.sphere.mass, self.exponent, "thesis")
+        return hl.PowerDashpot(self.coefficient, self.exponent, name)
 
     def wave(self, speed: float | None = None) -> tuple[float, float]:
         """Return the speed, m/s, and peak contact force, N, of the wave without losses, for long waves and a striker's
         speed."""
         bead, moved = self.sphere, PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
-        chain = UniformChain(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface))
+        chain = hl.theory.UniformChain(bead.size, bead.mass, hl.theory.hertz_stiffness(bead.surface, bead.surface))
         return chain.wave_speed_from_particle_speed(moved), chain.peak_force_from_particle_speed(moved)
 
     def until(self, speed: float | None = None) -> float:
@@ -111,17 +88,17 @@ class Fit(NamedTuple):
     exponent_deviation: float
     coefficient_deviation: float
 
-    def corner(self, exponent: int, coefficient: int) -> PowerDashpot:
+    def corner(self, exponent: int, coefficient: int) -> hl.PowerDashpot:
         """Return the thesis's law with its two parameters changed by these numbers of standard deviations."""
         changed = self.of.coefficient + coefficient * self.coefficient_deviation
-        return PowerDashpot(changed, self.of.exponent + exponent * self.exponent_deviation, "thesis")
+        return hl.PowerDashpot(changed, self.of.exponent + exponent * self.exponent_deviation, "thesis")
 
 
-SOFTER = replace(PTFE, youngs_modulus=1.46e9)
+SOFTER = replace(hl.PTFE, youngs_modulus=1.46e9)
 TABLE_4_1 = {
     "steel 316": Fit(Conditions(), 0.25, 1.30),
     "PTFE": Fit(Conditions(SOFTER, exponent=1.78, coefficient=0.582), 0.14, 0.087),
-    "brass 360": Fit(Conditions(BRASS_360, exponent=1.85, coefficient=6.84), 0.13, 0.66),
+    "brass 360": Fit(Conditions(hl.BRASS_360, exponent=1.85, coefficient=6.84), 0.13, 0.66),
 }
 STEEL = Conditions()
 LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
@@ -142,7 +119,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     of = Conditions.of(parameters)
     if of.own:
         kinds = list(LAWS[:3])
-        data = sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=kinds)
+        data = hl.sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=kinds)
         return of.marked(data)
     parts = [table_4_1(step, jobs), over_corners(step, jobs), over_speeds(speeds, step, jobs), *asides(jobs)]
     data = xr.merge(parts, join="outer", combine_attrs="override")
@@ -152,26 +129,26 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
 
 
 def simulation(
-    of: Conditions, law: Dissipation | None, speed: float | None = None, step: float = 1.0
-) -> CoSimulation:  # fmt: skip
+    of: Conditions, law: hl.Dissipation | None, speed: float | None = None, step: float = 1.0
+) -> hl.CoSimulation:  # fmt: skip
     """Return the horizontal chain of spheres; step in units of the default step."""
-    chain = Chain([of.sphere] * of.beads, of.sphere, speed or of.impact_speed, dissipation=law)
+    chain = hl.Chain([of.sphere] * of.beads, of.sphere, speed or of.impact_speed, dissipation=law)
     if step == 1.0:
-        return CoSimulation(chain, None)
-    return CoSimulation(chain, None, dt=step * MovingChain(chain, None).contact_time / STEPS_PER_CONTACT)
+        return hl.CoSimulation(chain, None)
+    return hl.CoSimulation(chain, None, dt=step * hl.stepping.MovingChain(chain, None).contact_time / STEPS_PER_CONTACT)
 
 
 def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
     """Return all laws in steel with the force over time, and all except the drag in PTFE and brass."""
 
-    def build(law: str, material: str) -> CoSimulation:
+    def build(law: str, material: str) -> hl.CoSimulation:
         of = TABLE_4_1[material].of
         return simulation(of, of.law(law), step=step)
 
     parts = []
     for name, fit in TABLE_4_1.items():
         keep, laws = (with_history, LAWS) if fit.of == STEEL else (peaks, LAWS[:-1])
-        parts.append(sweep(build, fit.of.until(), jobs, keep, law=laws, material=[name]))
+        parts.append(hl.sweep(build, fit.of.until(), jobs, keep, law=laws, material=[name]))
     steel = parts[0][["force", "contact_peak"]].sel(material="steel 316", drop=True)
     waves_of_materials = xr.concat([part[["peak", "arrival"]] for part in parts], "material", join="outer")
     return waves_of_materials.assign(steel.data_vars).assign_attrs(parts[0].attrs).reindex(law=list(LAWS))
@@ -180,52 +157,52 @@ def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
 def over_corners(step: float, jobs: int | None) -> xr.Dataset:
     """Return the thesis's law in steel with both parameters changed by a standard deviation."""
 
-    def build(shown_speed: float, corner: str) -> CoSimulation:
+    def build(shown_speed: float, corner: str) -> hl.CoSimulation:
         return simulation(STEEL, TABLE_4_1["steel 316"].corner(*CORNERS[corner]), shown_speed, step)
 
     slowest = STEEL.until(min(SHOWN_SPEEDS))
-    corners = sweep(build, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
+    corners = hl.sweep(build, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
     return corners.rename(peak="corner_peak").drop_vars("arrival")
 
 
 def over_speeds(speeds: tuple[float, ...], step: float, jobs: int | None) -> xr.Dataset:
     """Return the peaks and arrivals in steel without losses and with the thesis's law."""
 
-    def build(striker_speed: float, law: str) -> CoSimulation:
+    def build(striker_speed: float, law: str) -> hl.CoSimulation:
         return simulation(STEEL, STEEL.law(law), striker_speed, step)
 
-    runs = sweep(build, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
+    runs = hl.sweep(build, STEEL.until(min(speeds)), jobs, peaks, striker_speed=speeds, law=LAWS[:2])
     return runs.sel(sensor=list(SENSORS)).rename(peak="swept_peak", arrival="swept_arrival", sensor="swept_sensor")
 
 
 def asides(jobs: int | None) -> list[xr.Dataset]:
     """Return the waves that collide, and linear dashpots in a chain of ellipsoids perpendicular to it."""
 
-    def meeting(meeting: str) -> CoSimulation:
+    def meeting(meeting: str) -> hl.CoSimulation:
         beads = [STEEL.sphere] * MEETING_BEADS
-        return CoSimulation(Chain(beads, STEEL.sphere, IMPACT_SPEED), mirror(meeting))
+        return hl.CoSimulation(hl.Chain(beads, STEEL.sphere, IMPACT_SPEED), mirror(meeting))
 
-    def ellipsoids(dashpot: float) -> CoSimulation:
+    def ellipsoids(dashpot: float) -> hl.CoSimulation:
         beads = [ELLIPSOID] * ELLIPSOID_BEADS
-        return CoSimulation(Chain(beads, ELLIPSOID, ELLIPSOID_SPEED, dissipation=LinearDashpot(dashpot)), None)
+        return hl.CoSimulation(hl.Chain(beads, ELLIPSOID, ELLIPSOID_SPEED, dissipation=hl.LinearDashpot(dashpot)), None)
 
     slow = ELLIPSOID_BEADS * ELLIPSOID.size / 300.0
-    dashpots = sweep(ellipsoids, slow, jobs, peaks, dashpot=ELLIPSOID_DASHPOTS)
+    dashpots = hl.sweep(ellipsoids, slow, jobs, peaks, dashpot=ELLIPSOID_DASHPOTS)
     dashpots = dashpots.sel(sensor=list(ELLIPSOID_SENSORS)).drop_vars("arrival")
     return [
-        sweep(meeting, MEETING_UNTIL, jobs, secondary_waves, meeting=MEETINGS),
+        hl.sweep(meeting, MEETING_UNTIL, jobs, secondary_waves, meeting=MEETINGS),
         dashpots.rename(peak="ellipsoid_peak", sensor="ellipsoid_sensor"),
     ]
 
 
-def mirror(meeting: str) -> Structure:
+def mirror(meeting: str) -> hl.Structure:
     """Return the structure with which a wave meets its mirror image, at a contact or at the centre of a bead.
 
     A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides stays at rest.
     """
     if meeting == "at a contact":
-        return half_space(RIGID)
-    return replace(half_space(STEEL_316), surface=STEEL.sphere.surface)
+        return hl.half_space(RIGID)
+    return replace(hl.half_space(hl.STEEL_316), surface=STEEL.sphere.surface)
 
 
 def peaks(run: xr.Dataset) -> xr.Dataset:
@@ -252,7 +229,7 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
 
 def with_history(run: xr.Dataset) -> xr.Dataset:
     """Return the peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
-    force = xr.concat([sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
+    force = xr.concat([hl.sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
     waves_of_run = peaks(run).assign_coords(shown=list(SHOWN_SENSORS))
     waves_of_run["force"] = force.assign_attrs(units="N", long_name="force at the sensor")
     attributes = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
@@ -262,7 +239,7 @@ def with_history(run: xr.Dataset) -> xr.Dataset:
 
 def secondary_waves(run: xr.Dataset) -> xr.Dataset:
     """Return the peak force of the secondary wave over that of the original one."""
-    wave = reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
+    wave = hl.reflections(run, MEETING_SENSOR, smallest=1e-3).secondary
     return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
 
 
@@ -287,7 +264,7 @@ def formation(peak: xr.DataArray) -> int:
     return int(np.flatnonzero(abs(values / values[-1] - 1.0) > 0.01)[-1]) + 1
 
 
-def yield_speed(bead: Sphere, yield_stress: float = YIELD_STRESS) -> float:
+def yield_speed(bead: hl.Sphere, yield_stress: float = YIELD_STRESS) -> float:
     """Return the relative speed, m/s, at which two equal spheres start to yield: ½ m V² = 53 R³Y⁵/E*⁴ with reduced m, R
     and modulus.
 
@@ -306,9 +283,7 @@ def table(data: xr.Dataset) -> list[Row]:
     return [*rows, *_rayleigh_rows(data), *_speed_rows(data), *_ellipsoid_rows(data), *_wave_rows(data)]
 
 
-FIRST, FROM_END = 9, 7
-"""The sensors whose forces are compared: from the struck end, and from the free one."""
-
+FIRST, FROM_END = 9, 7  # The sensors whose forces are compared: from the struck end, and from the free one.
 OWN_LAWS = dict(zip(LAWS, ("undamped", "thesis's law, equation 4.1", "the same α and γ, pairwise"), strict=False))
 
 

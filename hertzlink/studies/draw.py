@@ -18,16 +18,11 @@ else:
     # Studies name these types; a process that draws nothing does not load matplotlib.
     Axes = Figure = Any
 
-Look = dict[str, Any]
-"""Settings of matplotlib for lines, markers, axes or legends."""
-
-FEW = 6
-"""Curves of fewer points have markers."""
-
+Look = dict[str, Any]  # Settings of matplotlib for lines, markers, axes or legends.
+FEW = 6  # Curves of fewer points have markers.
 MARKERS = ("o", "s", "^", "D", "v", "P")
-
+# Settings of matplotlib for all figures of studies.
 STYLE = {"lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False, "legend.fontsize": "small"}
-"""Settings of matplotlib for all figures of studies."""
 
 
 def style() -> AbstractContextManager[None]:

@@ -5,57 +5,39 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.edge_cases import Pair, measure
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
-from particles.bead import Sphere
-from plates.builders import mindlin_plate
-from plates.support import Supports
-from structures.material import ALUMINIUM_6061, STEEL_440C
-from structures.reduction import reduce
-from structures.structure import Structure, Vector
+from structures.structure import Vector
 
 row = Rows("edge_shear")
-
-PARAMETER = 0.3
-"""λ; near this value AR depends most strongly on it."""
-
-SPEEDS = (0.02, 0.31, 3.1)
-"""m/s. At the same λ a faster striker gives a shorter ℓ in units of the thickness."""
-
-PLACES = (1.0, 1.5, np.inf)
-"""d/ℓ."""
-
+PARAMETER = 0.3  # λ; near this value AR depends most strongly on it.
+SPEEDS = (0.02, 0.31, 3.1)  # m/s. At the same λ a faster striker gives a shorter ℓ in units of the thickness.
+PLACES = (1.0, 1.5, np.inf)  # d/ℓ.
+# Side of Mindlin's square plate, and its centre, in ℓ: echoes of the other edges return after the contact.
 SIDE, FAR_AWAY = 22.0, 11.0
-"""Side of Mindlin's square plate, and its centre, in ℓ: echoes of the other edges return after the contact."""
-
-RECORD, REDUCTION = 30.0, 0.05
-"""Record in contact times of the slowest striker; tolerance of the reduction."""
-
+RECORD, REDUCTION = 30.0, 0.05  # Record in contact times of the slowest striker; tolerance of the reduction.
 THEORIES = ("Kirchhoff", "Mindlin")
-
-REPORTED_DIFFERENCE = 0.01
-"""A difference of AR of this size matters."""
+REPORTED_DIFFERENCE = 0.01  # A difference of AR of this size matters.
 
 
 def pair(speed: float) -> Pair:
     """Return the beads of 4.76 mm on aluminium."""
-    return Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, speed)
+    return Pair(hl.Sphere(2.38e-3, hl.STEEL_440C), hl.ALUMINIUM_6061, speed)
 
 
 @lru_cache(maxsize=1)
-def thick(speed: float, place: float, until: float) -> Structure:
+def thick(speed: float, place: float, until: float) -> hl.Structure:
     """Return Mindlin's plate, clamped at the left."""
     case = pair(speed)
     side, length = SIDE * case.length(PARAMETER), case.length(PARAMETER)
-    plate = mindlin_plate(
-        side, side, case.plate(PARAMETER).thickness, case.wall, Supports(left="clamped"),
+    plate = hl.mindlin_plate(
+        side, side, case.plate(PARAMETER).thickness, case.wall, hl.Supports(left="clamped"),
         highest_frequency=1.2 / case.contact_time,
     )  # fmt: skip
-    return reduce(plate.at(length * min(place, FAR_AWAY), side / 2.0), until, REDUCTION)
+    return hl.reduce(plate.at(length * min(place, FAR_AWAY), side / 2.0), until, REDUCTION)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -65,14 +47,14 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     until = RECORD * pair(min(speeds)).contact_time
 
-    def build(theory: str, shear_speed: float, place: float) -> CoSimulation:
+    def build(theory: str, shear_speed: float, place: float) -> hl.CoSimulation:
         case = pair(shear_speed)
         thin = theory == THEORIES[0]
         return case.coupled(
             case.struck("clamped", PARAMETER, place, until) if thin else thick(shear_speed, place, until)
         )
 
-    runs = sweep(build, until, jobs, measure, theory=THEORIES, shear_speed=speeds, place=places)
+    runs = hl.sweep(build, until, jobs, measure, theory=THEORIES, shear_speed=speeds, place=places)
     pairs = [pair(speed) for speed in speeds]
     thickness = [case.plate(PARAMETER).thickness / case.length(PARAMETER) for case in pairs]
     data = xr.Dataset({"theory_ratio": runs.amplitude_ratio})

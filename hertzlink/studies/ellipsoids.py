@@ -8,37 +8,24 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import BEAD, FORCE, WrongValue
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
-from particles.bead import STANDARD_GRAVITY, Bead, Ellipsoid, Sphere
-from particles.chain import Chain
-from particles.laws.formulas import contact_law
-from particles.solitary import UniformChain
-from structures.material import STEEL_316, STEEL_440C, Material
-from structures.structure import half_space
-from structures.surface import hertz_stiffness
+from particles.bead import STANDARD_GRAVITY
 
 row = Rows("ellipsoids")
-
 MINOR, MAJOR = 4.72e-3, 10.16e-3
-PRINTED_MASS = 0.925e-3
-"""kg, of the ellipsoids and of the spherical striker (sections 2.1 and figure 5.5)."""
-
+PRINTED_MASS = 0.925e-3  # kg, of the ellipsoids and of the spherical striker (sections 2.1 and figure 5.5).
 BEADS, FIRST, SECOND = 20, 7, 12
 measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.626
 DIAMETERS = (2.38e-3, 4.76e-3, 9.53e-3, 19.1e-3)
+# N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only.
 FORCES = tuple(np.geomspace(5.0, 100.0, 9))
-"""N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only."""
-
-UNTIL = 1.2e-3
-"""Length of the record, s: a wave of 4 N passes sensor 12 of the largest spheres."""
-
+UNTIL = 1.2e-3  # Length of the record, s: a wave of 4 N passes sensor 12 of the largest spheres.
 SHAPES = ("minor axis", "major axis", "equivalent sphere")
 CASES = (
     "printed mass", "mass from geometry", "gravity", "striker of radius 2.38 mm", "striker of diameter 2.38 mm"
@@ -49,7 +36,7 @@ CASES = (
 class Conditions(Parameters):
     """Parameters that can be changed."""
 
-    material: Annotated[Material, "Material of the ellipsoids and of the sphere of their mass"] = STEEL_316
+    material: Annotated[hl.Material, "Material of the ellipsoids and of the sphere of their mass"] = hl.STEEL_316
     minor: Annotated[float, BEAD, "Minor diameter of the ellipsoids"] = MINOR
     major: Annotated[float, BEAD, "Major diameter of the ellipsoids"] = MAJOR
     peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
@@ -59,24 +46,23 @@ class Conditions(Parameters):
         if self.major <= self.minor:
             raise WrongValue("major", self.major, f"must be more than the minor diameter, {self.minor:g} m")
 
-    def particle(self, shape: str) -> Bead:
+    def particle(self, shape: str) -> hl.Bead:
         """Return an ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
         if shape == "equivalent sphere":
-            return Sphere(0.5 * (self.minor**2 * self.major) ** (1.0 / 3.0), self.material)
+            return hl.Sphere(0.5 * (self.minor**2 * self.major) ** (1.0 / 3.0), self.material)
         along = "across" if shape == "minor axis" else "along"
-        return Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
+        return hl.Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
 
     def curves(self) -> list[waves.Curve]:
         """Return one for each shape."""
         beads = {shape: self.particle(shape) for shape in SHAPES}
         return [
-            waves.Curve(shape, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
+            waves.Curve(shape, (bead, bead), hl.contact_law(bead, bead), forces=self.peak_force)
             for shape, bead in beads.items()
         ]
 
 
-particle = Conditions().particle
-"""A bead of the thesis."""
+particle = Conditions().particle  # A bead of the thesis.
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
@@ -91,51 +77,53 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
         return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
 
-    def shaped(shape: str, aimed_force: float) -> CoSimulation:
-        return CoSimulation(struck_by_its_like(particle(shape), aimed_force), None)
+    def shaped(shape: str, aimed_force: float) -> hl.CoSimulation:
+        return hl.CoSimulation(struck_by_its_like(particle(shape), aimed_force), None)
 
-    def sized(diameter: float, aimed_force: float) -> CoSimulation:
-        return CoSimulation(struck_by_its_like(Sphere(diameter / 2.0, STEEL_440C), aimed_force), None)
+    def sized(diameter: float, aimed_force: float) -> hl.CoSimulation:
+        return hl.CoSimulation(struck_by_its_like(hl.Sphere(diameter / 2.0, hl.STEEL_440C), aimed_force), None)
 
-    data = sweep(shaped, UNTIL, jobs, measure, shape=SHAPES, aimed_force=forces)
+    data = hl.sweep(shaped, UNTIL, jobs, measure, shape=SHAPES, aimed_force=forces)
     data["theory"] = _theory(data.peak_force, [particle(shape) for shape in SHAPES])
-    sizes = sweep(sized, UNTIL, jobs, measure, diameter=DIAMETERS, aimed_force=forces)
-    sizes["theory"] = _theory(sizes.peak_force, [Sphere(diameter / 2.0, STEEL_440C) for diameter in DIAMETERS])
-    cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
+    sizes = hl.sweep(sized, UNTIL, jobs, measure, diameter=DIAMETERS, aimed_force=forces)
+    sizes["theory"] = _theory(sizes.peak_force, [hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in DIAMETERS])
+    cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     data = data.merge(waves.named(sizes, "size")).merge(waves.named(cases, "case"))
     data["aimed_force"].attrs["units"] = "N"
     data["diameter"].attrs["units"] = "m"
     return data
 
 
-def struck_by_its_like(bead: Bead, force: float) -> Chain:
+def struck_by_its_like(bead: hl.Bead, force: float) -> hl.Chain:
     """A chain with a free end whose wave has about this peak force, N; the striker equals the beads."""
-    stiffness = hertz_stiffness(bead.surface, bead.surface)
-    return Chain([bead] * BEADS, bead, waves.striker_speed(force, bead.mass, stiffness))
+    stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    return hl.Chain([bead] * BEADS, bead, waves.striker_speed(force, bead.mass, stiffness))
 
 
-def case_of_the_thesis(case: str) -> CoSimulation:
+def case_of_the_thesis(case: str) -> hl.CoSimulation:
     """Return section 5.3.1 for each interpretation of the masses of beads and striker; gravity needs a floor."""
-    bead = Ellipsoid(MINOR / 2.0, MAJOR, STEEL_316)
+    bead = hl.Ellipsoid(MINOR / 2.0, MAJOR, hl.STEEL_316)
     if case != "mass from geometry":
         bead = waves.of_mass(bead, PRINTED_MASS)
     radius = {"striker of radius 2.38 mm": 2.38e-3, "striker of diameter 2.38 mm": 1.19e-3}.get(case)
-    striker = Sphere(radius or printed_radius(), STEEL_316)
+    striker = hl.Sphere(radius or printed_radius(), hl.STEEL_316)
     gravity = STANDARD_GRAVITY if case == "gravity" else 0.0
-    return CoSimulation(
-        Chain([bead] * BEADS, striker, IMPACT_SPEED, gravity), half_space(STEEL_316) if gravity else None
+    return hl.CoSimulation(
+        hl.Chain([bead] * BEADS, striker, IMPACT_SPEED, gravity), hl.half_space(hl.STEEL_316) if gravity else None
     )
 
 
 def printed_radius() -> float:
     """Return the radius, m, of a steel sphere of the printed mass."""
-    return float((0.75 * PRINTED_MASS / (pi * STEEL_316.density)) ** (1.0 / 3.0))
+    return float((0.75 * PRINTED_MASS / (pi * hl.STEEL_316.density)) ** (1.0 / 3.0))
 
 
-def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
+def _theory(force: xr.DataArray, beads: list[hl.Bead]) -> xr.DataArray:
     """Return equation 5.11 at the simulated peak forces; for spheres it is 1.10."""
     speeds = [
-        UniformChain(bead.size, bead.mass, hertz_stiffness(bead.surface, bead.surface)).wave_speed_from_force(values)
+        hl.theory.UniformChain(
+            bead.size, bead.mass, hl.theory.hertz_stiffness(bead.surface, bead.surface)
+        ).wave_speed_from_force(values)
         for bead, values in zip(beads, force.values, strict=True)
     ]
     return xr.DataArray(speeds, dims=force.dims, attrs={"units": "m/s", "long_name": "wave speed, equation 5.11"})
@@ -151,10 +139,10 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _contacts() -> list[Row]:
     """Return the geometry and stiffness of the three contacts, unit of k: 10⁹ N/m^1.5."""
-    printed = Sphere(printed_radius(), STEEL_316)
+    printed = hl.Sphere(printed_radius(), hl.STEEL_316)
     surfaces = [*(particle(shape).surface for shape in SHAPES), printed.surface]
-    minor, major, sphere, light = (hertz_stiffness(surface, surface) * 1e-9 for surface in surfaces)
-    rough = hertz_stiffness(surfaces[0], surfaces[0], "approximate") * 1e-9
+    minor, major, sphere, light = (hl.theory.hertz_stiffness(surface, surface) * 1e-9 for surface in surfaces)
+    rough = hl.theory.hertz_stiffness(surfaces[0], surfaces[0], "approximate") * 1e-9
     return [
         row("larger radius of curvature R'", 1e3 / surfaces[0].curvature),
         row("mass of an ellipsoid", particle("minor axis").mass * 1e3),

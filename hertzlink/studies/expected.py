@@ -10,12 +10,9 @@ from typing import Any
 
 from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, TIMED, Row
 
+# How far a printed number and ours may lie apart, by what it comes from; none for what follows from an equation.
 SCATTER = {"": 0.0, "simulation": SIMULATED, "experiment": MEASURED, "time": TIMED, "input": INPUT}
-"""How far a printed number and ours may lie apart, by what it comes from; none for what follows from an equation."""
-
-
-Named = dict[str, Any]
-"""What stands in the name of a row, and its theory, by name."""
+Named = dict[str, Any]  # What stands in the name of a row, and its theory, by name.
 
 
 @dataclass(frozen=True)

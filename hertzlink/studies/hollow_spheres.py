@@ -7,51 +7,34 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import BEAD, FORCE
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
-from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
-from particles.chain import Chain
-from particles.laws.formulas import contact_law
-from particles.laws.law import ContactLaw, PowerLaw
-from particles.laws.power_fit import fit_power_law
-from particles.solitary import UniformChain
-from structures.material import ALUMINIUM_6061, Material
-from structures.quantities import Quantity
-from structures.structure import half_space
+from particles.bead import STANDARD_GRAVITY
 
 row = Rows("hollow_spheres")
-
 RADIUS = 9.525e-3
+# The thesis's finite-element laws F = k δⁿ, k in N/mⁿ, by the ratio of inner to outer radius.
 TABLE_5_1 = {
-    0.0: PowerLaw(3.759e9, 1.504),
-    0.5: PowerLaw(3.193e9, 1.493),
-    0.75: PowerLaw(1.174e9, 1.423),
-    0.908: PowerLaw(4.671e7, 1.222),
+    0.0: hl.laws.PowerLaw(3.759e9, 1.504),
+    0.5: hl.laws.PowerLaw(3.193e9, 1.493),
+    0.75: hl.laws.PowerLaw(1.174e9, 1.423),
+    0.908: hl.laws.PowerLaw(4.671e7, 1.222),
 }
-"""The thesis's finite-element laws F = k δⁿ, k in N/mⁿ, by the ratio of inner to outer radius."""
-
 THIN = 0.908
-PRINTED_MASS = 2.38e-3
-"""kg, of a sphere of the ratio THIN (section 2.1)."""
-
+PRINTED_MASS = 2.38e-3  # kg, of a sphere of the ratio THIN (section 2.1).
 BEADS, FIRST, SECOND = 29, 12, 19
 measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.32
+# N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only.
 FORCES = tuple(np.geomspace(2.0, 40.0, 9))
-"""N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only."""
-
 APPROACHES = tuple(np.geomspace(1e-6, 20e-6, 21))
+# m: a least-squares fit over this range gives the thesis's pairs of k and n from finite elements (errata).
 FITTED_RANGE = (0.2e-6, 10e-6)
-"""m: a least-squares fit over this range gives the thesis's pairs of k and n from finite elements (errata)."""
-
-UNTIL = 2.5e-3
-"""Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres."""
-
+UNTIL = 2.5e-3  # Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres.
 CASES = ("mass from geometry", "printed mass", "printed mass, gravity", "law of hertzlink")
 
 
@@ -59,10 +42,12 @@ CASES = ("mass from geometry", "printed mass", "printed mass, gravity", "law of 
 class Conditions(Parameters):
     """Parameters to change. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
 
-    material: Annotated[Material, "Material of the spheres"] = ALUMINIUM_6061
+    material: Annotated[hl.Material, "Material of the spheres"] = hl.ALUMINIUM_6061
     radius: Annotated[float, BEAD, "Outer radius of the spheres"] = RADIUS
     ratio: Annotated[
-        tuple[float, ...], Quantity(or_zero=True, high=0.95), "Inner over outer radius; 0 is a solid sphere"
+        tuple[float, ...],
+        hl.quantities.Quantity(or_zero=True, high=0.95),
+        "Inner over outer radius; 0 is a solid sphere",
     ] = tuple(TABLE_5_1)
     peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
 
@@ -70,23 +55,22 @@ class Conditions(Parameters):
         """Refuse more curves than colours."""
         waves.check_count(self, "ratio")
 
-    def particle(self, ratio: float) -> Sphere | HollowSphere:
+    def particle(self, ratio: float) -> hl.Sphere | hl.HollowSphere:
         """Return a sphere, solid or hollow."""
         if ratio <= 0.0:
-            return Sphere(self.radius, self.material)
-        return HollowSphere(self.radius, ratio * self.radius, self.material)
+            return hl.Sphere(self.radius, self.material)
+        return hl.HollowSphere(self.radius, ratio * self.radius, self.material)
 
     def curves(self) -> list[waves.Curve]:
         """Return one for each wall."""
         beads = {_named(ratio): self.particle(ratio) for ratio in self.ratio}
         return [
-            waves.Curve(label, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
+            waves.Curve(label, (bead, bead), hl.contact_law(bead, bead), forces=self.peak_force)
             for label, bead in beads.items()
         ]
 
 
-particle = Conditions().particle
-"""A bead of the thesis."""
+particle = Conditions().particle  # A bead of the thesis.
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
@@ -100,10 +84,10 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     if of.own:
         return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
-    data = sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=forces)
+    data = hl.sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=forces)
     label = {"units": "m/s", "long_name": "wave speed, equation 5.12"}
     data["theory"] = (("ratio", "aimed_force"), [_theory(r, data.peak_force.sel(ratio=r)) for r in TABLE_5_1], label)
-    cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
+    cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     data = data.merge(waves.named(cases, "case"))
     approach = np.array(APPROACHES)
     data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
@@ -116,38 +100,38 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     return data
 
 
-def own_laws() -> dict[float, ContactLaw]:
+def own_laws() -> dict[float, hl.ContactLaw]:
     """Return the laws of hertzlink for the four walls: Hertz in series with Reissner's shell."""
-    return {ratio: contact_law(particle(ratio), particle(ratio)) for ratio in TABLE_5_1}
+    return {ratio: hl.contact_law(particle(ratio), particle(ratio)) for ratio in TABLE_5_1}
 
 
-def struck(ratio: float, aimed_force: float) -> CoSimulation:
+def struck(ratio: float, aimed_force: float) -> hl.CoSimulation:
     """A chain with a free end whose wave has about this peak force, N."""
     bead, law = particle(ratio), TABLE_5_1[ratio]
     speed = waves.striker_speed(aimed_force, bead.mass, law.stiffness, law.exponent)
-    return CoSimulation(Chain([bead] * BEADS, bead, speed, law=law), None)
+    return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, speed, law=law), None)
 
 
-def case_of_the_thesis(case: str) -> CoSimulation:
+def case_of_the_thesis(case: str) -> hl.CoSimulation:
     """Return figure 5.14a for each interpretation of mass, gravity and law; gravity needs a floor."""
     bead = particle(THIN)
     if case.startswith("printed mass"):
         bead = waves.of_mass(bead, PRINTED_MASS)
     law = None if case == "law of hertzlink" else TABLE_5_1[THIN]
     gravity = STANDARD_GRAVITY if case.endswith("gravity") else 0.0
-    chain = Chain([bead] * BEADS, bead, IMPACT_SPEED, gravity, law=law)
-    return CoSimulation(chain, half_space(ALUMINIUM_6061) if gravity else None)
+    chain = hl.Chain([bead] * BEADS, bead, IMPACT_SPEED, gravity, law=law)
+    return hl.CoSimulation(chain, hl.half_space(hl.ALUMINIUM_6061) if gravity else None)
 
 
-def fit(law: ContactLaw) -> tuple[float, float]:
+def fit(law: hl.ContactLaw) -> tuple[float, float]:
     """Return k (N/mⁿ) and n of a law, by least squares over FITTED_RANGE."""
-    nearest = fit_power_law(law, *FITTED_RANGE, weighting="absolute")
+    nearest = hl.laws.fit_power_law(law, *FITTED_RANGE, weighting="absolute")
     return nearest.stiffness, nearest.exponent
 
 
 def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
     law, bead = TABLE_5_1[ratio], particle(ratio)
-    return UniformChain(bead.size, bead.mass, law.stiffness, law.exponent).wave_speed_from_force(force.values)
+    return hl.theory.UniformChain(bead.size, bead.mass, law.stiffness, law.exponent).wave_speed_from_force(force.values)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -160,7 +144,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _laws(data: xr.Dataset) -> list[Row]:
     """Return table 5.1 compared with Hertz in series with Reissner's shell."""
-    solid = contact_law(particle(0.0), particle(0.0))
+    solid = hl.contact_law(particle(0.0), particle(0.0))
     rows = [row("mass of a hollow sphere", particle(THIN).mass * 1e3), row("k, Ri/Ro 0", solid.kernel[0] * 1e-9)]
     for ratio, law in own_laws().items():
         printed = TABLE_5_1[ratio]
@@ -184,7 +168,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
     lighter, gravity = speeds["printed mass"], speeds["printed mass, gravity"]
     size = 2.0 * RADIUS
     wide, wider = data.case_width.sel(case="mass from geometry").values / size
-    theory = UniformChain(size, 1.0, 1.0, TABLE_5_1[THIN].exponent).width / size
+    theory = hl.theory.UniformChain(size, 1.0, 1.0, TABLE_5_1[THIN].exponent).width / size
     return [
         row("wave speed, discrete particles", plain, lighter, gravity),
         row("wave speed, hertzlink's own law", computed),

@@ -22,39 +22,24 @@ from structures.checks import whole
 from structures.structure import Vector
 
 row = Rows("identifiability")
-
 THICKNESSES = (2.29e-3, 3.0e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3)
-TESTED_EVERY = 5
-"""Distances at which derivatives are taken with other steps, as well as at those of the table."""
-
-NEAR = (0.01, 0.0125, 0.015, 0.02, 0.03, 0.06)
-"""m, distances at which the plate's modulus is not known either."""
-
-NEAR_STATICS = 0.016
-"""m, up to which the echo is back so soon that the contact feels a spring."""
-
+TESTED_EVERY = 5  # Distances at which derivatives are taken with other steps, as well as at those of the table.
+NEAR = (0.01, 0.0125, 0.015, 0.02, 0.03, 0.06)  # m, distances at which the plate's modulus is not known either.
+NEAR_STATICS = 0.016  # m, up to which the echo is back so soon that the contact feels a spring.
 MAIN_DIAMETER, MAIN_THICKNESS = 9.53e-3, 4.83e-3
-
 UPPER_THICKNESSES = tuple(float(f"{d:.3g}") for d in np.geomspace(3e-3, 50e-3, 5))
+# N/m³. Epoxy of 3 GPa and 0.1 mm has 3e13.
 BOND_STIFFNESSES = tuple(float(f"{k:.1g}") for k in np.geomspace(3e10, 1e14, 8))
-"""N/m³. Epoxy of 3 GPa and 0.1 mm has 3e13."""
-
 EPOXY = 3e13
-
 QUICK_DISTANCES, QUICK_THICKNESSES, QUICK_NEAR = (0.01, 0.03, *CHECKED), (4.83e-3,), (0.0125, 0.06)
 QUICK_UPPERS, QUICK_BONDS = (6.1e-3, 24.7e-3), (3e10, 3e11, 3e13)
-
-BLIND = 0.5
-"""A half-width above this part of the value."""
-
+BLIND = 0.5  # A half-width above this part of the value.
+# What an earlier estimate found; its record and what was known are not given.
 EARLIER = {
     (cases.FEATURES, 0.06): "96 %", ("bead 7", 0.06): "0.5 %", ("beads 7 and 13", 0.06): "0.2 %",
     ("bead 7", 0.16): "blind", ("bead 13", 0.16): "1.4 %", ("bead 16", 0.16): "0.4 %",
 }  # fmt: skip
-"""What an earlier estimate found; its record and what was known are not given."""
-
-
 Conditions = cases.Conditions
 
 
@@ -218,9 +203,9 @@ def _derivatives_row(data: xr.Dataset) -> Row:
     return row("derivatives", f"{100.0 * half[0]:.2g} %", half[1], count, 100.0 * wide[0], wide[1])
 
 
+# Relative changes of d, t and E that statics near the edge weighs, w = const. d²F/D with D ∝ E t³; and those that leave
+# the plate's impedance, E t⁴, and the time of its echo, d⁴/E t², as they are.
 STATICS, UNSEEN = np.array([2.0, -3.0, -1.0]), np.array([0.125, -0.25, 1.0])
-"""Relative changes of d, t and E that statics near the edge weighs, w = const. d²F/D with D ∝ E t³; and those that
-leave the plate's impedance, E t⁴, and the time of its echo, d⁴/E t², as they are."""
 
 
 def _combination_rows(data: xr.Dataset) -> list[Row]:

@@ -9,102 +9,69 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
+import hertzlink as hl
 from coupling.inference.information import REACH, STEP, Design, Sensitivities
 from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.inference.search import inverse
 from hertzlink.studies import conditions
 from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, WrongValue
-from particles.bead import Sphere
-from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.half_plane import half_plane
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, PTFE, STEEL_440C, Material
-from structures.quantities import Quantity
-from structures.rod import Layer, rod
 from structures.structure import Vector
-from structures.surface import Surface, hertz_stiffness
 
 BEADS, IMPACT_SPEED = 20, 0.31
-
-NOISE, SAMPLE_EVERY = 0.01, 1e-6
-"""White, a part of the greatest force at each sensor; s."""
-
-RECORDS = (1.4e-3, 2.8e-3)
-"""s after the impact."""
-
-HIGHEST_FREQUENCY = 60e3
-"""Hz, resolved by the oscillators of plates; 60 to 200 kHz change AR by 1e-5."""
-
+NOISE, SAMPLE_EVERY = 0.01, 1e-6  # White, a part of the greatest force at each sensor; s.
+RECORDS = (1.4e-3, 2.8e-3)  # s after the impact.
+HIGHEST_FREQUENCY = 60e3  # Hz, resolved by the oscillators of plates; 60 to 200 kHz change AR by 1e-5.
 FEATURES = "AR and TOF, bead 7"
-
+# What is measured: the whole trace, but for the first.
 MEASURED: dict[str, tuple[int, ...]] = {
     FEATURES: (7,), "bead 7": (7,), "bead 13": (13,), "bead 16": (16,), "beads 7 and 13": (7, 13),
 }  # fmt: skip
-"""What is measured: the whole trace, but for the first."""
-
-DRAWS = 16
-"""Noisy traces from which the errors of AR and TOF are taken: exact to 18 %."""
-
+DRAWS = 16  # Noisy traces from which the errors of AR and TOF are taken: exact to 18 %.
 EDGE_UNKNOWNS = ("distance", "thickness", "impact_speed")
-
+# What is not known: the others are known exactly.
 EDGE_FREE: dict[str, tuple[str, ...]] = {
     "all": EDGE_UNKNOWNS, "distance and thickness": EDGE_UNKNOWNS[:2], "distance": EDGE_UNKNOWNS[:1],
 }  # fmt: skip
-"""What is not known: the others are known exactly."""
-
+# Half the distances of runs for derivatives, as parts of values: half of the first shows the error of its derivatives,
+# four times how linear the signal is.
 STEPS = (STEP, 0.5 * STEP, 4.0 * STEP)
-"""Half the distances of runs for derivatives, as parts of values: half of the first shows the error of its derivatives,
-four times how linear the signal is."""
-
 MATERIAL_UNKNOWNS = ("distance", "thickness", "youngs_modulus")
-
+# The contact's stiffness: known, or from the modulus of the plate, as a half-space's.
 KNOWN, OF_PLATE = "known", "of the plate"
-"""The contact's stiffness: known, or from the modulus of the plate, as a half-space's."""
-
 BOND_UNKNOWNS = ("bond_stiffness", "thickness", "impact_speed")
 BOND_FREE: dict[str, tuple[str, ...]] = {"all": BOND_UNKNOWNS, "bond_stiffness": BOND_UNKNOWNS[:1]}
 BOND_MEASURED = {"bead 7": (7,), "beads 7 and 13": (7, 13)}
 BOND_RECORD = RECORDS[0]
-
-ROD_RADIUS, LOWER, ROD_BEAD = 9.525e-3, 50.8e-3, Sphere(4.765e-3, STEEL_440C)
-"""m: the layers' radius and the length of the lower one, of steel on a fixed base."""
-
+# m: the layers' radius and the length of the lower one, of steel on a fixed base.
+ROD_RADIUS, LOWER, ROD_BEAD = 9.525e-3, 50.8e-3, hl.Sphere(4.765e-3, hl.STEEL_440C)
+# Thickness of the bond, m, and epoxy's density and Poisson's ratio, which do not matter.
 GLUE, GLUE_DENSITY, GLUE_POISSON = 0.1e-3, 1200.0, 0.35
-"""Thickness of the bond, m, and epoxy's density and Poisson's ratio, which do not matter."""
-
-UPPERS = {"steel": STEEL_440C, "PTFE": PTFE}
-
-CROSSING = 1e-6
-"""s in which a wave crosses an element of the upper layer, at most; and the fewest elements."""
-
+UPPERS = {"steel": hl.STEEL_440C, "PTFE": hl.PTFE}
+CROSSING = 1e-6  # s in which a wave crosses an element of the upper layer, at most; and the fewest elements.
 FEWEST = 12
-
-
-CHECKED = (0.06, 0.16)
-"""m, the distances of the table."""
-
+CHECKED = (0.06, 0.16)  # m, the distances of the table.
 DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 14)), *CHECKED}))
-
-MOST_PLATES = 6
-"""Of panels and of colours in a figure."""
+MOST_PLATES = 6  # Of panels and of colours in a figure.
 
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
     """Parameters that can be changed. The plate's modulus stays known, and rods with a bond are left out."""
 
-    material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
+    material: Annotated[hl.Material, "Material of the plate"] = hl.ALUMINIUM_6061
     thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = (2.29e-3, 3.0e-3, 4.83e-3)
     bead: Annotated[tuple[float, ...], BEAD, "Diameter of the beads"] = (4.76e-3, 9.53e-3)
-    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
     distance: Annotated[tuple[float, ...], LENGTH, "Distance to the clamped edge"] = DISTANCES
     noise: Annotated[
-        float, Quantity(low=1e-9, high=1.0), "White noise, as a part of the greatest force at each sensor"
+        float, hl.quantities.Quantity(low=1e-9, high=1.0), "White noise, as a part of the greatest force at each sensor"
     ] = NOISE
-    record: Annotated[tuple[float, ...], Quantity("s", low=1e-5, high=0.1), "Lengths of the records"] = RECORDS
+    record: Annotated[tuple[float, ...], hl.quantities.Quantity("s", low=1e-5, high=0.1), "Lengths of the records"] = (
+        RECORDS
+    )
 
     def check(self) -> None:
         """Refuse more plates than panels."""
@@ -119,16 +86,16 @@ THESIS = Conditions()
 def edge_case(
     diameter: float, distance: float, thickness: float, impact_speed: float, youngs_modulus: float | None = None,
     contact: str = KNOWN, of: Conditions = THESIS,
-) -> CoSimulation:  # fmt: skip
+) -> hl.CoSimulation:  # fmt: skip
     """Return a chain of beads against a plate, at a distance from its clamped edge."""
-    bead, wall = Sphere(0.5 * diameter, of.bead_material), of.material
+    bead, wall = hl.Sphere(0.5 * diameter, of.bead_material), of.material
     if youngs_modulus is not None:
         wall = replace(wall, youngs_modulus=youngs_modulus)
     highest = HIGHEST_FREQUENCY * max(1.0, 4.76e-3 / diameter)
-    plate = half_plane(thickness, wall, "clamped", distance, max(of.record), highest)
+    plate = hl.half_plane(thickness, wall, "clamped", distance, max(of.record), highest)
     if contact == KNOWN:
-        plate = replace(plate, surface=Surface(of.material))
-    return CoSimulation(Chain([bead] * BEADS, bead, impact_speed), plate)
+        plate = replace(plate, surface=hl.Surface(of.material))
+    return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, impact_speed), plate)
 
 
 def edge_design(
@@ -137,7 +104,7 @@ def edge_design(
 ) -> Design:  # fmt: skip
     """Return design of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
 
-    def build(**unknowns: float) -> CoSimulation:
+    def build(**unknowns: float) -> hl.CoSimulation:
         return edge_case(diameter, **unknowns, contact=contact, of=of)
 
     sensors = {n for group in MEASURED.values() for n in group}
@@ -174,7 +141,7 @@ def combinations_near_edge(
 
     The impact speed, the gain and time zero are not known either.
     """
-    values = (distance, thickness, ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
+    values = (distance, thickness, hl.ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
     names = (*MATERIAL_UNKNOWNS, "impact_speed")
     changes = Sensitivities(edge_design(diameter, dict(zip(names, values, strict=True)), contact=contact))
     covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
@@ -192,14 +159,14 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
     top = UPPERS[upper]
     elements = max(FEWEST, ceil(thickness / top.bar_speed / CROSSING))
 
-    def build(bond_stiffness: float, thickness: float, impact_speed: float) -> CoSimulation:
-        glue = Material(bond_stiffness * GLUE, GLUE_POISSON, GLUE_DENSITY, "glue")
+    def build(bond_stiffness: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
+        glue = hl.Material(bond_stiffness * GLUE, GLUE_POISSON, GLUE_DENSITY, "glue")
         layers = [
-            Layer(top, thickness, ROD_RADIUS),
-            Layer(glue, GLUE, ROD_RADIUS),
-            Layer(STEEL_440C, LOWER, ROD_RADIUS),
+            hl.Layer(top, thickness, ROD_RADIUS),
+            hl.Layer(glue, GLUE, ROD_RADIUS),
+            hl.Layer(hl.STEEL_440C, LOWER, ROD_RADIUS),
         ]
-        return CoSimulation(Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed), rod(layers, "fixed", elements))
+        return hl.CoSimulation(hl.Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed), hl.rod(layers, "fixed", elements))
 
     values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, thickness, IMPACT_SPEED), strict=True))
     with collected():
@@ -216,7 +183,7 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
 def contact_stiffness(upper: str) -> float:
     """Return the tangent stiffness of the contact over the area of the rod, N/m³, at the peak of Hertz's collision of
     one bead with the speed of the wave's particles."""
-    stiffness = hertz_stiffness(ROD_BEAD.surface, Surface(UPPERS[upper]))
+    stiffness = hl.theory.hertz_stiffness(ROD_BEAD.surface, hl.Surface(UPPERS[upper]))
     speed = PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED
     approach = (1.25 * ROD_BEAD.mass * speed**2 / stiffness) ** 0.4
     return float(1.5 * stiffness * approach**0.5 / (pi * ROD_RADIUS**2))

@@ -12,9 +12,7 @@ from hertzlink.studies import identifiable_cases as cases
 
 BLIND = 0.5
 COLOURS = "viridis"
-LIMITS = LogNorm(1e-3, BLIND)
-"""0.1 to 50 %: above, the map is blind; below, it has the colour of 0.1 %."""
-
+LIMITS = LogNorm(1e-3, BLIND)  # 0.1 to 50 %: above, the map is blind; below, it has the colour of 0.1 %.
 TICKS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 GREY, HATCH = "0.85", "////"
 

@@ -7,21 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from coupling.cosimulation import CoSimulation
-from coupling.inference.information import identifiability
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+import hertzlink as hl
 from hertzlink.studies import draw
-from particles.bead import Sphere
-from particles.chain import Chain
 from structures.caution import collected
-from structures.material import STEEL_440C
-from structures.structure import Structure
 
-NOISE = 0.01
-"""Part of a trace's peak."""
-
+NOISE = 0.01  # Part of a trace's peak.
+# Of reductions: with the usual one the basis changes with the level by so much that bounds change by 50 %.
 TOLERANCE = 1e-4
-"""Of reductions: with the usual one the basis changes with the level by so much that bounds change by 50 %."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +33,7 @@ class Body:
     sensor: ClassVar[int] = 10
     speed: ClassVar[float] = 0.31
 
-    def built(self, level: float, factor: float) -> Structure:
+    def built(self, level: float, factor: float) -> hl.Structure:
         """Return the reduced body, with a factor of its stiffness."""
         raise NotImplementedError
 
@@ -49,18 +41,18 @@ class Body:
         """Return AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
         built = cache(self.built)  # almost half the runs are of a body that another one had
 
-        def at(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
-            bead = Sphere(0.5 * self.diameter, STEEL_440C)
-            return CoSimulation(Chain([bead] * self.beads, bead, impact_speed), built(level, stiffness))
+        def at(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
+            bead = hl.Sphere(0.5 * self.diameter, hl.STEEL_440C)
+            return hl.CoSimulation(hl.Chain([bead] * self.beads, bead, impact_speed), built(level, stiffness))
 
         def bound(part: float) -> float:
             """Return the Cramér–Rao bound of the level, Pa, from one trace."""
 
-            def build(level: float, stiffness: float, impact_speed: float) -> CoSimulation:
+            def build(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
                 return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
 
             with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
-                estimate = identifiability(
+                estimate = hl.identifiability(
                     build, NOISE, sensors=[self.sensor], until=self.until, level=1.0, stiffness=1.0,
                     impact_speed=self.speed,
                 )  # fmt: skip
@@ -69,8 +61,8 @@ class Body:
         runs = [at(level, 1.0, self.speed).run(self.until) for level in levels]
         least, other = (bound(part) if part else np.nan for part in steps)
         return {
-            "amplitude_ratio": ("case", [float(amplitude_ratio(run, self.sensor)) for run in runs], {"units": "1"}),
-            "time_of_flight": ("case", [float(time_of_flight(run, self.sensor)) for run in runs], {"units": "s"}),
+            "amplitude_ratio": ("case", [float(hl.amplitude_ratio(run, self.sensor)) for run in runs], {"units": "1"}),
+            "time_of_flight": ("case", [float(hl.time_of_flight(run, self.sensor)) for run in runs], {"units": "s"}),
             "deviation": ((), least, {"units": "Pa", "long_name": "least standard deviation"}),
             "deviation_by_twice_the_step": ((), other, {"units": "Pa"}),
         }

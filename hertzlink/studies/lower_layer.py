@@ -7,25 +7,20 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, Row
 from hertzlink.studies.upper_layer import THESIS, TwoLayers, theory_lines
-from structures.rod import Layer
 from structures.structure import Vector
 
 row = Rows("lower_layer")
-
-UPPER = 6.35e-3
-"""m; section 6.1.4 also says 6.25 mm."""
-
+UPPER = 6.35e-3  # m; section 6.1.4 also says 6.25 mm.
 LOWERS = tuple(sorted([*np.geomspace(9.52e-3, 152.4e-3, 33), 25.4e-3, 50.8e-3]))
 SOLID_LOWERS = (9.52e-3, 12.7e-3, 19.05e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3)
-
-ECHOLESS_LENGTH = 25.4e-3
-"""m; for thicker layers the primary wave has left before the echo of the base returns."""
+ECHOLESS_LENGTH = 25.4e-3  # m; for thicker layers the primary wave has left before the echo of the base returns.
 
 
 @dataclass(frozen=True)
@@ -35,7 +30,7 @@ class Conditions(TwoLayers):
     upper: Annotated[float, LENGTH, "Thickness of the upper layer"] = UPPER
     lower: Annotated[tuple[float, ...], LENGTH, "Thickness of the lower layer"] = LOWERS
 
-    def longest(self) -> list[Layer]:
+    def longest(self) -> list[hl.Layer]:
         """Return the cylinder with the thickest lower layer."""
         return self.layers(self.upper, max(self.lower))
 

@@ -7,56 +7,33 @@ from typing import Annotated, ClassVar
 import numpy as np
 import xarray as xr
 
-from coupling.results.ar_and_tof import amplitude_ratio
+import hertzlink as hl
 from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, Conditions, WrongValue
-from particles.bead import Sphere
-from particles.chain import Chain
-from plates.builders import kirchhoff_plate
 from plates.critical_distance import edge_length
-from plates.plate import Plate
-from plates.support import Supports
 from plates.theory.impact import THESIS_IMPACT, wall_stiffness
-from structures.layers import contact_time as contact_time_half_space
-from structures.material import ALUMINIUM_6061, STEEL_440C, Material
-from structures.quantities import Count, OneOf
 from structures.reduction import DEFAULT_PULSE
-from structures.surface import Surface, hertz_stiffness
 
 SIDE, IMPACT_SPEED = 0.914, 0.31
 THICKNESSES = (2.29e-3, 3.18e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3, 19.05e-3)
 BEADS, SENSOR = 20, 7
-
+# Length of the record, s. Chains of the largest beads on the two thinner plates send a wave back only when the echo of
+# the edge pushes them; the larger the distance of the edge, the later this is. Records of up to 15 ms do not settle
+# these cases (docs/numerics.md).
 UNTIL = 3.5e-3
-"""Length of the record, s. Chains of the largest beads on the two thinner plates send a wave back only when the echo of
-the edge pushes them; the larger the distance of the edge, the later this is. Records of up to 15 ms do not settle these
-cases (docs/numerics.md).
-"""
-
+# Hz, resolved by the mesh. Where AR above 0.03 was sampled, it is within 0.3 % of AR on a mesh for 100 kHz. The default
+# of 40 kHz is equally close and takes 50 % longer (benchmarks/plate_meshes.py).
 HIGHEST_FREQUENCY = 30.0e3
-"""Hz, resolved by the mesh. Where AR above 0.03 was sampled, it is within 0.3 % of AR on a mesh for 100 kHz. The
-default of 40 kHz is equally close and takes 50 % longer (benchmarks/plate_meshes.py).
-"""
-
+# Length of other records in contact times of aluminium plates, after 30 of which the slowest reflected wave returns;
+# and the ratio of contact stiffnesses of steel beads on aluminium, up to which it is enough.
 RECORD, ALUMINIUM_STIFFNESS_RATIO = 45.0, 0.743
-"""Length of other records in contact times of aluminium plates, after 30 of which the slowest reflected wave returns;
-and the ratio of contact stiffnesses of steel beads on aluminium, up to which it is enough.
-"""
-
-MOST_VALUES = 6
-"""Of a parameter; figures have as many colours."""
-
+MOST_VALUES = 6  # Of a parameter; figures have as many colours.
+# Of a plate's mesh, about. Its reduction takes some minutes and 4 GB.
 CELLS_PER_WAVELENGTH, MOST_UNKNOWNS = 1.4, 250_000
-"""Of a plate's mesh, about. Its reduction takes some minutes and 4 GB."""
-
 SCAN = (*(0.25 * i for i in range(2, 17)), 4.5, 5.0, 6.0, 8.0, 10.0)
+# The first scan of other plates in units of ℓ = (T_c √(D/m))^½, on which AR near an edge depends.
 QUICK_SCAN = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
-"""The first scan of other plates in units of ℓ = (T_c √(D/m))^½, on which AR near an edge depends."""
-
-CLOSEST = 1.05
-"""Ratio of neighbouring distances of a scan, at least."""
-
-
+CLOSEST = 1.05  # Ratio of neighbouring distances of a scan, at least.
 SUPPORT = "Support of two opposite edges, from which distances are measured; the other two are free"
 
 
@@ -64,15 +41,15 @@ SUPPORT = "Support of two opposite edges, from which distances are measured; the
 class OnPlate(Conditions):
     """The chain and the plate. Records and meshes follow the contact time where they are not the thesis's."""
 
-    material: Annotated[Material, "Material of the plate"] = ALUMINIUM_6061
+    material: Annotated[hl.Material, "Material of the plate"] = hl.ALUMINIUM_6061
     thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = THICKNESSES
     bead: Annotated[tuple[float, ...], BEAD, "Diameter of the beads and the striker"] = DIAMETERS
-    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
     side: Annotated[float, LENGTH, "Side of the square plate"] = SIDE
-    support: Annotated[str, OneOf("clamped", "simple", "free"), SUPPORT] = "clamped"
-    beads: Annotated[int, Count(2, 200), "Number of beads"] = BEADS
-    sensor: Annotated[int, Count(1, 199), "Bead whose force is read, from the struck end"] = SENSOR
+    support: Annotated[str, hl.quantities.OneOf("clamped", "simple", "free"), SUPPORT] = "clamped"
+    beads: Annotated[int, hl.quantities.Count(2, 200), "Number of beads"] = BEADS
+    sensor: Annotated[int, hl.quantities.Count(1, 199), "Bead whose force is read, from the struck end"] = SENSOR
 
     shortest_side: ClassVar[float] = 0.0
     """In units of ℓ."""
@@ -104,30 +81,30 @@ class OnPlate(Conditions):
             cure = f"needs a mesh of {unknowns:.2g} unknowns; give a side of {0.99 * most:.2g} m or less"
             raise WrongValue(name, value, f"{cure}, thicker plates or larger beads")
 
-    def sphere(self, diameter: float) -> Sphere:
+    def sphere(self, diameter: float) -> hl.Sphere:
         """Return a bead."""
-        return Sphere(diameter / 2.0, self.bead_material)
+        return hl.Sphere(diameter / 2.0, self.bead_material)
 
-    def chain(self, diameter: float) -> Chain:
+    def chain(self, diameter: float) -> hl.Chain:
         """Return the chain and its striker, undamped and without gravity."""
         bead = self.sphere(diameter)
-        return Chain([bead] * self.beads, striker=bead, impact_speed=self.impact_speed)
+        return hl.Chain([bead] * self.beads, striker=bead, impact_speed=self.impact_speed)
 
-    def supports(self) -> Supports:
+    def supports(self) -> hl.Supports:
         """Return the supports of the four edges."""
-        return Supports(left=self.support, right=self.support, bottom="free", top="free")
+        return hl.Supports(left=self.support, right=self.support, bottom="free", top="free")
 
-    def plate(self, thickness: float) -> Plate:
+    def plate(self, thickness: float) -> hl.Plate:
         """Return the square plate."""
-        return kirchhoff_plate(
+        return hl.kirchhoff_plate(
             self.side, self.side, thickness, self.material, self.supports(), highest_frequency=self.highest_frequency
         )
 
     def contact_time(self, diameter: float) -> float:
         """Return T_c, s: of one bead on a half-space at the striker's speed."""
         bead = self.sphere(diameter)
-        stiffness = hertz_stiffness(bead.surface, Surface(self.material))
-        return float(contact_time_half_space(bead.mass, stiffness, self.impact_speed))
+        stiffness = hl.theory.hertz_stiffness(bead.surface, hl.Surface(self.material))
+        return float(hl.theory.hertz_contact_time(bead.mass, stiffness, self.impact_speed))
 
     @property
     def highest_frequency(self) -> float:
@@ -147,7 +124,9 @@ class OnPlate(Conditions):
         if not self.own:
             return UNTIL
         bead = self.sphere(max(self.bead))
-        ratio = wall_stiffness(bead, self.plate(self.thickness[0])) / hertz_stiffness(bead.surface, bead.surface)
+        ratio = wall_stiffness(bead, self.plate(self.thickness[0])) / hl.theory.hertz_stiffness(
+            bead.surface, bead.surface
+        )
         longer = max(1.0, (ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4, self.beads / BEADS)
         return float(RECORD * longer * self.contact_time(max(self.bead)))
 
@@ -168,12 +147,12 @@ class OnPlate(Conditions):
         return [*distances, centre]
 
 
-def theirs(diameter: float) -> Sphere:
+def theirs(diameter: float) -> hl.Sphere:
     """Return the bead of this diameter, m, with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 of
     6.2.2."""
-    return Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)
+    return hl.Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return AR at the thesis's sensor."""
-    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
+    return xr.Dataset({"amplitude_ratio": hl.amplitude_ratio(run, SENSOR)})

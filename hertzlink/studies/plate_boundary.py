@@ -8,70 +8,42 @@ import joblib
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import amplitude_ratio
-from coupling.results.measures import contact_time
-from coupling.sweeps.critical_search import critical_distance_search
+import hertzlink as hl
 from coupling.sweeps.progress import watched
-from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, plate_edges, plate_waves
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
 from hertzlink.studies.table import Row, bracketed
-from particles.bead import Sphere
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.critical_distance import critical_distance_law
-from plates.infinite import infinite_plate
-from plates.reduced import Range, ReducedPlate, covers
+from plates.reduced import Range, covers
 from plates.section import point_rigidity
-from plates.theory.impact import THESIS_IMPACT, critical_distance_bounds, inelasticity_parameter
-from plates.theory.impact import amplitude_ratio as plate_amplitude_ratio
+from plates.theory.impact import THESIS_IMPACT
 from structures.caution import collected
 from structures.checks import whole
 from structures.layers import HERTZ_COLLISION
-from structures.layers import contact_time as contact_time_half_space
-from structures.material import ALUMINIUM_6061, Material
-from structures.reduction import reduce
-from structures.structure import Structure
-from structures.surface import Surface, hertz_stiffness
 
 row = Rows("plate_boundary")
-
+# m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So
+# no crossing is missed for tolerances of 0.01 and more.
 DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240, 441, 40), 457))
-"""m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So
-no crossing is missed for tolerances of 0.01 and more.
-"""
-
 QUICK_DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.1, 0.15, 0.457)
 BRACKET, QUICK_BRACKET = 0.2e-3, 5.0e-3
+# Tolerance of the reduction. Up to 0.2 AR keeps its first five digits, but spurious waves appear late in the record.
 REDUCTION = 0.05
-"""Tolerance of the reduction. Up to 0.2 AR keeps its first five digits, but spurious waves appear late in
-the record.
-"""
-
+# m: up to this distance one basis serves all samples; and its tolerance. All but two critical distances are less.
 NEAR, NEAR_REDUCTION = 0.045, 0.1
-"""m: up to this distance one basis serves all samples; and its tolerance. All but two critical distances are less."""
-
 TOLERANCE = 0.02
+# Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results.
 TOLERANCES = (0.01, TOLERANCE, 0.05)
-"""Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results."""
-
-RELATIVE_TOLERANCE = 0.05
-"""The tolerance in units of the far value, for comparison."""
-
+RELATIVE_TOLERANCE = 0.05  # The tolerance in units of the far value, for comparison.
+# t a/d² at which a clamped edge has cancelled half of the displacement after an impulse, g = −1/2 (docs/plate_edge.md;
+# Fourier transform along the edge, Laplace transform in time).
 HALF_ECHO = 0.4613
-"""t a/d² at which a clamped edge has cancelled half of the displacement after an impulse, g = −1/2 (docs/plate_edge.md;
-Fourier transform along the edge, Laplace transform in time).
-"""
-
-
+# Thicknesses up to this ratio share a basis. For 1 and 4 mm it takes half as long as one for each, for 1 and 10 mm
+# twice as long.
 SIMILAR = 4.0
-"""Thicknesses up to this ratio share a basis. For 1 and 4 mm it takes half as long as one for each, for 1 and 10 mm
-twice as long.
-"""
-
+# NEAR, in units of the greatest ℓ, and brackets, in units of the least one, for plates of a user's own.
 OWN_NEAR, OWN_BRACKET, OWN_QUICK_BRACKET = 2.5, 0.02, 0.4
-"""NEAR, in units of the greatest ℓ, and brackets, in units of the least one, for plates of a user's own."""
 
 
 @dataclass(frozen=True)
@@ -126,11 +98,11 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     parallel = joblib.Parallel(min(count, len(bases)), return_as="generator")
     plates = tuple(watched(parallel(joblib.delayed(reduced)(*basis, of) for basis in bases), len(bases)))
 
-    def build(thickness: float, distance: float, diameter: float) -> CoSimulation:
-        return CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
+    def build(thickness: float, distance: float, diameter: float) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
 
     find = partial(
-        critical_distance_search, build, of.until, of.sensor, of.distances(quick),
+        hl.critical_distance_search, build, of.until, of.sensor, of.distances(quick),
         bracket=of.bracket(quick), jobs=jobs, thickness=of.thickness, diameter=of.bead,
     )  # fmt: skip
     first = find(tolerance=TOLERANCES)
@@ -140,7 +112,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     data = relative.drop_vars([*variables, "within"]).merge(first[[*variables]])
     data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in variables})
     wall = of.plate(of.thickness[0])
-    bounds = [critical_distance_bounds(of.sphere(d), wall, of.impact_speed) for d in of.bead]
+    bounds = [hl.critical_distance_bounds(of.sphere(d), wall, of.impact_speed) for d in of.bead]
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"])
     data["bound"] = (
         ("diameter", "line"), bounds, {"units": "m", "long_name": "critical distance, equation 6.42"}
@@ -155,11 +127,11 @@ def without_edges(of: Conditions = THESIS) -> xr.Dataset:
     """Return AR and contact time on the infinite plate, and the distance from which half of the echo is back at the
     contact's end."""
 
-    def build(thickness: float, diameter: float) -> CoSimulation:
-        return CoSimulation(of.chain(diameter), infinite_plate(thickness, of.material))
+    def build(thickness: float, diameter: float) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(diameter), hl.infinite_plate(thickness, of.material))
 
     measure = partial(of_infinite_plate, sensor=of.sensor)
-    runs = sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
+    runs = hl.sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
     speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(of.plate, of.thickness)]
     diffusion = xr.DataArray(speed, coords={"thickness": list(of.thickness)}, dims="thickness")
     runs["half_echo_distance"] = ((runs.contact_time * diffusion / HALF_ECHO) ** 0.5).assign_attrs(
@@ -172,27 +144,29 @@ def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
     """Return the part of a run on the infinite plate that is kept."""
     return xr.Dataset(
         {
-            "infinite_amplitude_ratio": amplitude_ratio(run, sensor).rename(None),
-            "contact_time": ((), contact_time(run), {"units": "s", "long_name": "contact with the infinite plate"}),
+            "infinite_amplitude_ratio": hl.amplitude_ratio(run, sensor).rename(None),
+            "contact_time": ((), hl.contact_time(run), {"units": "s", "long_name": "contact with the infinite plate"}),
         }
     )
 
 
-def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> ReducedPlate:
+def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> hl.ReducedPlate:
     """Return the plates of some thicknesses for some distances on their centre line."""
     tolerance = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION
     plate = of.plate(min(of.thickness))
-    return ReducedPlate(plate, of.until, place, of.side / 2.0, tolerance, of.pulse, thickness=walls)
+    return hl.ReducedPlate(plate, of.until, place, of.side / 2.0, tolerance, of.pulse, thickness=walls)
 
 
 @lru_cache(maxsize=1)
-def struck(plates: tuple[ReducedPlate, ...], thickness: float, distance: float, of: Conditions = THESIS) -> Structure:
+def struck(
+    plates: tuple[hl.ReducedPlate, ...], thickness: float, distance: float, of: Conditions = THESIS
+) -> hl.Structure:
     """Return the reduced plate, struck on its centre line; cached for the next bead diameter."""
     for plate in plates:
         if covers(plate.x, distance) and covers(plate.thickness, thickness):
             return plate.at(distance, of.side / 2.0, thickness=thickness)
     # Few samples of the refinement lie so far away.
-    return reduce(of.plate(thickness).at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
+    return hl.reduce(of.plate(thickness).at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -215,8 +189,8 @@ def table(data: xr.Dataset) -> list[Row]:
 def _contact(diameter: float) -> Row:
     """Return T_c on a half-space, µs, and with the data of section 6.2.1."""
     sphere = theirs(diameter)
-    stiffness = hertz_stiffness(sphere.surface, Surface(ALUMINIUM_6061))
-    printed = float(contact_time_half_space(sphere.mass, stiffness, THESIS_IMPACT.striker_speed)) * 1e6
+    stiffness = hl.theory.hertz_stiffness(sphere.surface, hl.Surface(hl.ALUMINIUM_6061))
+    printed = float(hl.theory.hertz_contact_time(sphere.mass, stiffness, THESIS_IMPACT.striker_speed)) * 1e6
     otherwise = {"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": printed}
     ours = THESIS.contact_time(diameter) * 1e6
     return row(f"contact time, half-space, D {diameter * 1e3:.2f}", ours, otherwise=otherwise)
@@ -226,11 +200,11 @@ def _coefficients() -> list[Row]:
     """Return the printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all other quantities
     equal to one."""
     with collected():
-        material = Material(1.0, 0.0, 1.0)
-        sphere = Sphere(0.5, material)
-    stiffness = hertz_stiffness(sphere.surface, Surface(material))
+        material = hl.Material(1.0, 0.0, 1.0)
+        sphere = hl.Sphere(0.5, material)
+    stiffness = hl.theory.hertz_stiffness(sphere.surface, hl.Surface(material))
     # Both bodies have equal compliances of one, so their sum is two.
-    striker = contact_time_half_space(sphere.mass, stiffness, 1.0) / 2.0**0.4
+    striker = hl.theory.hertz_contact_time(sphere.mass, stiffness, 1.0) / 2.0**0.4
     wave = striker * PARTICLE_TO_STRIKER_SPEED**-0.2
     names = {"factor of τ_c, equation 6.39": HERTZ_COLLISION, "factor of the critical distance, equation 6.42": 2.0}
     said = "speed of the bead in the wave, 0.682 of the striker's"
@@ -301,9 +275,9 @@ def _law(case: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
         return "", f"the law of the study critical-distance is for {BEADS - SENSOR} beads behind the sensor; "
     bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
     try:
-        law = critical_distance_law(bead, plate, of.impact_speed, of.support, TOLERANCE)
+        law = hl.critical_distance_law(bead, plate, of.impact_speed, of.support, TOLERANCE)
     except ValueError:
-        parameter = inelasticity_parameter(bead, plate, of.impact_speed)
+        parameter = hl.theory.plate_inelasticity(bead, plate, of.impact_speed)
         return "", f"outside the law of the study critical-distance (λ = {parameter:.3g}); "
     value, low, high = (1e3 * part for part in law)
     return value, f"theory: the law of the study critical-distance, {low:.1f} to {high:.1f}; "
@@ -319,10 +293,10 @@ def _echo(case: xr.Dataset, of: Conditions) -> list[Row]:
 
 def _far(case: xr.Dataset, of: Conditions) -> Row:
     bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
-    parameter = float(inelasticity_parameter(bead, plate, of.impact_speed))
+    parameter = float(hl.theory.plate_inelasticity(bead, plate, of.impact_speed))
     far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
     said = parameter, inside, of.contact_time(float(case.diameter)) * 1e6
-    value, expected = far if far > 0.0 else "no wave", float(plate_amplitude_ratio(parameter))
+    value, expected = far if far > 0.0 else "no wave", float(hl.theory.plate_amplitude_ratio(parameter))
     return row("centre", value, *said, theory=expected, **_named(case))
 
 

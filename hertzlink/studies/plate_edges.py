@@ -6,28 +6,19 @@ from math import isnan
 
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
 from hertzlink.studies.table import Row
-from plates.builders import kirchhoff_plate, mindlin_plate
-from plates.support import Supports
-from structures.material import ALUMINIUM_6061
-from structures.reduction import reduce
-from structures.structure import Structure
 
 row = Rows("plate_edges")
-
+# The support of the edge at the distance, besides clamped; at the corner a clamped and a free edge have this distance.
 EDGES = {
-    "simple": Supports(left="simple", right="simple"),
-    "free": Supports(),
-    "clamped and free, at their corner": Supports(left="clamped", right="clamped"),
+    "simple": hl.Supports(left="simple", right="simple"),
+    "free": hl.Supports(),
+    "clamped and free, at their corner": hl.Supports(left="clamped", right="clamped"),
 }
-"""The support of the edge at the distance, besides clamped; at the corner a clamped and a free edge have this distance.
-"""
-
 CORNER = "clamped and free, at their corner"
 THICKNESS = 2.29e-3
 DIAMETERS = (4.76e-3, 9.53e-3)
@@ -35,9 +26,7 @@ DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
 THEORIES = ("Kirchhoff", "Mindlin")
 THICKNESSES = (2.29e-3, 4.83e-3)
 FEW_DISTANCES = (0.02, 0.06)
-
-UNTIL, REDUCTION = 1.5e-3, 0.02
-"""Length of the record (s), and tolerance of the reduction."""
+UNTIL, REDUCTION = 1.5e-3, 0.02  # Length of the record (s), and tolerance of the reduction.
 
 
 def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -49,14 +38,14 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
     distances, beads = ((0.02, 0.15), DIAMETERS[1:]) if quick else (DISTANCES, DIAMETERS)
     few, thick = (FEW_DISTANCES[:1], THICKNESSES[:1]) if quick else (FEW_DISTANCES, THICKNESSES)
 
-    def by_edge(edge: str, edge_distance: float, edge_bead: float) -> CoSimulation:
-        return CoSimulation(OnPlate().chain(edge_bead), held(edge, edge_distance))
+    def by_edge(edge: str, edge_distance: float, edge_bead: float) -> hl.CoSimulation:
+        return hl.CoSimulation(OnPlate().chain(edge_bead), held(edge, edge_distance))
 
-    def with_shear(wall: float, near: float, small_bead: float) -> CoSimulation:
-        return CoSimulation(OnPlate().chain(small_bead), mindlin(wall, near))
+    def with_shear(wall: float, near: float, small_bead: float) -> hl.CoSimulation:
+        return hl.CoSimulation(OnPlate().chain(small_bead), mindlin(wall, near))
 
-    edges = sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
-    sheared = sweep(with_shear, UNTIL, jobs, measure, wall=thick, near=few, small_bead=DIAMETERS)
+    edges = hl.sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
+    sheared = hl.sweep(with_shear, UNTIL, jobs, measure, wall=thick, near=few, small_bead=DIAMETERS)
     clamped_thin = clamped.sel(thickness=THICKNESS, distance=list(distances), diameter=list(beads)).drop_vars(
         "thickness"
     )
@@ -76,18 +65,20 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
 
 
 @lru_cache(maxsize=1)
-def held(edge: str, distance: float) -> Structure:
+def held(edge: str, distance: float) -> hl.Structure:
     """Return thinnest plate by the kind of its edges, struck at the distance on its centre line, or from the corner."""
-    plate = kirchhoff_plate(SIDE, SIDE, THICKNESS, ALUMINIUM_6061, EDGES[edge], highest_frequency=HIGHEST_FREQUENCY)
-    return reduce(plate.at(distance, distance if edge == CORNER else SIDE / 2.0), UNTIL, REDUCTION)
+    plate = hl.kirchhoff_plate(
+        SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, EDGES[edge], highest_frequency=HIGHEST_FREQUENCY
+    )
+    return hl.reduce(plate.at(distance, distance if edge == CORNER else SIDE / 2.0), UNTIL, REDUCTION)
 
 
 @lru_cache(maxsize=1)
-def mindlin(thickness: float, distance: float) -> Structure:
+def mindlin(thickness: float, distance: float) -> hl.Structure:
     """Return a clamped plate in Mindlin's theory."""
-    clamped = Supports(left="clamped", right="clamped")
-    plate = mindlin_plate(SIDE, SIDE, thickness, ALUMINIUM_6061, clamped, highest_frequency=HIGHEST_FREQUENCY)
-    return reduce(plate.at(distance, SIDE / 2.0), UNTIL, REDUCTION)
+    clamped = hl.Supports(left="clamped", right="clamped")
+    plate = hl.mindlin_plate(SIDE, SIDE, thickness, hl.ALUMINIUM_6061, clamped, highest_frequency=HIGHEST_FREQUENCY)
+    return hl.reduce(plate.at(distance, SIDE / 2.0), UNTIL, REDUCTION)
 
 
 def table(data: xr.Dataset) -> list[Row]:

@@ -1,10 +1,9 @@
 """Thesis section 6.2.2: speeds of the Rayleigh wave and the A0 Lamb wave, and their travel to the edge and back."""
 
+import hertzlink as hl
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import DIAMETERS, SIDE, THICKNESSES, OnPlate
 from hertzlink.studies.table import Row
-from plates.theory.lamb import LambWaves, rayleigh_speed
-from structures.material import ALUMINIUM_6061
 
 row = Rows("plate_waves")
 
@@ -19,7 +18,8 @@ def group_speeds() -> dict[float, list[float]]:
     """Return group speed of A0, m/s, at the frequency of the impact: by diameter, m, one for each of THICKNESSES."""
     return {
         diameter: [
-            LambWaves(ALUMINIUM_6061, thickness).group_speed(impact_frequency(diameter)) for thickness in THICKNESSES
+            hl.theory.LambWaves(hl.ALUMINIUM_6061, thickness).group_speed(impact_frequency(diameter))
+            for thickness in THICKNESSES
         ]
         for diameter in DIAMETERS
     }
@@ -27,7 +27,7 @@ def group_speeds() -> dict[float, list[float]]:
 
 def table() -> list[Row]:
     """Return k, c and round trip that section 6.2.2 prints for both waves, compared with the exact equations."""
-    bar, rayleigh = ALUMINIUM_6061.bar_speed, rayleigh_speed(ALUMINIUM_6061)
+    bar, rayleigh = hl.ALUMINIUM_6061.bar_speed, hl.theory.rayleigh_speed(hl.ALUMINIUM_6061)
     by_bead = group_speeds()
     factors = "; ".join(
         f"{', '.join(f'{speed / bar:.2f}' for speed in speeds)} for D = {1e3 * diameter:.2f} mm"

@@ -6,25 +6,18 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, levels
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.levels import NOISE, TOLERANCE
 from hertzlink.studies.table import Row, span
 from structures.caution import collected
-from structures.material import STEEL_440C, Material
-from structures.reduction import reduce
-from structures.spherical_shell import spherical_shell
-from structures.structure import Structure
-from structures.thin_sphere import buckling_pressure
 
 row = Rows("pressure")
-
-QUICK_CELLS = 2
-"""Cells of the quick study's meshes, instead of four."""
-
-RUBBER = Material(4e6, 0.49, 1100.0, "rubber")
-"""A soft rubber; the modulus of a tennis ball's is not known, and the felt is left out."""
+QUICK_CELLS = 2  # Cells of the quick study's meshes, instead of four.
+# A soft rubber; the modulus of a tennis ball's is not known, and the felt is left out.
+RUBBER = hl.Material(4e6, 0.49, 1100.0, "rubber")
 
 
 @dataclass(frozen=True)
@@ -35,7 +28,7 @@ class Shell(levels.Body):
 
     radius: float
     thickness: float
-    material: Material
+    material: hl.Material
     mesh: dict[str, Any] = field(default_factory=dict)
     reduction: dict[str, Any] = field(default_factory=dict)
 
@@ -43,22 +36,22 @@ class Shell(levels.Body):
     sensor: ClassVar[int] = 8
     speed: ClassVar[float] = 0.3
 
-    def built(self, level: float, factor: float) -> Structure:
+    def built(self, level: float, factor: float) -> hl.Structure:
         """Return the reduced shell, with a factor of its modulus."""
         material = replace(self.material, youngs_modulus=factor * self.material.youngs_modulus)
-        shell = spherical_shell(self.radius, self.thickness, material, level, **self.mesh)
-        return reduce(shell, self.until, TOLERANCE, **self.reduction)
+        shell = hl.spherical_shell(self.radius, self.thickness, material, level, **self.mesh)
+        return hl.reduce(shell, self.until, TOLERANCE, **self.reduction)
 
 
+# A rubber ball as soft and as large as a tennis ball, and a thin tank and a thick vessel of hard steel.
 SHELLS = (
     Shell(
         "ball", 19.05e-3, 20e-3, (0.0, 20e3, 40e3, 60e3, 80e3), 80e3, 33e-3, 3.5e-3, RUBBER,
         {"patch_radius": 2.2e-3, "highest_frequency": 2e3}, {"pulse": 2e-3},
     ),
-    Shell("tank", 4.76e-3, 1.2e-3, (0.0, 0.25e6, 0.5e6, 0.75e6, 1e6), 0.5e6, 0.1, 0.25e-3, STEEL_440C),
-    Shell("vessel", 4.76e-3, 1.2e-3, (0.0, 1.5e6, 3e6, 4.5e6, 6e6), 4e6, 50e-3, 1e-3, STEEL_440C),
+    Shell("tank", 4.76e-3, 1.2e-3, (0.0, 0.25e6, 0.5e6, 0.75e6, 1e6), 0.5e6, 0.1, 0.25e-3, hl.STEEL_440C),
+    Shell("vessel", 4.76e-3, 1.2e-3, (0.0, 1.5e6, 3e6, 4.5e6, 6e6), 4e6, 50e-3, 1e-3, hl.STEEL_440C),
 )  # fmt: skip
-"""A rubber ball as soft and as large as a tennis ball, and a thin tank and a thick vessel of hard steel."""
 
 
 def coarser(shell: Shell) -> Shell:
@@ -79,7 +72,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 def _measured(shell: Shell, quick: bool) -> xr.Dataset:
     pressures = np.array(shell.levels[::2] if quick else shell.levels)
-    buckling = buckling_pressure(shell.radius, shell.thickness, shell.material)
+    buckling = hl.theory.shell_buckling_pressure(shell.radius, shell.thickness, shell.material)
     relative = {"units": "1", "long_name": "pressure over buckling's"}
     return xr.Dataset(
         {

@@ -6,28 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, levels
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.levels import NOISE, TOLERANCE
 from hertzlink.studies.table import Row, span
-from plates.beam import beam
-from plates.builders import kirchhoff_plate
-from plates.prestress import Prestress
-from plates.support import Supports
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, Material
-from structures.reduction import reduce
-from structures.structure import Structure
 
 row = Rows("prestress")
-
-HAMMER = 2.8
-"""K: the error of the neutral temperature of rails that is reported for tests with a hammer."""
-
-BLIND = 1000.0
-"""K, an error beyond which a trace holds nothing of the temperature."""
-
+HAMMER = 2.8  # K: the error of the neutral temperature of rails that is reported for tests with a hammer.
+BLIND = 1000.0  # K, an error beyond which a trace holds nothing of the temperature.
 MEGA = 1e6
 
 
@@ -38,51 +27,47 @@ class Body(levels.Body):
     """
 
     stress_of_kelvin: float
-    build: Callable[[float, float], Structure]
+    build: Callable[[float, float], hl.Structure]
 
-    def built(self, level: float, factor: float) -> Structure:
+    def built(self, level: float, factor: float) -> hl.Structure:
         """Return the reduced body."""
-        return reduce(self.build(level, factor), self.until, TOLERANCE)
+        return hl.reduce(self.build(level, factor), self.until, TOLERANCE)
 
 
-def _plate(stress: float, factor: float) -> Structure:
+def _plate(stress: float, factor: float) -> hl.Structure:
     """Return an aluminium membrane of 80 × 80 × 1 mm, clamped all around."""
     thickness = 1e-3
-    held = Supports("clamped", "clamped", "clamped", "clamped")
-    inside = Prestress(xx=stress * thickness, yy=stress * thickness)
-    material = replace(ALUMINIUM_6061, youngs_modulus=factor * ALUMINIUM_6061.youngs_modulus)
-    membrane = kirchhoff_plate(0.08, 0.08, thickness, material, held, additions=[inside], highest_frequency=5e4)
+    held = hl.Supports("clamped", "clamped", "clamped", "clamped")
+    inside = hl.Prestress(xx=stress * thickness, yy=stress * thickness)
+    material = replace(hl.ALUMINIUM_6061, youngs_modulus=factor * hl.ALUMINIUM_6061.youngs_modulus)
+    membrane = hl.kirchhoff_plate(0.08, 0.08, thickness, material, held, additions=[inside], highest_frequency=5e4)
     return membrane.at(0.04, 0.04)
 
 
-def _strip(stress: float, factor: float) -> Structure:
+def _strip(stress: float, factor: float) -> hl.Structure:
     """Return an aluminium strip of 60 × 10 × 3 mm, clamped at both ends."""
     area, inertia = 10e-3 * 3e-3, 10e-3 * 3e-3**3 / 12.0
-    bending, heavy = factor * ALUMINIUM_6061.youngs_modulus * inertia, ALUMINIUM_6061.density * area
-    return beam(0.06, bending, heavy, ALUMINIUM_6061, 0.03, ("clamped", "clamped"), stress * area)
+    bending, heavy = factor * hl.ALUMINIUM_6061.youngs_modulus * inertia, hl.ALUMINIUM_6061.density * area
+    return hl.beam(0.06, bending, heavy, hl.ALUMINIUM_6061, 0.03, ("clamped", "clamped"), stress * area)
 
 
+# m², m⁴ (sideways) and kg/m of the profile 60E1 of EN 13674-1.
 RAIL_AREA, RAIL_INERTIA, RAIL_MASS = 76.7e-4, 512.3e-8, 60.2
-"""m², m⁴ (sideways) and kg/m of the profile 60E1 of EN 13674-1."""
-
-RAIL_SPAN = 3.0
-"""m of rail between ends that are held far away; its waves do not return from there within the record."""
-
-RAIL_STEEL = Material(210e9, 0.3, 7850.0, "rail steel", 5e8)
+RAIL_SPAN = 3.0  # m of rail between ends that are held far away; its waves do not return from there within the record.
+RAIL_STEEL = hl.Material(210e9, 0.3, 7850.0, "rail steel", 5e8)
 
 
-def _rail(stress: float, factor: float) -> Structure:
+def _rail(stress: float, factor: float) -> hl.Structure:
     """Return a rail struck sideways with large beads, on 20 MN/m² of elastic ground."""
     bending, ends = factor * RAIL_STEEL.youngs_modulus * RAIL_INERTIA, ("clamped", "clamped")
-    return beam(RAIL_SPAN, bending, RAIL_MASS, RAIL_STEEL, 0.5 * RAIL_SPAN, ends, stress * RAIL_AREA, 2e7, 2e4)
+    return hl.beam(RAIL_SPAN, bending, RAIL_MASS, RAIL_STEEL, 0.5 * RAIL_SPAN, ends, stress * RAIL_AREA, 2e7, 2e4)
 
 
-ALUMINIUM_STRESS, STEEL_STRESS = 23.6e-6 * ALUMINIUM_6061.youngs_modulus, 11.5e-6 * RAIL_STEEL.youngs_modulus
-"""Pa, of a bar that is held and gets colder by 1 K; its expansions, 1/K."""
-
+# Pa, of a bar that is held and gets colder by 1 K; its expansions, 1/K.
+ALUMINIUM_STRESS, STEEL_STRESS = 23.6e-6 * hl.ALUMINIUM_6061.youngs_modulus, 11.5e-6 * RAIL_STEEL.youngs_modulus
 THIN_LEVELS = tuple(MEGA * np.array([-30.0, -20.0, -10.0, 0.0, 10.0, 20.0]))
 RAIL_LEVELS = tuple(MEGA * np.array([-100.0, -50.0, 0.0, 50.0, 100.0]))
-PLANE_STRESS = ALUMINIUM_STRESS / (1.0 - ALUMINIUM_6061.poisson_ratio)
+PLANE_STRESS = ALUMINIUM_STRESS / (1.0 - hl.ALUMINIUM_6061.poisson_ratio)
 BODIES = (
     Body("plate 80 × 80 × 1 mm", 4.76e-3, 1.2e-3, THIN_LEVELS, 10e6, PLANE_STRESS, _plate),
     Body("strip 60 × 10 × 3 mm", 4.76e-3, 1.2e-3, THIN_LEVELS, 10e6, ALUMINIUM_STRESS, _strip),

@@ -7,45 +7,40 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+import hertzlink as hl
 from hertzlink.studies import draw, striking
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import MEASURED, Row
-from structures.layers import characteristic_length
-from structures.material import STEEL_440C, Material
-from structures.rod import Layer
 
 row = Rows("rod_length")
-
 RADIUS = 9.53e-3
 LENGTHS = tuple(np.geomspace(6.35e-3, 101.6e-3, 25)) + tuple(np.geomspace(101.6e-3, 609.6e-3, 17)[1:])
 SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3, 304.8e-3, 609.6e-3)
-
-ECHOLESS_LENGTH = 0.2
-"""m; the echo of longer rods returns after the bead has left."""
+ECHOLESS_LENGTH = 0.2  # m; the echo of longer rods returns after the bead has left.
 
 
 @dataclass(frozen=True)
 class Conditions(Striking):
     """Parameters that can be changed."""
 
-    material: Annotated[Material, "Material of the cylinder"] = STEEL_440C
+    material: Annotated[hl.Material, "Material of the cylinder"] = hl.STEEL_440C
     radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
     length: Annotated[tuple[float, ...], LENGTH, "Length of the cylinder"] = LENGTHS
 
-    def layers(self, length: float) -> list[Layer]:
+    def layers(self, length: float) -> list[hl.Layer]:
         """Return the cylinder."""
-        return [Layer(self.material, length, self.radius)]
+        return [hl.Layer(self.material, length, self.radius)]
 
-    def stacks(self) -> Iterable[Sequence[Layer]]:
+    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
         """Return the longest cylinder."""
         return [self.layers(max(self.length))]
 
     def theory_length(self) -> float:
         """Return the characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
-        return float(characteristic_length(self.material.bar_speed, self.contact_time(self.material)))
+        return float(hl.theory.characteristic_length(self.material.bar_speed, self.contact_time(self.material)))
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
@@ -104,7 +99,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
 
 def _heavier_length() -> float:
     """Return the characteristic length, m, with beads of the density that section 6.2.1 uses."""
-    return Conditions(bead_material=replace(STEEL_440C, density=8000.0)).theory_length()
+    return Conditions(bead_material=replace(hl.STEEL_440C, density=8000.0)).theory_length()
 
 
 def _foot(force: xr.DataArray, peak: float) -> float:

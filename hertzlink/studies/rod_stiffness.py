@@ -7,64 +7,48 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import reflections
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import conditions, draw, table_2_1
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import BEADS, SENSOR, Striking
 from hertzlink.studies.struck_cylinders import DASHPOT, THESIS, WAVES
 from hertzlink.studies.table import Row
-from structures.layers import critical_modulus
-from structures.material import MATERIALS, PTFE, STEEL_440C, Material
 from structures.quantities import Likely
-from structures.rod import Layer
-from structures.structure import half_space
-from structures.surface import Surface, hertz_stiffness
 
 row = Rows("rod_stiffness")
-
 LENGTH, RADIUS = 76.2e-3, 19.1e-3
-
 MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
-
 MODULUS = replace(Likely.MODULUS, low=1e5, high=1e13)
-
+# Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory.
 BODIES = ("cylinder", "half-space")
-"""Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory."""
-
-WALLS = {"steel 440C": STEEL_440C, "PTFE": PTFE}
-"""The two extremes of figures 6.2 and 6.3."""
-
-TIME_CONSTANT = 1e-3
-"""s, RC of the piezoelectric discs (section 2.2)."""
-
+WALLS = {"steel 440C": hl.STEEL_440C, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
+TIME_CONSTANT = 1e-3  # s, RC of the piezoelectric discs (section 2.2).
+# The speeds of incident and reflected wave are compared between this sensor and sensor 7, both away from the ends.
 FAR_SENSOR = 12
-"""The speeds of incident and reflected wave are compared between this sensor and sensor 7, both away from the ends."""
 
 
 @dataclass(frozen=True)
 class Conditions(Striking):
     """Parameters that can be changed."""
 
-    material: Annotated[tuple[Material, ...], "Materials of rods and cylinders"] = tuple(MATERIALS.values())
+    material: Annotated[tuple[hl.Material, ...], "Materials of rods and cylinders"] = tuple(hl.MATERIALS.values())
     modulus: Annotated[
         tuple[float, ...], MODULUS, "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel"
     ] = MODULI
     length: Annotated[float, conditions.LENGTH, "Length of the cylinder"] = LENGTH
     radius: Annotated[float, conditions.LENGTH, "Radius of the cylinder"] = RADIUS
 
-    def layers(self, material: Material) -> list[Layer]:
+    def layers(self, material: hl.Material) -> list[hl.Layer]:
         """Return the cylinder of a material."""
-        return [Layer(material, self.length, self.radius)]
+        return [hl.Layer(material, self.length, self.radius)]
 
-    def stacks(self) -> Iterable[Sequence[Layer]]:
+    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
         """Return all cylinders."""
-        softest = replace(STEEL_440C, youngs_modulus=min(self.modulus), name="")
+        softest = replace(hl.STEEL_440C, youngs_modulus=min(self.modulus), name="")
         return [self.layers(material) for material in (*self.material, softest)]
 
-    def walls(self) -> dict[str, Material]:
+    def walls(self) -> dict[str, hl.Material]:
         """Return the two extremes, whose chains are shown bead by bead; one if there is only one material."""
         if self.material == self.thesis("material"):
             return WALLS
@@ -72,7 +56,7 @@ class Conditions(Striking):
         return {_called(material): material for material in ends}
 
 
-def _called(material: Material) -> str:
+def _called(material: hl.Material) -> str:
     return material.name or f"{material.youngs_modulus * 1e-9:.4g} GPa"
 
 
@@ -92,22 +76,22 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     by_name = {_called(material): material for material in of.material}
     materials = WALLS if quick and of.material == of.thesis("material") else by_name
 
-    def stiff(youngs_modulus: float) -> CoSimulation:
-        material = replace(STEEL_440C, youngs_modulus=youngs_modulus, name="")
-        return CoSimulation(of.chain(), of.slender(of.layers(material)))
+    def stiff(youngs_modulus: float) -> hl.CoSimulation:
+        material = replace(hl.STEEL_440C, youngs_modulus=youngs_modulus, name="")
+        return hl.CoSimulation(of.chain(), of.slender(of.layers(material)))
 
-    def real(material: str, dashpot: float) -> CoSimulation:
-        return CoSimulation(of.chain(dashpot), of.slender(of.layers(materials[material])))
+    def real(material: str, dashpot: float) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(dashpot), of.slender(of.layers(materials[material])))
 
-    def wide(material: str, body: str) -> CoSimulation:
+    def wide(material: str, body: str) -> hl.CoSimulation:
         wall = materials[material]
-        struck_body = half_space(wall) if body == "half-space" else of.solid(of.layers(wall))
-        return CoSimulation(of.chain(), struck_body)
+        struck_body = hl.half_space(wall) if body == "half-space" else of.solid(of.layers(wall))
+        return hl.CoSimulation(of.chain(), struck_body)
 
-    data = sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
+    data = hl.sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
     for kind, measures in (
-        ("material", sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)),
-        ("solid", sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)),
+        ("material", hl.sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)),
+        ("solid", hl.sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)),
     ):
         for name, values in measures.data_vars.items():
             data[f"{kind}_{name}"] = values
@@ -122,11 +106,11 @@ def walls(of: Conditions) -> xr.Dataset:
     distribution of the energy."""
     shown = of.walls()
 
-    def against(wall: str) -> CoSimulation:
-        return CoSimulation(of.chain(), of.slender(of.layers(shown[wall])))
+    def against(wall: str) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(), of.slender(of.layers(shown[wall])))
 
-    runs = sweep(against, of.until, 1, wall=list(shown))
-    seen = [reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in shown]
+    runs = hl.sweep(against, of.until, 1, wall=list(shown))
+    seen = [hl.reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in shown]
     energy = runs.kinetic_energy + runs.contact_energy + runs.structure_energy
     stored = xr.concat(
         [wall_energy(runs.sel(wall=name), of.wall(material)) for name, material in shown.items()], "wall"
@@ -159,7 +143,7 @@ def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
 
 def speed_ratio(run: xr.Dataset) -> float:
     """Return the speed of the primary wave over that of the incident one, between two sensors away from both ends."""
-    near, far = (reflections(run, sensor) for sensor in (SENSOR, FAR_SENSOR))
+    near, far = (hl.reflections(run, sensor) for sensor in (SENSOR, FAR_SENSOR))
     if not (near.incident and far.incident and near.primary and far.primary):
         return float("nan")
     return (far.incident.arrival - near.incident.arrival) / (near.primary.arrival - far.primary.arrival)
@@ -202,7 +186,10 @@ def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
             rods[f"material_{variable}"].sel(wave="primary") for variable in ("amplitude_ratio", "time_of_flight")
         )
         moved, contact = float(at.material_largest_displacement) * 1e6, float(at.material_contact_time) * 1e6
-        second, limit = struck.ratio(at.material_amplitude_ratio, "secondary"), critical_modulus(of.bead_material)
+        second, limit = (
+            struck.ratio(at.material_amplitude_ratio, "secondary"),
+            hl.theory.critical_modulus(of.bead_material),
+        )
         rows += [
             row("own AR", ratio or "no wave", wide, half, struck.band(ratios), rod=name),
             row("own TOF", struck.known(flight), later, longer, struck.band(flights, 1e6), theory=expected, rod=name),
@@ -269,7 +256,7 @@ def _energy(data: xr.Dataset) -> list[Row]:
 
 
 def _critical(data: xr.Dataset) -> list[Row]:
-    critical = critical_modulus(STEEL_440C)
+    critical = hl.theory.critical_modulus(hl.STEEL_440C)
     secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
     near = float(secondary.interp(youngs_modulus=critical))
     gap = data.youngs_modulus.where(secondary == 0.0)
@@ -277,10 +264,10 @@ def _critical(data: xr.Dataset) -> list[Row]:
     if float(data.youngs_modulus.max()) > float(gap.max()):
         tail += f", and what is above {float(gap.max()) * 1e-9:.0f} GPa are the last beads' small collisions"
     return [
-        row("E below which SSW form, over the bead's", critical / STEEL_440C.youngs_modulus),
+        row("E below which SSW form, over the bead's", critical / hl.STEEL_440C.youngs_modulus),
         row("modulus below which SSW form", critical * 1e-9),
         row("SSW there, over the incident wave", near, tail),
-        row("steel stiffer than PTFE", f"{STEEL_440C.youngs_modulus / PTFE.youngs_modulus:.0f} times"),
+        row("steel stiffer than PTFE", f"{hl.STEEL_440C.youngs_modulus / hl.PTFE.youngs_modulus:.0f} times"),
     ]  # fmt: skip
 
 
@@ -329,14 +316,16 @@ def _over_modulus(data: xr.Dataset) -> draw.Figure:
             axis.plot(data.material_modulus * 1e-9, cylinders, "x", color=colour)
         axis.set(xscale="log", xlabel=label, ylabel=what)
         axis.xaxis.set_major_formatter("{x:g}")
-    walls = [Surface(replace(STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
-    stiffness = np.array([hertz_stiffness(of.sphere.surface, wall) for wall in walls])
+    walls = [hl.Surface(replace(hl.STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
+    stiffness = np.array([hl.theory.hertz_stiffness(of.sphere.surface, wall) for wall in walls])
     theory = of.time_of_flight(stiffness) * 1e6
     draw.theory_line(axes[0], modulus * 1e-9, theory, "theory of contact times")
     which = "the given" if of.own else "real"
     axes[1].plot([], [], "o", color="grey", label=f"rods of {which} materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
-    draw.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True)
+    draw.marked(
+        axes[1], hl.theory.critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True
+    )
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend()
     axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")

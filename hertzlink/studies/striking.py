@@ -8,33 +8,19 @@ from typing import Annotated
 
 import numpy as np
 
+import hertzlink as hl
 from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
-from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
-from particles.chain import Chain
-from particles.dissipation import LinearDashpot
-from structures.cylinder import layered_cylinder
+from particles.bead import STANDARD_GRAVITY
 from structures.elasticity import HIGHEST_FREQUENCY
-from structures.layers import contact_time as contact_time_half_space
-from structures.layers import time_of_flight as primary_time_of_flight
-from structures.material import PTFE, STEEL_440C, Material
-from structures.quantities import Quantity
-from structures.reduction import DEFAULT_PULSE, reduce
-from structures.rod import Layer, rod
-from structures.structure import Structure, Vector
-from structures.surface import Surface, hertz_stiffness
+from structures.reduction import DEFAULT_PULSE
+from structures.structure import Vector
 
 BEADS, SENSOR = 20, 7
-UNTIL = 1.5e-3
-"""Length of the thesis's records, s."""
-
+UNTIL = 1.5e-3  # Length of the thesis's records, s.
 DROP_HEIGHT = 0.01
-DASHPOTS = (4.0, 5.0, 6.0)
-"""N s/m, at every contact; the thesis does not give its coefficient."""
-
-CROSSING = 1e-6
-"""s, in which a wave crosses an element of a rod by default."""
-
-DASHPOT = Quantity("N s/m", "a dashpot", "5 N s/m", high=1e6)
+DASHPOTS = (4.0, 5.0, 6.0)  # N s/m, at every contact; the thesis does not give its coefficient.
+CROSSING = 1e-6  # s, in which a wave crosses an element of a rod by default.
+DASHPOT = hl.quantities.Quantity("N s/m", "a dashpot", "5 N s/m", high=1e6)
 BAND = "Dashpot at each contact; of several values the middle one counts, and the others give its band"
 
 
@@ -43,7 +29,7 @@ class Striking(Conditions):
     """The chain. Records, meshes and pulses follow the contact time where the chain is not the thesis's."""
 
     bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.52e-3
-    bead_material: Annotated[Material, "Material of the beads and the striker"] = STEEL_440C
+    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
     drop_height: Annotated[float, HEIGHT, "Height from which the striker falls"] = DROP_HEIGHT
     impact_speed: Annotated[float | None, SPEED, "Speed of the striker, in place of the drop height"] = None
     dashpot: Annotated[tuple[float, ...], DASHPOT, BAND] = DASHPOTS
@@ -54,41 +40,43 @@ class Striking(Conditions):
             raise WrongValue("impact_speed", self.impact_speed, "give it or the drop height, not both")
 
     @property
-    def sphere(self) -> Sphere:
+    def sphere(self) -> hl.Sphere:
         """A bead."""
-        return Sphere(self.bead / 2.0, self.bead_material)
+        return hl.Sphere(self.bead / 2.0, self.bead_material)
 
     @property
     def speed(self) -> float:
         """The speed of the striker, m/s."""
-        return drop_speed(self.drop_height) if self.impact_speed is None else self.impact_speed
+        return hl.drop_speed(self.drop_height) if self.impact_speed is None else self.impact_speed
 
     @property
     def middle(self) -> float:
         """The dashpot that counts, N s/m."""
         return self.dashpot[len(self.dashpot) // 2]
 
-    def chain(self, dashpot: float | None = None) -> Chain:
+    def chain(self, dashpot: float | None = None) -> hl.Chain:
         """Return the chain of 20 spheres, with a dashpot, N s/m, by default that which counts."""
-        loss = LinearDashpot(self.middle if dashpot is None else dashpot)
-        return Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, loss)
+        loss = hl.LinearDashpot(self.middle if dashpot is None else dashpot)
+        return hl.Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, loss)
 
-    def wall(self, material: Material) -> float:
+    def wall(self, material: hl.Material) -> float:
         """Return k of a bead on a half-space, N/m^1.5."""
-        return hertz_stiffness(self.sphere.surface, Surface(material))
+        return hl.theory.hertz_stiffness(self.sphere.surface, hl.Surface(material))
 
     def time_of_flight(self, wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
         """Return TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
-        bead_to_bead = hertz_stiffness(self.sphere.surface, self.sphere.surface)
+        bead_to_bead = hl.theory.hertz_stiffness(self.sphere.surface, self.sphere.surface)
         return np.asarray(
-            primary_time_of_flight(BEADS - SENSOR, self.sphere.mass, bead_to_bead, wall, self.speed, restitution)
+            hl.theory.primary_time_of_flight(
+                BEADS - SENSOR, self.sphere.mass, bead_to_bead, wall, self.speed, restitution
+            )
         )
 
-    def contact_time(self, material: Material) -> float:
+    def contact_time(self, material: hl.Material) -> float:
         """Return the contact time of one bead on a half-space at the striker's speed, s (equation 6.8)."""
-        return float(contact_time_half_space(self.sphere.mass, self.wall(material), self.speed))
+        return float(hl.theory.hertz_contact_time(self.sphere.mass, self.wall(material), self.speed))
 
-    def stacks(self) -> Iterable[Sequence[Layer]]:
+    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
         """Return the cylinders of the study at their longest."""
         raise NotImplementedError
 
@@ -98,9 +86,9 @@ class Striking(Conditions):
         if not self.own:
             return UNTIL
         stacks = list(self.stacks())
-        softest = min(self.wall(PTFE), *(self.wall(stack[0].material) for stack in stacks))
+        softest = min(self.wall(hl.PTFE), *(self.wall(stack[0].material) for stack in stacks))
         thesis = replace(self, **{name: self.thesis(name) for name in self.differing()})
-        scale = float(self.time_of_flight(softest) / thesis.time_of_flight(thesis.wall(PTFE)))
+        scale = float(self.time_of_flight(softest) / thesis.time_of_flight(thesis.wall(hl.PTFE)))
         echo = max(2.0 * sum(layer.length / layer.material.bar_speed for layer in stack) for stack in stacks)
         return UNTIL * scale + echo + self.spring_time()
 
@@ -111,15 +99,17 @@ class Striking(Conditions):
     @cached_property
     def sharper(self) -> float:
         """The factor by which the contact is shorter than the thesis's with steel, at least 1."""
-        return max(1.0, type(self)().contact_time(STEEL_440C) / self.contact_time(STEEL_440C)) if self.own else 1.0
+        return (
+            max(1.0, type(self)().contact_time(hl.STEEL_440C) / self.contact_time(hl.STEEL_440C)) if self.own else 1.0
+        )
 
-    def slender(self, layers: Sequence[Layer]) -> Structure:
+    def slender(self, layers: Sequence[hl.Layer]) -> hl.Structure:
         """Return the rod of these layers on a fixed base, in the one-dimensional theory; its reduction does not change
         AR and TOF."""
         elements = None
         if self.sharper > 1.0:
             elements = max(ceil(self.sharper * layer.length / layer.material.bar_speed / CROSSING) for layer in layers)
-        return reduce(rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
+        return hl.reduce(hl.rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
 
     def check_meshes(self) -> None:
         """Raise a ValueError before any run where a mesh would be too large; the thesis's are not."""
@@ -131,9 +121,9 @@ class Striking(Conditions):
                     cure = f"makes too fine a mesh for this cylinder ({error}); give larger beads or a smaller cylinder"
                     raise WrongValue("bead", self.bead, cure) from None
 
-    def _cylinder(self, layers: Sequence[Layer]) -> Structure:
-        return layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
+    def _cylinder(self, layers: Sequence[hl.Layer]) -> hl.Structure:
+        return hl.layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
 
-    def solid(self, layers: Sequence[Layer]) -> Structure:
+    def solid(self, layers: Sequence[hl.Layer]) -> hl.Structure:
         """Return the axisymmetric cylinder of these layers on a fixed base, reduced."""
-        return reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)
+        return hl.reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)

@@ -5,37 +5,26 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
+import hertzlink as hl
 from coupling.inference.prediction import high_passed
-from coupling.results.ar_and_tof import reflections
-from coupling.results.measures import contact_time, sensor_force
-from coupling.results.signals import as_signal
-from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.striking import BEADS, DASHPOTS, Striking
 from hertzlink.studies.striking import SENSOR as SENSOR
 from hertzlink.studies.table import Row
-from structures.rod import Layer
 from structures.structure import Vector
 
 row = Rows("struck_cylinders")
-
-THESIS = Striking()
-"""The thesis's chain."""
-
+THESIS = Striking()  # The thesis's chain.
+# AR and TOF are read at bead 7; at 16, four beads from the cylinder, incident and reflected wave overlap.
 SENSORS = (SENSOR, 16)
-"""AR and TOF are read at bead 7; at 16, four beads from the cylinder, incident and reflected wave overlap."""
-
 WAVES = ("primary", "secondary")
-
-DASHPOT = THESIS.middle
-"""N s/m; the tables show the other two of DASHPOTS as well."""
+DASHPOT = THESIS.middle  # N s/m; the tables show the other two of DASHPOTS as well.
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return the part of a run that the studies keep: AR and TOF at bead 7, and the motion of the last bead."""
-    waves = reflections(run, SENSOR)
+    waves = hl.reflections(run, SENSOR)
     incident, returned = waves.incident, (waves.primary, waves.secondary)
     largest = run.displacement.sel(bead=BEADS).max().reset_coords(drop=True)
     ratios = [wave.amplitude_ratio if wave else np.nan for wave in returned]
@@ -45,7 +34,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
             "amplitude_ratio": ("wave", ratios, {"units": "1", "long_name": "amplitude ratio"}),
             "time_of_flight": ("wave", flights, {"units": "s", "long_name": "time of flight"}),
             "largest_displacement": largest.assign_attrs(units="m", long_name="largest displacement of the last bead"),
-            "contact_time": ((), contact_time(run), {"units": "s", "long_name": "last bead's contact with the rod"}),
+            "contact_time": ((), hl.contact_time(run), {"units": "s", "long_name": "last bead's contact with the rod"}),
             "incident_arrival": ((), incident.arrival if incident else np.nan, {"units": "s"}),
         },
         coords={"wave": list(WAVES)},
@@ -55,12 +44,14 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
     """Return the signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s."""
     step = float(run.time[1] - run.time[0])  # those of a run are equal
-    return as_signal(run.time.values, {SENSOR: high_passed(sensor_force(run, SENSOR).values, step, time_constant)})
+    return hl.as_signal(
+        run.time.values, {SENSOR: high_passed(hl.sensor_force(run, SENSOR).values, step, time_constant)}
+    )
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF, and the force at both sensors over time."""
-    force = xr.concat([sensor_force(run, sensor) for sensor in SENSORS], "sensor")
+    force = xr.concat([hl.sensor_force(run, sensor) for sensor in SENSORS], "sensor")
     measures = measure(run)[["amplitude_ratio", "time_of_flight"]].assign_coords(sensor=list(SENSORS))
     return measures.assign(
         sensor_force=force.assign_attrs(units="N", long_name="force at the sensor, above the preload")
@@ -68,7 +59,7 @@ def with_forces(run: xr.Dataset) -> xr.Dataset:
 
 
 def over_lengths(
-    layers: Callable[[float], list[Layer]],
+    layers: Callable[[float], list[hl.Layer]],
     lengths: Iterable[float],
     solid_lengths: Iterable[float],
     jobs: int | None,
@@ -81,20 +72,20 @@ def over_lengths(
 
     of.check_meshes()
 
-    def against_rod(length: float, dashpot: float) -> CoSimulation:
-        return CoSimulation(of.chain(dashpot), of.slender(layers(length)))
+    def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(dashpot), of.slender(layers(length)))
 
-    def against_cylinder(solid_length: float) -> CoSimulation:
-        return CoSimulation(of.chain(), of.solid(layers(solid_length)))
+    def against_cylinder(solid_length: float) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(), of.solid(layers(solid_length)))
 
-    data = sweep(against_rod, of.until, jobs, with_forces, length=lengths, dashpot=of.dashpot)
-    solids = sweep(against_cylinder, of.until, jobs, measure, solid_length=solid_lengths)
+    data = hl.sweep(against_rod, of.until, jobs, with_forces, length=lengths, dashpot=of.dashpot)
+    solids = hl.sweep(against_cylinder, of.until, jobs, measure, solid_length=solid_lengths)
     data["sensor_force"] = data.sensor_force.sel(dashpot=of.middle, drop=True)
     for name in ("amplitude_ratio", "time_of_flight"):
         data[f"solid_{name}"] = solids[name]
     if not of.own:
         ends = [float(data.length[place]) for place in (0, -1)]
-        free = sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
+        free = hl.sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
         data["undamped_time_of_flight"] = free.time_of_flight
     for name, units in (("length", "m"), ("solid_length", "m"), ("dashpot", "N s/m")):
         data[name].attrs["units"] = units

@@ -14,41 +14,26 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import reflections, wave_speed
-from coupling.results.measures import energy_error
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies.deformable_chain import WALL
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
-from particles.bead import Bead, Sphere
-from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.solid_vibration import vibration_of_solid
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
-from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.solid import contact_law_solid
-from structures.material import STEEL_316
-from structures.surface import Surface
 
 row = Rows("symmetry")
-BEAD, BEADS, SENSORS = Sphere(2.38e-3, STEEL_316), 20, (7, 16)
-IMPACT_SPEED = 0.5
-"""m/s, of section 3.4; section 3.5 does not print its own."""
-
-UNTIL, SAVED = 350e-6, 700
-"""s, until the echo has passed bead 7; and intervals."""
-
-LARGEST_APPROACH = 5e-6
-"""Largest approach of the laws, m: the wall presses half a contact by 2.3 µm."""
-
+BEAD, BEADS, SENSORS = hl.Sphere(2.38e-3, hl.STEEL_316), 20, (7, 16)
+IMPACT_SPEED = 0.5  # m/s, of section 3.4; section 3.5 does not print its own.
+UNTIL, SAVED = 350e-6, 700  # s, until the echo has passed bead 7; and intervals.
+LARGEST_APPROACH = 5e-6  # Largest approach of the laws, m: the wall presses half a contact by 2.3 µm.
 APPROACHES = tuple(np.geomspace(0.5e-6, 5e-6, 11))
-
 MODES = 8
+# Size of the cells in three dimensions for the quick study, m: for modes, and at the pole for the law.
 COARSE, COARSE_AT_POLE = 0.25 * BEAD.radius, 20e-6
-"""Size of the cells in three dimensions for the quick study, m: for modes, and at the pole for the law."""
-
 AXISYMMETRIC, SOLID, MIXED = "axisymmetric", "three-dimensional", "axisymmetric law, three-dimensional modes"
 
 
@@ -56,21 +41,21 @@ AXISYMMETRIC, SOLID, MIXED = "axisymmetric", "three-dimensional", "axisymmetric 
 class Model:
     """The law of two equal beads, and the function that computes their modes."""
 
-    law: ContactLaw
-    vibrations: Callable[[Bead, int], Vibration]
+    law: hl.ContactLaw
+    vibrations: Callable[[hl.Bead, int], Vibration]
 
-    def between(self, first: Bead, second: Bead | Surface) -> ContactLaw:
+    def between(self, first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
         """Return the law of two beads; a bead against the rigid wall is one half of them, by symmetry."""
-        if not isinstance(second, Surface):
+        if not isinstance(second, hl.Surface):
             return self.law
         approaches = np.append(np.geomspace(1e-4, 1.0, 400, endpoint=False), 1.0) * self.law.largest
-        return TabulatedLaw(0.5 * approaches, self.law.force(approaches), self.law.name)  # type: ignore[arg-type]
+        return hl.laws.TabulatedLaw(0.5 * approaches, self.law.force(approaches), self.law.name)  # type: ignore[arg-type]
 
     def run(self) -> xr.Dataset:
         """Return the wave."""
         beads, modes = [BEAD] * BEADS, {"modes": MODES, "vibrations": self.vibrations}
-        chain = DeformableChain(beads, BEAD, IMPACT_SPEED, law=self.between, **modes)  # type: ignore[arg-type]
-        return CoSimulation(chain, WALL).run(UNTIL, UNTIL / SAVED)
+        chain = hl.DeformableChain(beads, BEAD, IMPACT_SPEED, law=self.between, **modes)  # type: ignore[arg-type]
+        return hl.CoSimulation(chain, WALL).run(UNTIL, UNTIL / SAVED)
 
 
 def models(quick: bool) -> dict[str, Model]:
@@ -100,7 +85,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return the part of a run that the study keeps."""
     force = run.section_force.sel(bead=list(SENSORS)).rename(bead="sensor")
-    waves = [reflections(run, sensor) for sensor in SENSORS]
+    waves = [hl.reflections(run, sensor) for sensor in SENSORS]
     amplitudes = [(wave.incident.amplitude, wave.primary.amplitude) for wave in waves]  # type: ignore[union-attr]
     arrivals = [(wave.incident.arrival, wave.primary.arrival) for wave in waves]  # type: ignore[union-attr]
     over = ("sensor", "wave")
@@ -109,8 +94,8 @@ def measure(run: xr.Dataset) -> xr.Dataset:
             "force": force.transpose("sensor", "time"),
             "amplitude": (over, amplitudes, {"units": "N", "long_name": "peak force of a sensor"}),
             "arrival": (over, arrivals, {"units": "s", "long_name": "time of the peak"}),
-            "wave_speed": ((), wave_speed(run, *SENSORS), {"units": "m/s"}),
-            "energy_error": ((), float(energy_error(run)), {"units": "1"}),
+            "wave_speed": ((), hl.wave_speed(run, *SENSORS), {"units": "m/s"}),
+            "energy_error": ((), float(hl.energy_error(run)), {"units": "1"}),
         },
         coords={"wave": ["incident", "echo"]},
     )

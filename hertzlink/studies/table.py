@@ -9,30 +9,20 @@ from textwrap import wrap
 from types import MappingProxyType
 from typing import NamedTuple
 
-WIDTH = 80
-"""Columns of a table."""
-
-NUMBER_WIDTH = 14
-"""Largest width of a number in columns; longer text is wrapped."""
-
+WIDTH = 80  # Columns of a table.
+NUMBER_WIDTH = 14  # Largest width of a number in columns; longer text is wrapped.
 GAP, INDENT = "  ", "    "
 MARK = "*"
 FOOTNOTE = f"{MARK} compared with theory, as the thesis prints no number"
 OF_THESIS = "Numbered equations, figures, tables and sections are those of the thesis."
 NUMBERED = re.compile(r"\b(equations?|figures?|sections?|[Tt]ables?) \d+\.\d")
-
-
+# Allowed for the thesis's simulations: its two models of one wave differ by 0.9 and 1.3 % (sections 3.3.2 and 3.4).
 SIMULATED = 0.01
-"""Allowed for the thesis's simulations: its two models of one wave differ by 0.9 and 1.3 % (sections 3.3.2 and 3.4)."""
-
+# Allowed for its experiments: the scatter that it prints with its measured speeds (sections 5.3.2 and 5.3.3).
 MEASURED = 0.05
-"""Allowed for its experiments: the scatter that it prints with its measured speeds (sections 5.3.2 and 5.3.3)."""
-
-TIMED = 0.01
-"""Allowed for its measured TOF: the scatter that it prints with it (section 6.1.2)."""
-
+TIMED = 0.01  # Allowed for its measured TOF: the scatter that it prints with it (section 6.1.2).
+# For numbers that the thesis uses without saying where they come from: nothing confirms or refutes them.
 INPUT = float("nan")
-"""For numbers that the thesis uses without saying where they come from: nothing confirms or refutes them."""
 
 
 class Row(NamedTuple):

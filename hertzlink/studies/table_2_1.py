@@ -1,8 +1,8 @@
 """The thesis's Table 2.1, densities and elastic constants, compared with those of hertzlink."""
 
+import hertzlink as hl
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
-from structures.material import MATERIALS
 
 row = Rows("table_2_1")
 
@@ -12,7 +12,7 @@ def table() -> list[Row]:
     rows = []
     for name in row.entries:
         constant, _, material = name.partition(", ")
-        constants = MATERIALS[material]
+        constants = hl.MATERIALS[material]
         ours = {"density": constants.density, "Young's modulus": 1e-9 * constants.youngs_modulus}
         rows.append(row(name, ours.get(constant, constants.poisson_ratio)))
     return rows

@@ -27,14 +27,13 @@ from structures.caution import collected
 from structures.checks import whole
 
 __all__ = ["Conditions", "figures", "run", "summary", "table"]
-
+# Parts that are tables of a module: its name.
 CHECKED = {
     "set-ups (chapter 2)": "thesis_inputs",
     "closed forms (chapters 1 and 6)": "closed_forms",
     "corrected equations": "corrected_equations",
 }
-"""Parts that are tables of a module: its name."""
-
+# Parts that are studies, in the order of the thesis.
 STUDIED = {
     "deformable chain (3.3, 3.4)": "deformable-chain",
     "contact laws (3.3.1, 5.3)": "contact-law",
@@ -50,16 +49,10 @@ STUDIED = {
     "aspect ratio of plates (6.2.1)": "aspect-ratio",
     "edges of plates (6.2.2)": "plate-boundary",
 }
-"""Parts that are studies, in the order of the thesis."""
-
 PARTS = (*CHECKED, *STUDIED)
-
+# These parts start first, so that no process waits for them at the end.
 LONGEST_FIRST = ("edges of plates (6.2.2)", "deformable chain (3.3, 3.4)", "contact laws (3.3.1, 5.3)")
-"""These parts start first, so that no process waits for them at the end."""
-
-NOTHING = ("", "not given", "figure only")
-"""What a row says where the thesis prints no number."""
-
+NOTHING = ("", "not given", "figure only")  # What a row says where the thesis prints no number.
 PART_FILE = "{name}.json"
 
 
@@ -223,8 +216,8 @@ def _with_verdict(row: Row, said: Verdict) -> str:
     return f"{said.word.upper()}{condition}" + (f": {row.reason}" if row.reason else "")
 
 
+# The verdicts, short enough for the columns of a terminal.
 HEADS = {"confirmed": "confirmed", CONDITION: "conditional", "refuted": "refuted", UNKNOWN: "unknown"}
-"""The verdicts, short enough for the columns of a terminal."""
 
 
 def summary(data: xr.Dataset) -> str:
@@ -250,8 +243,8 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     return {"verdicts": _bars(data), "ratios": _ratios(data)}
 
 
+# Colours of the verdicts, by their place in the palette; grey for the last.
 SHADES = {"confirmed": 0, CONDITION: 2, "refuted": 1, UNKNOWN: None}
-"""Colours of the verdicts, by their place in the palette; grey for the last."""
 
 
 def _colour(word: str) -> str:
@@ -294,8 +287,7 @@ def _ratios(data: xr.Dataset) -> draw.Figure:
     return figure
 
 
-LIMITS = (0.5, 2.0)
-"""Ends of the axis of ratios."""
+LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
 
 
 def _ratio(row: Row) -> float | None:

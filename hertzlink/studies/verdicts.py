@@ -9,20 +9,15 @@ from hertzlink.studies.table import Row
 
 CONFIRMED, CONDITION, REFUTED, UNKNOWN = "confirmed", "under a condition", "refuted", "cannot be known"
 VERDICTS = (CONFIRMED, CONDITION, REFUTED, UNKNOWN)
-
 RULE = """A number is confirmed if ours gives its printed digits when rounded, or lies within the scatter that is
 printed with it. A simulation of the thesis may differ by 1 % more, an experiment by 5 %, a measured time of flight by
 1 %: so much do its own models and experiments scatter. "About" allows 10 %. It is confirmed under a condition if ours
 agrees only under the condition that is named. It is refuted if no condition that the thesis allows gives it. It cannot
 be known if it is an input, or if the thesis does not say enough to compute it. Where the text can be read in two ways,
 each way is a row of its own."""
-
+# Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md).
 SIMULATION_ERROR = 1e-3
-"""Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md)."""
-
-ABOUT = 0.1
-"""Of a number that the thesis calls approximate."""
-
+ABOUT = 0.1  # Of a number that the thesis calls approximate.
 NUMBER = r"([-+−]?\d[\d ,]*\.?\d*(?:e[-+]?\d+)?)"
 FORMS = {
     "fraction": re.compile(r"([-−]?\d+)\s*/\s*(\d+)"),

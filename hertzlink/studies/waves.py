@@ -8,25 +8,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import reflections, wave_speed
-from coupling.results.measures import sensor_force
-from coupling.sweeps.sweep import sweep
+import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions, WrongValue
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import Row
-from particles.bead import Bead
-from particles.chain import Chain, LawOfPair
-from particles.laws.law import ContactLaw
-from particles.laws.power_fit import PowerFit, fit_power_law
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED, UniformChain
+from particles.chain import LawOfPair
+from particles.laws.power_fit import PowerFit
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
 row = Rows("waves")
-
+# Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends.
 LEVELS = (0.01, 0.001)
-"""Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends."""
 
 
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
@@ -36,11 +30,11 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     of its peak. A sensor reads the mean of its two contacts, one bead apart: its signal is one bead longer than the
     wave of equation 5.13. NaN if the wave did not pass.
     """
-    speed = wave_speed(run, first, second)
-    incident = reflections(run, second).incident
+    speed = hl.wave_speed(run, first, second)
+    incident = hl.reflections(run, second).incident
     until = incident.arrival if incident else float(run.time[0])
     between = (run.contact_force - run.static_force).sel(contact=slice(first + 1, second), time=slice(None, until))
-    force = sensor_force(run, second).values
+    force = hl.sensor_force(run, second).values
     widths = [speed * duration(run.time.values, force, until, level) for level in LEVELS]
     return xr.Dataset(
         {
@@ -67,7 +61,7 @@ def widths(wider: float, size: float) -> dict[str, float]:
     """Return the other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
     return {
         "read from 0.1 % to 0.1 % of the peak": wider,
-        "equation 5.13, and one bead more at a sensor": UniformChain(size, 1.0, 1.0).width / size + 1.0,
+        "equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(size, 1.0, 1.0).width / size + 1.0,
     }
 
 
@@ -112,14 +106,10 @@ def duration(time: Vector, force: Vector, arrival: float, level: float) -> float
     return float(fall - rise)
 
 
-MOST_CURVES = 6
-"""Figures have as many colours."""
-
-SLACK = 1.7
-"""The record ends when a wave that is slower by this factor is back at the second sensor."""
-
+MOST_CURVES = 6  # Figures have as many colours.
+SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
+# Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
 RANGE = (0.1, 2.0)
-"""Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law."""
 
 
 @dataclass(frozen=True)
@@ -130,8 +120,8 @@ class Curve:
     """
 
     label: str
-    pair: tuple[Bead, Bead]
-    law: ContactLaw
+    pair: tuple[hl.Bead, hl.Bead]
+    law: hl.ContactLaw
     of_pair: LawOfPair | None = None
     forces: tuple[float, ...] = ()
     speeds: tuple[float, ...] = ()
@@ -144,7 +134,7 @@ class Curve:
     def fit(self, least: float, most: float) -> PowerFit:
         """Return the power law nearest to the contact law between these forces, N."""
         ends = self.law.approach(np.array([least, most]))
-        return fit_power_law(self.law, float(ends[0]), float(ends[1]))
+        return hl.laws.fit_power_law(self.law, float(ends[0]), float(ends[1]))
 
     def strikers(self) -> tuple[float, ...]:
         """Return the speeds of the strikers, m/s."""
@@ -158,7 +148,9 @@ class Curve:
         moved, mass = PARTICLE_TO_STRIKER_SPEED * min(self.strikers()), self.pair[0].mass
         power = self.fit(0.01, 10.0) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
         return float(
-            UniformChain(self.size, mass, power.stiffness, power.exponent).wave_speed_from_particle_speed(moved)
+            hl.theory.UniformChain(self.size, mass, power.stiffness, power.exponent).wave_speed_from_particle_speed(
+                moved
+            )
         )
 
 
@@ -169,13 +161,13 @@ def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, job
     count = len(curves[0].forces or curves[0].speeds)
     until = max(SLACK * (2 * beads - second) * curve.size / curve.slowest() for curve in curves)
 
-    def build(curve: str, striker: int) -> CoSimulation:
+    def build(curve: str, striker: int) -> hl.CoSimulation:
         curve_ = by_label[curve]
         pairs = [curve_.pair[i % 2] for i in range(beads)]
-        return CoSimulation(Chain(pairs, curve_.pair[0], curve_.strikers()[striker], law=curve_.of_pair), None)
+        return hl.CoSimulation(hl.Chain(pairs, curve_.pair[0], curve_.strikers()[striker], law=curve_.of_pair), None)
 
     measure = partial(passage, first=first, second=second)
-    data = sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
+    data = hl.sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
     forces = data.peak_force.values
     least, most = (float(curves[0].law.approach(np.array(end))) for end in _ends(forces))
     approach = np.geomspace(least, most, 21)
@@ -185,7 +177,9 @@ def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, job
     for curve, peaks in zip(curves, forces, strict=True):
         power = curve.fit(*_ends(peaks))
         speeds.append(
-            UniformChain(curve.size, curve.pair[0].mass, power.stiffness, power.exponent).wave_speed_from_force(peaks)
+            hl.theory.UniformChain(
+                curve.size, curve.pair[0].mass, power.stiffness, power.exponent
+            ).wave_speed_from_force(peaks)
         )
         exponents.append(power.exponent)
         stiffnesses.append(power.stiffness)
@@ -215,7 +209,7 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
             rows.append(row("exponent", exponent(curve), theory=(n - 1.0) / (2.0 * n), curve=label))
         size = float(curve["size"])
         wide = curve.width.isel(striker=-1).values / size
-        of_theory = UniformChain(size, 1.0, 1.0, n).width / size + 1.0
+        of_theory = hl.theory.UniformChain(size, 1.0, 1.0, n).width / size + 1.0
         rows.append(row("width", float(wide[0]), wide[1], of_theory, curve=label))
     return rows
 

@@ -11,20 +11,13 @@ from hertzlink.studies import STUDIES, LongStudy, Study, draw
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.table import WIDTH, text
 
-TABLE, REPORT = "table.txt", "report.html"
-"""File names of the table and of the report."""
-
+TABLE, REPORT = "table.txt", "report.html"  # File names of the table and of the report.
+# The remark on every table, figure, report and Dataset of a run with --quick.
 QUICK = "quick run (--quick), for a first look only"
-"""The remark on every table, figure, report and Dataset of a run with --quick."""
-
-REMARK_HEIGHT = 0.2
-"""Height, in inches, of each line of small text in the strip below a figure that holds remarks."""
-
-LETTERS_PER_INCH = 14
-"""About as many of such text fit."""
-
+REMARK_HEIGHT = 0.2  # Height, in inches, of each line of small text in the strip below a figure that holds remarks.
+LETTERS_PER_INCH = 14  # About as many of such text fit.
+# Formats of figures, and the name under which their files hold a remark.
 FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
-"""Formats of figures, and the name under which their files hold a remark."""
 
 
 class Written:

@@ -6,42 +6,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from coupling.cosimulation import CoSimulation
-from coupling.results.ar_and_tof import reflections
-from coupling.results.measures import sensor_force
+import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, striking, waves
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
-from particles.bead import Sphere
-from particles.chain import Chain
-from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
-from plates.infinite import infinite_plate
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, BRASS_360, PTFE, STEEL_316, STEEL_440C, Material
-from structures.reduction import reduce
-from structures.rod import Layer, rod
-from structures.structure import Structure, half_space
 
 row = Rows("yielding")
-
-LAWS: dict[str, YieldingLaw | None] = {"elastic": None, "Thornton": Thornton(), "Jackson–Green": JacksonGreen()}
-
-SENSOR, RADIUS, BEADS = striking.SENSOR, 4.76e-3, 20
-SAVED = 1e-6
-"""s."""
-
-SPEEDS = tuple(np.geomspace(0.01, 1.0, 17))
-PAIRS = {
-    "steel 440C": (STEEL_440C, STEEL_440C),
-    "steel 316": (STEEL_316, STEEL_316),
-    "aluminium 6061": (STEEL_440C, ALUMINIUM_6061),
-    "brass 360": (STEEL_440C, BRASS_360),
+LAWS: dict[str, hl.laws.YieldingLaw | None] = {
+    "elastic": None,
+    "Thornton": hl.laws.Thornton(),
+    "Jackson–Green": hl.laws.JacksonGreen(),
 }
-"""Beads and half-spaces of the sweep over impact speeds: hard and soft beads, and soft walls under hard beads."""
-
-LONG = 3e-3
-"""s, records of the sweep: at the lowest speeds waves need 2 ms to come back."""
+SENSOR, RADIUS, BEADS = striking.SENSOR, 4.76e-3, 20
+SAVED = 1e-6  # s.
+SPEEDS = tuple(np.geomspace(0.01, 1.0, 17))
+# Beads and half-spaces of the sweep over impact speeds: hard and soft beads, and soft walls under hard beads.
+PAIRS = {
+    "steel 440C": (hl.STEEL_440C, hl.STEEL_440C),
+    "steel 316": (hl.STEEL_316, hl.STEEL_316),
+    "aluminium 6061": (hl.STEEL_440C, hl.ALUMINIUM_6061),
+    "brass 360": (hl.STEEL_440C, hl.BRASS_360),
+}
+LONG = 3e-3  # s, records of the sweep: at the lowest speeds waves need 2 ms to come back.
 
 
 @dataclass(frozen=True)
@@ -49,57 +37,62 @@ class Impact:
     """A chain of the thesis, as it is elastic; on a structure, or on nothing; the length of its record, s."""
 
     section: str
-    chain: Callable[[], Chain]
-    structure: Callable[[], Structure | None]
+    chain: Callable[[], hl.Chain]
+    structure: Callable[[], hl.Structure | None]
     until: float
 
 
-def _spheres(radius: float, material: Material, beads: int, speed: float) -> Callable[[], Chain]:
-    bead = Sphere(radius, material)
-    return lambda: Chain([bead] * beads, bead, speed)
+def _spheres(radius: float, material: hl.Material, beads: int, speed: float) -> Callable[[], hl.Chain]:
+    bead = hl.Sphere(radius, material)
+    return lambda: hl.Chain([bead] * beads, bead, speed)
 
 
-def _thesis_chain() -> Chain:
+def _thesis_chain() -> hl.Chain:
     """Return the chain of section 6.1, with gravity and the dashpot."""
     return striking.Striking().chain()
 
 
-def _struck(material: Material) -> Impact:
+def _struck(material: hl.Material) -> Impact:
     """Return section 6.1.1."""
     return Impact(
         f"rod of {material.name} (6.1.1)",
         _thesis_chain,
-        lambda: reduce(rod(rod_stiffness.Conditions().layers(material)), 1.5e-3),
+        lambda: hl.reduce(hl.rod(rod_stiffness.Conditions().layers(material)), 1.5e-3),
         1.5e-3,
     )
 
 
-def _layered() -> Structure:
-    layers = [Layer(STEEL_440C, 6.35e-3, 19.1e-3 / 2.0), Layer(PTFE, 25.4e-3, 19.1e-3 / 2.0)]
-    return reduce(rod(layers), 1.5e-3)
+def _layered() -> hl.Structure:
+    layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 19.1e-3 / 2.0), hl.Layer(hl.PTFE, 25.4e-3, 19.1e-3 / 2.0)]
+    return hl.reduce(hl.rod(layers), 1.5e-3)
 
 
 def _plate(thickness: float, diameter: float, until: float) -> Impact:
     """Return section 6.2, away from all edges."""
     return Impact(
         f"plate {1e3 * thickness:.2f} mm, beads {1e3 * diameter:.2f} mm (6.2)",
-        _spheres(0.5 * diameter, STEEL_440C, on_plates.BEADS, on_plates.IMPACT_SPEED),
-        lambda: infinite_plate(thickness, ALUMINIUM_6061),
+        _spheres(0.5 * diameter, hl.STEEL_440C, on_plates.BEADS, on_plates.IMPACT_SPEED),
+        lambda: hl.infinite_plate(thickness, hl.ALUMINIUM_6061),
         until,
     )
 
 
 IMPACTS = (
-    Impact("spheres of steel 316 (3.4)", _spheres(2.38e-3, STEEL_316, 20, 0.5), lambda: half_space(STEEL_316), 1e-3),
+    Impact(
+        "spheres of steel 316 (3.4)",
+        _spheres(2.38e-3, hl.STEEL_316, 20, 0.5),
+        lambda: hl.half_space(hl.STEEL_316),
+        1e-3,
+    ),
     Impact(
         "70 spheres of steel 316 (4)",
-        _spheres(dissipation.RADIUS, STEEL_316, dissipation.BEADS, dissipation.IMPACT_SPEED),
+        _spheres(dissipation.RADIUS, hl.STEEL_316, dissipation.BEADS, dissipation.IMPACT_SPEED),
         lambda: None,
         1e-3,
     ),
-    _struck(STEEL_440C),
-    _struck(ALUMINIUM_6061),
-    _struck(PTFE),
+    _struck(hl.STEEL_440C),
+    _struck(hl.ALUMINIUM_6061),
+    _struck(hl.PTFE),
     Impact("steel on PTFE (6.1.3)", _thesis_chain, _layered, 1.5e-3),
     _plate(4.83e-3, 4.76e-3, 1e-3),
     _plate(4.83e-3, 9.53e-3, 2e-3),
@@ -123,9 +116,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     return data.merge(waves.named(swept, "swept"))
 
 
-def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> xr.Dataset:
+def _over_speed(beads: hl.Material, body: hl.Material, speeds: tuple[float, ...]) -> xr.Dataset:
     """Return the waves in chains of a metal on a half-space of one."""
-    wall = half_space(body)
+    wall = hl.half_space(body)
 
     def at(speed: float) -> xr.Dataset:
         impact = Impact(body.name, _spheres(RADIUS, beads, BEADS, speed), lambda: wall, LONG)
@@ -134,20 +127,20 @@ def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> x
     return xr.concat([at(speed) for speed in speeds], "impact_speed")
 
 
-def _measured(impact: Impact, law: YieldingLaw | None) -> xr.Dataset:
+def _measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
     """Return what is kept of a run. first_yield: speed, m/s, by Hertz's forces, which grow with its power 6/5."""
     chain = replace(impact.chain(), law=law)
-    simulation = CoSimulation(chain, impact.structure())
+    simulation = hl.CoSimulation(chain, impact.structure())
     result = simulation.run(impact.until, SAVED)
-    waves = reflections(result, SENSOR)
+    waves = hl.reflections(result, SENSOR)
     peaks = result.contact_force.max("time").values
     limits = [
-        np.inf if pair is None or (contact := Thornton().contact(*pair)) is None else contact.yield_force
+        np.inf if pair is None or (contact := hl.laws.Thornton().contact(*pair)) is None else contact.yield_force
         for pair in simulation.chain.pairs
     ]
     dent = float(result.dent.max()) if "dent" in result else 0.0
     times = np.arange(0.0, max(impact.until for impact in IMPACTS) + 0.5 * SAVED, SAVED)
-    force = np.interp(times, result.time.values, sensor_force(result, SENSOR).values, right=np.nan)
+    force = np.interp(times, result.time.values, hl.sensor_force(result, SENSOR).values, right=np.nan)
     lost = float(result.dissipated_energy[-1] / result.impact_energy)
     first, back = waves.incident, waves.primary
     values = {
