@@ -22,8 +22,7 @@ from time import perf_counter
 from coupled_plate import FullOrder, full_order_run, one_thread, timed, verdict, warm_up
 
 import hertzlink as hl
-from hertzlink.studies.striking import BEADS, DROP_HEIGHT, SENSOR, UNTIL
-from hertzlink.studies.struck_cylinders import DASHPOT, THESIS
+from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, DROP_HEIGHT, SENSOR, THESIS, UNTIL
 from particles.bead import STANDARD_GRAVITY
 
 RADIUS = 9.525e-3

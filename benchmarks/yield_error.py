@@ -19,7 +19,7 @@ import numpy as np
 
 import hertzlink as hl
 from coupling.results.waves import Reflections
-from hertzlink.studies import rod_stiffness, striking
+from hertzlink.studies import rod_stiffness, struck_cylinders
 from particles import contacts
 from structures.structure import Vector
 
@@ -49,7 +49,7 @@ def chain(bead: Any = BEAD, speed: float = PLATES, **changes: Any) -> hl.Chain:
 
 def defaults() -> Iterator[Case]:
     """The set-ups of the table, in its order."""
-    thesis = striking.Striking().chain()
+    thesis = struck_cylinders.THESIS.chain()
     yield Case("440C on a half-space of 440C, dashpot", thesis, hl.half_space(STEEL), 1.5e-3)
     yield Case(
         "440C on a rod of PTFE", thesis, hl.reduce(hl.rod(rod_stiffness.Conditions().layers(PTFE)), 1.5e-3), 1.5e-3

@@ -10,10 +10,8 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw, waves
+from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
-from hertzlink.studies.conditions import LENGTH as LENGTH_RANGE
-from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import MEASURED, Row
 from particles.bead import STANDARD_GRAVITY
@@ -29,8 +27,7 @@ BEADS, FIRST, SECOND = 20, 7, 13
 measure = partial(waves.passage, first=FIRST, second=SECOND)
 IMPACT_SPEED = 0.5
 ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)  # Degrees between neighbours.
-# Degrees; contacts at smaller angles are too long for the half-space theory (`contact_law` warns there).
-HERTZ_ANGLE = 10.0
+HERTZ_ANGLE = 10.0  # Degrees; smaller angles make contacts too long for half-spaces (`contact_law` warns there).
 SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of the striker: a range that covers 10 to 80 N at every angle.
 FORCES = (10.0, 40.0, 80.0)  # N, the forces of figure 5.11; 40 N belongs to the thesis's 591.3 m/s.
 APPROACHES = tuple(np.geomspace(0.1e-6, 10e-6, 21))
@@ -41,19 +38,17 @@ CASES = {
     "90°, printed masses": (90.0, "printed masses"),
     "0°": (0.0, "mass from geometry"),
 }
+ANGLE = hl.quantities.Quantity("degrees", or_zero=True, high=90.0)
 
 
 @dataclass(frozen=True)
 class Tacit:
-    """The law from `contact_law` without its warning: the study marks the limit of the theory in its table
-    and figures.
-    """
+    """The law from `contact_law` without its warning: the table and the figures mark the limit of the theory."""
 
     name: str = "contact_law"
 
     def __call__(self, first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
-        """Return Hertz's law between crossed cylinders at any angle. The floor carries the weight until the wave is
-        read."""
+        """Return Hertz's law of crossed cylinders at any angle. The floor carries the weight until the wave is read."""
         if isinstance(first, hl.Cylinder) and isinstance(second, hl.Cylinder) and first.angle != second.angle:
             return hl.laws.PowerLaw(hl.theory.hertz_stiffness(first.surface, second.surface))
         with warnings.catch_warnings():
@@ -63,47 +58,37 @@ class Tacit:
 
 
 @dataclass(frozen=True)
-class Conditions(Parameters):
+class Conditions(conditions.Conditions):
     """Parameters that can be changed. The striker then equals the beads."""
 
     material: Annotated[hl.Material, "Material of the cylinders"] = hl.STEEL_316
     radius: Annotated[float, BEAD, "Radius of the cylinders"] = RADIUS
-    length: Annotated[float, LENGTH_RANGE, "Length of the cylinders"] = LENGTH
-    angle: Annotated[
-        tuple[float, ...],
-        hl.quantities.Quantity("degrees", or_zero=True, high=90.0),
-        "Angle between neighbours; 0 is a line contact",
-    ] = ANGLES
+    length: Annotated[float, conditions.LENGTH, "Length of the cylinders"] = LENGTH
+    angle: Annotated[tuple[float, ...], ANGLE, "Angle between neighbours; 0 is a line contact"] = ANGLES
     impact_speed: Annotated[tuple[float, ...], SPEED, "Speed of the striker"] = SPEEDS
 
     def check(self) -> None:
         """Refuse more curves than colours."""
         waves.check_count(self, "angle")
 
-    def curves(self) -> list[waves.Curve]:
-        """Return one for each angle."""
-        curves = []
-        for angle in self.angle if "angle" in self.differing() else (0.0, 5.0, 10.0, 30.0, 45.0, 90.0):
-            first, second = (
-                hl.Cylinder(self.radius, self.length, self.material, radians(turn)) for turn in (0.0, angle)
-            )
-            law = Tacit()(first, second)
-            curves.append(waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
-        return curves
+    def curve(self, angle: float) -> waves.Curve:
+        """Return the chain of an angle."""
+        first, second = (hl.Cylinder(self.radius, self.length, self.material, radians(turn)) for turn in (0.0, angle))
+        law = Tacit()
+        return waves.Curve(_named(angle), (first, second), law(first, second), law, speeds=self.impact_speed)
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
-    """Return the speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and in the thesis's
-    cases.
+    """Return speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and the thesis's cases.
 
     Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
     default, because starting processes takes longer than the runs.
     """
     of, jobs = Conditions.of(parameters), jobs or 1
     if of.own:
-        return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
-    speeds = SPEEDS[::4] if quick else SPEEDS
-    data = hl.sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=speeds)
+        curves = [of.curve(angle) for angle in of.few("angle", (0.0, 5.0, 10.0, 30.0, 45.0, 90.0))]
+        return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
+    data = hl.sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=SPEEDS[::4] if quick else SPEEDS)
     theory = [by_force(angle, data.peak_force.sel(angle=angle).values) for angle in crossed()]
     label = {"units": "m/s", "long_name": "wave speed, equation 5.11"}
     data["theory"] = xr.DataArray(theory, {"angle": crossed()}, ("angle", "impact_speed"), attrs=label)
@@ -111,10 +96,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     data["force"] = (("angle", "approach"), forces, {"units": "N", "long_name": "contact law"})
     data = data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}))
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    data = data.merge(waves.named(cases, "case"))
-    data["angle"].attrs["units"] = "degree"
-    data["impact_speed"].attrs["units"] = "m/s"
-    return data
+    return waves.with_units(data.merge(waves.named(cases, "case")), angle="degree", impact_speed="m/s")
 
 
 def crossed() -> list[float]:
@@ -134,17 +116,17 @@ def stiffness(angle: float, axis_ratio: str = "exact") -> float:
 
 def by_force(angle: float, force: Vector) -> Vector:
     """Return the wave speed, m/s, at peak contact forces, N, and an angle in degrees (equation 5.11)."""
-    return hl.theory.UniformChain(DIAMETER, cylinder(0.0).mass, stiffness(angle)).wave_speed_from_force(force)
+    return waves.long_waves(cylinder(0.0), stiffness(angle)).wave_speed_from_force(force)
 
 
 def chain(angle: float, impact_speed: float) -> hl.Chain:
-    """Return thesis's chain. Only the angle between neighbours matters, so the cylinders are rotated back and forth."""
+    """Return the thesis's chain. As only the angle between neighbours matters, cylinders are turned back and forth."""
     beads = [cylinder(angle * (i % 2)) for i in range(BEADS)]
     return hl.Chain(beads, STRIKER, impact_speed, law=Tacit())
 
 
 def build(angle: float, impact_speed: float) -> hl.CoSimulation:
-    """A chain with a free end."""
+    """Return a chain with a free end."""
     return hl.CoSimulation(chain(angle, impact_speed), None)
 
 
@@ -155,70 +137,65 @@ def case_of_the_thesis(case: str) -> hl.CoSimulation:
     if reading == "gravity":
         return hl.CoSimulation(replace(struck, gravity=STANDARD_GRAVITY), hl.half_space(hl.STEEL_316))
     if reading == "printed masses":
-        beads = [waves.of_mass(cylinder(angle * (i % 2)), CYLINDER_MASS) for i in range(BEADS)]
+        beads = [waves.of_mass(bead, CYLINDER_MASS) for bead in struck.beads]
         struck = replace(struck, beads=beads, striker=waves.of_mass(STRIKER, STRIKER_MASS))
     return hl.CoSimulation(struck, None)
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 5.3.2, compared with those of hertzlink."""
-    of = Conditions.read(data)
-    if of.own:
+    if Conditions.read(data).own:
         return waves.curve_rows(data)
     return [*_crossed_at_right_angles(data), *_turned(data), *_parallel(data)]
 
 
 def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
     """Return figure 5.9a, and 40 N of figure 5.9b."""
-    speeds = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
+    speeds = data.case_wave_speed.to_series().to_dict()
     plain, printed, gravity = speeds["90°"], speeds["90°, printed masses"], speeds["90°, gravity"]
     wide, wider = data.case_width.sel(case="90°").values / DIAMETER
     curve = data.sel(angle=90.0)
     contact, centre = (waves.speed_at(curve, force) for force in (FORCES[1], FORCES[1] * CONTACT_TO_CENTRE_FORCE))
-    theory = float(by_force(90.0, np.array(FORCES[1])))
+    between = {"F between the force at a contact and at a sensor": f"{contact:.5g} to {centre:.5g}"}
     return [
         row("mass of a cylinder", cylinder(0.0).mass * 1e3),
         row("wave speed at 90°, discrete particles", plain, gravity, printed, otherwise={"gravity": gravity}),
         row("wave speed at 90°, finite elements", plain, gravity, otherwise={"gravity": gravity}),
         row("wave speed at 90°, experiment", plain, gravity, otherwise={"gravity": gravity}),
-        row("width at 90°", float(wide), wider, otherwise=waves.widths(float(wider), DIAMETER)),
-        row("wave speed at 90°, 40 N", contact, centre, theory,
-            otherwise={"F between the force at a contact and at a sensor": f"{contact:.5g} to {centre:.5g}"}),
-    ]  # fmt: skip
+        row("width at 90°", float(wide), wider, otherwise=waves.widths(float(wider))),
+        row("wave speed at 90°, 40 N", contact, centre, float(by_force(90.0, np.array(FORCES[1]))), otherwise=between),
+    ]
 
 
 def _turned(data: xr.Dataset) -> list[Row]:
     """Return figures 5.9b and 5.11: the influence of smaller angles."""
     gain = {angle: f"{100.0 * (_normalised(data, angle, FORCES[1]) - 1.0):.1f} %" for angle in (45.0, 30.0)}
-    rough, exact = (
-        (stiffness(30.0, ratio) / stiffness(90.0, ratio)) ** (1.0 / 3.0) for ratio in ("approximate", "exact")
-    )
+    methods = ("exact", "approximate")
+    by_theory = [100.0 * ((stiffness(30.0, m) / stiffness(90.0, m)) ** (1.0 / 3.0) - 1.0) for m in methods]
     at_five = ", ".join(f"{_normalised(data, 5.0, force):.2f}" for force in FORCES)
     return [
         row("speed gained at 45°, 40 N", gain[45.0]),
-        row("speed gained at 30°, 40 N", gain[30.0], 100.0 * (exact - 1.0), 100.0 * (rough - 1.0)),
+        row("speed gained at 30°, 40 N", gain[30.0], *by_theory),
         row("speed at 5° over 90°, at 10, 40, 80 N", at_five),
     ]
 
 
 def _parallel(data: xr.Dataset) -> list[Row]:
     """Return the line contact, equation 5.8, and figure 5.10."""
-    law = Tacit()(cylinder(0.0), cylinder(0.0))
-    fitted = np.geomspace(1.0, 100.0, 41)
+    law, fitted = Tacit()(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
     power = float(np.polyfit(np.log(law.approach(fitted)), np.log(fitted), 1)[0])
     low, high = local_exponent(law, np.array([1e3, 3e4]) * LENGTH)
-    case, crossed_case = data.sel(case="0°"), data.sel(case="90°")
-    wide, wider = case.case_width.values / DIAMETER
-    factor = float(case.case_wave_speed / crossed_case.case_wave_speed)
-    slow, middle, fast = (waves.speed_at(data.sel(angle=0.0), force) for force in FORCES)
     reason = f"equation 5.8 over 1 to 100 N, locally {low:.3f} to {high:.3f} for 1 to 30 kN/m"
+    wide, wider = data.case_width.sel(case="0°").values / DIAMETER
+    factor = float(data.case_wave_speed.sel(case="0°") / data.case_wave_speed.sel(case="90°"))
+    slow, _, fast = (waves.speed_at(data.sel(angle=0.0), force) for force in FORCES)
     return [
         row("exponent n of parallel cylinders", power, reason),
         row("exponent n, Harris (2001)", power, reason),
         row("width at 0°", float(wide), wider, otherwise={"from 0.1 % to 0.1 % of the peak": float(wider)}),
-        row("wave speed at 0° over 90°", factor, middle / waves.speed_at(data.sel(angle=90.0), FORCES[1])),
+        row("wave speed at 0° over 90°", factor, _normalised(data, 0.0, FORCES[1])),
         row("wave speed at 0° from 10 to 80 N", f"{slow:.0f} to {fast:.0f}", holds=abs(fast / slow - 1.0) < MEASURED),
-    ]  # fmt: skip
+    ]
 
 
 def local_exponent(law: hl.ContactLaw, force: Vector) -> Vector:
@@ -238,22 +215,16 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     if Conditions.read(data).own:
         return waves.curve_figures(data)
     curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
-    speeds = [
-        (f"F = {force:.0f} N", np.array([_normalised(data, angle, force) for angle in ANGLES])) for force in FORCES
-    ]
+    speeds = [(f"F = {force:.0f} N", np.array([_normalised(data, a, force) for a in ANGLES])) for force in FORCES]
     laws = [(_named(angle), data.force.sel(angle=angle).values) for angle in (0.0, 5.0, 10.0, 30.0, 90.0)]
+    angles = np.sort([*np.geomspace(1.0, 90.0, 91), HERTZ_ANGLE])
+    ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in angles]
+    theory = xr.DataArray(ratios, {"angle": angles}, ("angle",))  # equation 5.11, at the same force
     return {
         "speed_force": draw.compared(curves),
-        "angle": draw.against_angle(np.array(ANGLES), speeds, _by_angle(), HERTZ_ANGLE, "wave speed over that at 90°"),
+        "angle": draw.against_angle(np.array(ANGLES), speeds, theory, HERTZ_ANGLE, "wave speed over that at 90°"),
         "laws": draw.contact_laws(data.approach.values, laws),
     }
-
-
-def _by_angle() -> xr.DataArray:
-    """Return the wave speed over that at 90° at the same force, by equation 5.11, from 1° to 90°."""
-    angles = np.geomspace(1.0, 90.0, 91)
-    ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in (*angles, HERTZ_ANGLE)]
-    return xr.DataArray(ratios, {"angle": [*angles, HERTZ_ANGLE]}, ("angle",)).sortby("angle")
 
 
 def _named(angle: float) -> str:

@@ -24,7 +24,8 @@ from structures.elasticity import pressure_speed
 from structures.structure import Vector
 
 row = Rows("deformable_chain")
-BEAD, BEADS = hl.Sphere(2.38e-3, hl.STEEL_316), 20  # The striker is a bead of the same kind: the thesis's N = 21.
+# The striker is a bead of the same kind: the thesis's N = 21.
+BEAD, BEADS = hl.Sphere(2.38e-3, hl.STEEL_316), 20
 WALL = hl.half_space(hl.Material(1e20, 0.3, 8000.0, "rigid"))  # The thesis's perfectly rigid plate.
 SHAPE_SPEED, MESH_SPEED = 0.63, 0.5  # m/s, of the striker, in sections 3.3.2 and 3.4.
 IMPACT_SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of figure 3.5; the thesis does not print its own.
@@ -34,7 +35,7 @@ CONTACTS = (10, 16)
 UNTIL = 165e-6  # s: the wave of 0.5 m/s has passed contact 16 and has not reached the wall.
 WITH_ECHO = 300e-6
 INTERVALS = 660  # Number of saved intervals in UNTIL.
-PASSING_TIMES = (0.4, 0.8)  # Fractions of UNTIL between which the whole wave is inside the chain.
+PASSING = slice(0.4 * UNTIL, 0.8 * UNTIL)  # Times at which the whole wave is inside the chain.
 FITTED_TOP = 0.9  # The top of a pulse, which is fitted, begins at this fraction of its peak.
 MODES, MODES_TRIED = 8, (1, 2, 3, 4, 6, 8, 12, 16)
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
@@ -42,7 +43,10 @@ LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a st
 # m, size of the explicit elements at the contacts, whose radius is 49 µm at the peak of the wave.
 SPACINGS = (80e-6, 40e-6, 20e-6, 10e-6)
 # In addition to explicit elements, which are named after their size: `explicit_name`.
-MODELS = ("point masses", "modes")
+MODELS, NAMES = ("point masses", "modes"), ("point masses", "deformable beads")
+LABELS = ("peak force at contact 16 (N)", "wave speed (m/s)")
+SERIES = (("explicit", "spacing", "explicit elements"), ("law", "law_spacing", "modes, cells of the contact's law"))
+THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}  # s, of the thesis's coarsest and finest mesh (section 3.4).
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -55,64 +59,54 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     # Compile here, so that no time below includes it.
     hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
     explicit = _explicit(SPACINGS[::every], jobs)
-    by_law = _together(
-        [by_modes(size) for size in watched(LAW_SPACINGS[::every])], "law_spacing", LAW_SPACINGS[::every]
-    )
-    finest = float(by_law.law_spacing[-1])
-    tried = _together(
-        [by_modes(finest, modes) for modes in watched(MODES_TRIED[::every])], "modes", MODES_TRIED[::every]
-    )
+    spacings, modes = LAW_SPACINGS[::every], MODES_TRIED[::every]
+    by_law = _together([by_modes(size) for size in watched(spacings)], "law_spacing", spacings)
+    tried = _together([by_modes(spacings[-1], count) for count in watched(modes)], "modes", modes)
     points = timed(lambda: hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
     outer = dict.fromkeys((explicit.sizes["spacing"] - 1, 0))
     named = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in outer}
     ends = [points, by_law.isel(law_spacing=-1, drop=True), *named.values()]
-    models = xr.concat(ends, "model").assign_coords(model=[*MODELS, *named])
-    variables = ["peak_force", "wave_speed", "seconds", "cells"]
+    models = _together(ends, "model", [*MODELS, *named])
     # The explicit chain counts the contacts' strain as vibration.
     models["vibration_share"] = models.vibration_share.sel(model="modes", drop=True)
-    series = [
-        waves.named(series_[variables], name)
-        for series_, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))
-    ]
+    kept = ["peak_force", "wave_speed", "seconds", "cells"]
+    series = [waves.named(s[kept], name) for s, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
     data = xr.merge([models, *series, shape(), over_speed(IMPACT_SPEEDS[::every])])
-    for name, units in (("spacing", "m"), ("law_spacing", "m"), ("impact_speed", "m/s"), ("shape_time", "s")):
-        data[name].attrs["units"] = units
-    return data
+    return waves.with_units(data, spacing="m", law_spacing="m", impact_speed="m/s", shape_time="s")
 
 
 def _explicit(spacings: Sequence[float], jobs: int | None) -> xr.Dataset:
     """Return the explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
     parallel = joblib.Parallel(jobs or -1, return_as="generator")
     finished = parallel(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
-    runs = list(watched(finished, len(spacings)))
-    return _together(runs[::-1], "spacing", spacings)
+    return _together(list(watched(finished, len(spacings)))[::-1], "spacing", spacings)
 
 
 def explicit_name(spacing: float) -> str:
-    """Name of the model whose elements have this size, m, where beads touch."""
+    """Return the name of the model whose elements have this size, m, where beads touch."""
     return f"explicit, {spacing * 1e6:.3g} µm"
 
 
-def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float]) -> xr.Dataset:
-    """Runs along an axis."""
+def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float | str]) -> xr.Dataset:
+    """Return runs along an axis."""
     return xr.concat(runs, axis).assign_coords({axis: list(values)})
 
 
 def by_elements(spacing: float) -> xr.Dataset:
     """Return the explicit chain at 0.5 m/s, elements of this size, m."""
-    # A first step compiles.
-    hl.explicit_chain(chain("point masses", MESH_SPEED), 1e-8, SPACINGS[0], 1e-8)
-    return timed(lambda: hl.explicit_chain(chain("point masses", MESH_SPEED), UNTIL, spacing, UNTIL / INTERVALS))
+    struck = chain("point masses", MESH_SPEED)
+    hl.explicit_chain(struck, 1e-8, SPACINGS[0], 1e-8)  # A first step compiles.
+    return timed(lambda: hl.explicit_chain(struck, UNTIL, spacing, UNTIL / INTERVALS))
 
 
 def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
     """Return the chain of a few modes at 0.5 m/s, with a contact law computed on a mesh of this spacing, m."""
 
-    def one() -> xr.Dataset:
+    def computed() -> xr.Dataset:
         law = contact_law_fem(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
         return hl.CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, UNTIL / INTERVALS)
 
-    return timed(one)
+    return timed(computed)
 
 
 def chain(model: str, impact_speed: float, modes: int = MODES, law: hl.ContactLaw | None = None) -> hl.Chain:
@@ -123,27 +117,31 @@ def chain(model: str, impact_speed: float, modes: int = MODES, law: hl.ContactLa
 
 
 def timed(computed: Callable[[], xr.Dataset]) -> xr.Dataset:
-    """Return the contact forces, vibration and measures of a run, and the processor time, s, for everything that it
-    needs."""
+    """Return contact forces, vibration and measures of a run, and the processor time, s, for everything it needs."""
     begin = process_time()
     run = computed()
     seconds = process_time() - begin
     vibration = run.vibration_energy if "vibration_energy" in run else xr.zeros_like(run.displacement)
     share = (vibration / run.impact_energy).assign_attrs(units="1", long_name="vibration of a bead over the impact")
-    data = measure(run).assign(contact_force=run.contact_force, vibration_share=share)
-    data["seconds"] = ((), seconds, {"units": "s", "long_name": "time of the processor"})
-    label = "kinetic over potential energy of the deformation, at most"
-    data["inertia"] = ((), inertia(run), {"units": "1", "long_name": label})
     mean = hl.sensor_force(run, SENSORS[0])
     section = run.section_force.sel(bead=SENSORS[0]) if "section_force" in run else mean
-    apart = float(abs(section - mean).max() / mean.max())
-    data["section_apart"] = (
-        (),
-        apart,
-        {"units": "1", "long_name": "difference of the section's force from the contacts' mean, bead 10"},
-    )
-    data["cells"] = ((), run.attrs.get("cells", 0), {"units": "1", "long_name": "explicit elements in all beads"})
+    values = {
+        "seconds": (seconds, "s", "time of the processor"),
+        "inertia": (inertia(run), "1", "kinetic over potential energy of the deformation, at most"),
+        "section_apart": (
+            float(abs(section - mean).max() / mean.max()),
+            "1",
+            "difference of the section's force from the contacts' mean, bead 10",
+        ),
+        "cells": (run.attrs.get("cells", 0), "1", "explicit elements in all beads"),
+    }
+    data = measure(run).assign(contact_force=run.contact_force, vibration_share=share).assign(_scalars(values))
     return data.drop_vars(["impact_energy", "static_force", "centre"], errors="ignore")
+
+
+def _scalars(values: dict[str, tuple[float, str, str]]) -> dict[str, xr.DataArray]:
+    """Return variables from value, units and long name."""
+    return {n: xr.DataArray(value, attrs={"units": u, "long_name": said}) for n, (value, u, said) in values.items()}
 
 
 def inertia(run: xr.Dataset) -> float:
@@ -153,7 +151,7 @@ def inertia(run: xr.Dataset) -> float:
     """
     if "vibration_amplitude" not in run:
         return float("nan")
-    passing = run.sel(time=slice(*(part * UNTIL for part in PASSING_TIMES)))
+    passing = run.sel(time=PASSING)
     amplitude = passing.vibration_amplitude.transpose("time", "bead", ...).values
     elastic = 0.5 * ((vibration(BEAD, amplitude.shape[-1]).frequencies * amplitude) ** 2).sum(axis=(1, 2))
     kinetic = passing.vibration_energy.sum("bead").values - elastic
@@ -164,68 +162,60 @@ def measure(run: xr.Dataset) -> xr.Dataset:
     """Return peak force at the second contact, N, and speed between the two contacts, m/s, of the only wave in a run.
 
     Explicit elements touch node by node, so their forces scatter. Therefore, for all models, the peak is that of a
-    polynomial through the top of the pulse, and the time of a wave is that of the centroid of its force.
+    polynomial of fourth order through the top of the pulse, and the time of a wave is the centroid of its force.
     """
     force = run.contact_force.sel(contact=list(CONTACTS)).reset_coords(drop=True)
     first, second = ((force * force.time).sum("time") / force.sum("time")).values
+    time, last = run.time.values, force.sel(contact=CONTACTS[1]).values
+    near = last > FITTED_TOP * last.max()
+    fit = Polynomial.fit(time[near], last[near], 4)
+    peak = float(fit(np.linspace(float(fit.domain[0]), float(fit.domain[1]), 1001)).max())
     speed = (CONTACTS[1] - CONTACTS[0]) * BEAD.size / (second - first)
-    peak = top(run.time.values, force.sel(contact=CONTACTS[1]).values)
     values = {
         "peak_force": (peak, "N", "peak force between beads 15 and 16"),
         "wave_speed": (speed, "m/s", "wave speed between contacts 10 and 16"),
         "energy_error": (hl.energy_error(run), "1", "energy error"),
     }
-    return xr.Dataset({name: ((), value, {"units": u, "long_name": text}) for name, (value, u, text) in values.items()})
-
-
-def top(time: Vector, force: Vector) -> float:
-    """Return the maximum of a polynomial of fourth order through the samples near the largest force."""
-    near = force > FITTED_TOP * force.max()
-    fit = Polynomial.fit(time[near], force[near], 4)
-    return float(fit(np.linspace(float(fit.domain[0]), float(fit.domain[1]), 1001)).max())
+    return xr.Dataset(_scalars(values))
 
 
 def shape() -> xr.Dataset:
     """Return section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
-    runs = [hl.CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS[:2]]
+    runs = [hl.CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS]
     measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
     data = waves.named(xr.concat(measured, "beads"), "shape")
     sensed = [xr.concat([hl.sensor_force(run, sensor) for sensor in SENSORS], "sensor") for run in runs]
     data["sensor_force"] = xr.concat(sensed, "beads").assign_attrs(units="N", long_name="mean of a bead's contacts")
     data["section_force"] = runs[1].section_force.sel(bead=list(SENSORS)).rename(bead="sensor").reset_coords(drop=True)
-    return data.assign_coords(beads=list(MODELS[:2]), sensor=list(SENSORS)).rename(time="shape_time")
+    return data.assign_coords(beads=list(MODELS), sensor=list(SENSORS)).rename(time="shape_time")
 
 
 def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
     """Return figure 3.5: peak force and wave speed of both models over the striker speed, m/s, and by equation 1.10."""
-    models = []
-    for model in MODELS[:2]:
-        # In a Hertzian chain times are proportional to the power −1/5 of the striker speed.
-        lengths = [UNTIL * (MESH_SPEED / speed) ** 0.2 for speed in impact_speeds]
-        runs = [
-            measure(hl.CoSimulation(chain(model, speed), None).run(until, until / INTERVALS))
-            for speed, until in zip(impact_speeds, lengths, strict=True)
-        ]
-        models.append(xr.concat(runs, "impact_speed").assign_coords(impact_speed=list(impact_speeds)))
-    data = xr.concat(models, "beads").assign_coords(beads=list(MODELS[:2])).drop_vars("energy_error")
-    data["theory"] = (data.peak_force.dims, by_force(data.peak_force.values))
-    data["theory"].attrs = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
+
+    def measured(model: str, speed: float) -> xr.Dataset:
+        until = UNTIL * (MESH_SPEED / speed) ** 0.2  # times in a Hertzian chain go as the striker speed to the −1/5
+        return measure(hl.CoSimulation(chain(model, speed), None).run(until, until / INTERVALS))
+
+    models = [
+        _together([measured(model, speed) for speed in impact_speeds], "impact_speed", impact_speeds)
+        for model in MODELS
+    ]
+    data = _together(models, "beads", MODELS).drop_vars("energy_error")
+    label = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
+    data["theory"] = (data.peak_force.dims, by_force(data.peak_force.values), label)
     return waves.named(data, "speed")
 
 
 def by_force(force: Vector) -> Vector:
     """Return the wave speed, m/s, at peak contact forces, N (equation 1.10)."""
-    return hl.theory.UniformChain(
-        BEAD.size, BEAD.mass, hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
-    ).wave_speed_from_force(force)
+    return waves.long_waves(BEAD).wave_speed_from_force(force)
 
 
 def theory(time: Vector, crest: float, speed: float) -> Vector:
-    """Return the force, N, between particles when the crest of a wave passes at `crest`, s, from its strain (equation
-    1.8)."""
-    stiffness = hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
-    strain = hl.theory.UniformChain(BEAD.size, BEAD.mass, stiffness).strain(speed * (time - crest), 0.0, speed)
-    force: Vector = stiffness * (BEAD.size * strain) ** HERTZ
+    """Return the force, N, of a wave whose crest passes at `crest`, s, from its strain (equation 1.8)."""
+    chain = waves.long_waves(BEAD)
+    force: Vector = chain.stiffness * (BEAD.size * chain.strain(speed * (time - crest), 0.0, speed)) ** HERTZ
     return force
 
 
@@ -236,41 +226,37 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _waves_shown(data: xr.Dataset) -> list[Row]:
     """Return figures 3.3 to 3.5."""
-    rigid, soft = (float(data.shape_wave_speed.sel(beads=name)) for name in MODELS[:2])
+    rigid, soft = data.shape_wave_speed.sel(beads=list(MODELS)).values.tolist()
     at = float(by_force(data.shape_peak_force.sel(beads="point masses").values))
-    ahead = 100.0 * (data.speed_wave_speed / data.speed_theory - 1.0).mean("impact_speed")
+    ahead = 100.0 * (data.speed_wave_speed / data.speed_theory - 1.0).mean("impact_speed").sel(beads=list(MODELS))
     by_theory = f"equation 1.10 gives {at:.1f} at the simulated force, and the thesis's own 560 at 0.5 m/s gives "
-    scaled = 560.0 * (SHAPE_SPEED / MESH_SPEED) ** 0.2
+    faster = (SHAPE_SPEED / MESH_SPEED) ** 0.2
     return [
-        row("wave speed at 0.63 m/s, discrete particles", rigid, by_theory, scaled),
-        row("wave speed at 0.63 m/s, finite elements", soft, 552.8 * (SHAPE_SPEED / MESH_SPEED) ** 0.2),
+        row("wave speed at 0.63 m/s, discrete particles", rigid, by_theory, 560.0 * faster),
+        row("wave speed at 0.63 m/s, finite elements", soft, 552.8 * faster),
         row("wave speed at 0.63 m/s, experiment", soft),
-        row("wave speed over equation 1.10, figure 3.5", _both(ahead, "+.1f")),
-    ]  # fmt: skip
-
-
-def _both(values: xr.DataArray, form: str) -> str:
-    """Return the values of point masses and of beads with modes."""
-    return ", ".join(f"{float(values.sel(beads=name)):{form}}" for name in MODELS[:2])
+        row("wave speed over equation 1.10, figure 3.5", "{:+.1f}, {:+.1f}".format(*ahead.values)),
+    ]
 
 
 def _converged(data: xr.Dataset) -> list[Row]:
     """Return the waves of section 3.4 with the smallest cells of the run."""
-    models = data.model.values.tolist()
-    force, speed = (dict(zip(models, data[name].values.tolist(), strict=True)) for name in ("peak_force", "wave_speed"))
-    explicit = explicit_name(float(data.spacing[-1]))
-    theory_speed = float(by_force(np.array(force["point masses"])))
-    rigid, first = (float(data[f"modes_{name}"].sel(modes=1)) for name in ("peak_force", "wave_speed"))
-    cells = f"explicit, {float(data.spacing[-1]) * 1e6:.3g} µm cells"
+    size = float(data.spacing[-1])
+    models = [*MODELS, explicit_name(size)]
+    (rigid, soft, force), (slow, slower, speed) = (
+        data[name].sel(model=models).values.tolist() for name in ("peak_force", "wave_speed")
+    )
+    expected = float(by_force(np.array(rigid)))
+    one_mode, slow_mode = (float(data[f"modes_{name}"].sel(modes=1)) for name in ("peak_force", "wave_speed"))
+    cells, otherwise = f"explicit, {size * 1e6:.3g} µm cells", {"by equation 1.10 at this force": expected}
     return [
-        row("peak force, discrete particles", force["point masses"]),
-        row("peak force, finite elements", force["modes"], rigid),
-        row("peak force, explicit elements", force[explicit], cells),
-        row("wave speed, discrete particles", speed["point masses"], theory_speed,
-            otherwise={"by equation 1.10 at this force": theory_speed}),
-        row("wave speed, finite elements", speed["modes"], first),
-        row("wave speed, explicit elements", speed[explicit], cells),
-    ]  # fmt: skip
+        row("peak force, discrete particles", rigid),
+        row("peak force, finite elements", soft, one_mode),
+        row("peak force, explicit elements", force, cells),
+        row("wave speed, discrete particles", slow, expected, otherwise=otherwise),
+        row("wave speed, finite elements", slower, slow_mode),
+        row("wave speed, explicit elements", speed, cells),
+    ]
 
 
 def _meshes(data: xr.Dataset) -> list[Row]:
@@ -282,21 +268,20 @@ def _meshes(data: xr.Dataset) -> list[Row]:
         rows += [
             row(f"elements, {name} mesh", _spaced(int(mesh.explicit_cells)), float(mesh.spacing) * 1e6),
             row(f"time, {name} mesh", _clock(float(mesh.explicit_seconds)), UNTIL * 1e6),
-        ]  # fmt: skip
-    coarse, law = data.isel(spacing=0), data.isel(law_spacing=-1)
-    forces = data.explicit_peak_force.values
+        ]
+    coarse, forces = data.isel(spacing=0), data.explicit_peak_force.values
     halved = ""
     if forces.size > 1:
         halved = f"; the last halving of the cells changes it by {100.0 * (forces[-1] / forces[-2] - 1.0):+z.1f} %"
+    elements, size = _spaced(int(data.explicit_cells[-1])), float(data.spacing[-1]) * 1e6
+    force, speed = float(coarse.explicit_peak_force), float(coarse.explicit_wave_speed)
     return [
-        row("elements (thesis, section 3.3.2)", _spaced(int(data.explicit_cells[-1])), float(data.spacing[-1]) * 1e6,
-            MODES),
+        row("elements (thesis, section 3.3.2)", elements, size, MODES),
         *rows,
-        row("time with modes", _clock(float(law.law_seconds))),
-        row("peak force, coarsest mesh", float(coarse.explicit_peak_force), halved,
-            holds=_deviates(data.explicit_peak_force)),
-        row("wave speed, coarsest mesh", float(coarse.explicit_wave_speed), holds=_deviates(data.explicit_wave_speed)),
-    ]  # fmt: skip
+        row("time with modes", _clock(float(data.law_seconds[-1]))),
+        row("peak force, coarsest mesh", force, halved, holds=_deviates(data.explicit_peak_force)),
+        row("wave speed, coarsest mesh", speed, holds=_deviates(data.explicit_wave_speed)),
+    ]
 
 
 def _deviates(values: xr.DataArray) -> bool | None:
@@ -316,27 +301,24 @@ def _clock(seconds: float) -> str:
 def _inside(data: xr.Dataset) -> list[Row]:
     """Return the quantities that point masses lack: the section of figure 3.3, and the energy of vibrations."""
     mean, section, expected, centre = (curve.values for curve in at_first_sensor(data))
-    shaken = 100.0 * float(data.section_apart.sel(model=explicit_name(float(data.spacing[-1]))))
-    apart = 100.0 * float(np.abs(section - mean).max() / mean.max())
-    share = data.vibration_share.sum("bead")
-    passing = share.sel(time=slice(*(part * UNTIL for part in PASSING_TIMES)))
+    size = float(data.spacing[-1])
+    shaken, apart = 100.0 * float(data.section_apart.sel(model=explicit_name(size))), np.abs(section - mean).max()
+    said, inertia = (100.0 * float(apart / mean.max()), size * 1e6, shaken), float(data.inertia.sel(model="modes"))
+    passing = data.vibration_share.sum("bead").sel(time=PASSING)
     behind = float(data.vibration_share.isel(time=-1).sel(bead=slice(1, 8)).sum())
+    fastest = 100.0 * MESH_SPEED / pressure_speed(hl.STEEL_316)
     return [
-        row("fastest motion over dilatational speed", 100.0 * MESH_SPEED / pressure_speed(hl.STEEL_316),
-            MESH_SPEED),
-        row("kinetic over potential energy", 100.0 * float(data.inertia.sel(model="modes")),
-            holds=float(data.inertia.sel(model="modes")) < 0.01),
-        row("force at the central section over contacts' mean", float(section.max() / mean.max()), apart,
-            float(data.spacing[-1]) * 1e6, shaken),
+        row("fastest motion over dilatational speed", fastest, MESH_SPEED),
+        row("kinetic over potential energy", 100.0 * inertia, holds=inertia < 0.01),
+        row("force at the central section over contacts' mean", float(section.max() / mean.max()), *said),
         row("theory over contacts' mean", float(expected.max() / mean.max()), centre.max() / mean.max()),
         row("energy in vibrations while the wave passes", 100.0 * float(passing.mean())),
         row("energy that beads 1 to 8 keep", 100.0 * behind),
-    ]  # fmt: skip
+    ]
 
 
 def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
-    """Return forces at bead 10, N: mean of its contacts, at its section; theory, averaged over contacts, and at the
-    centre."""
+    """Return forces at bead 10, N: mean of contacts, at its section; theory, averaged over contacts, and at the centre."""
     near = data.sel(sensor=SENSORS[0], shape_time=slice(None, 0.8 * UNTIL))
     mean, section = near.sensor_force.sel(beads="modes"), near.section_force
     time, speed = near.shape_time.values, float(near.shape_wave_speed.sel(beads="modes"))
@@ -348,13 +330,119 @@ def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.7 (contacts), 3.8 (meshes), and over modes."""
-    from hertzlink.studies import deformable_figures as drawn
-
     return {
-        "section": drawn.section(at_first_sensor(data)),
-        "sensors": drawn.sensors(data),
-        "speed_force": drawn.speed_force(data, by_force),
-        "contacts": drawn.contacts(data, CONTACTS[1]),
-        "meshes": drawn.meshes(data),
-        "modes": drawn.modes(data),
+        "section": _figure_of_section(*at_first_sensor(data)),
+        "sensors": _figure_of_sensors(data),
+        "speed_force": _figure_of_speeds(data),
+        "contacts": _figure_of_contacts(data),
+        "meshes": _figure_of_meshes(data),
+        "modes": _figure_of_modes(data),
     }
+
+
+def _figure_of_section(
+    mean: xr.DataArray, section: xr.DataArray, averaged: xr.DataArray, centre: xr.DataArray
+) -> draw.Figure:
+    figure, axes = draw.panels(2, width=3.8, height=3.8, sharey=False)
+    time = mean.shape_time.values * 1e6
+    axes[0].plot(time, section, "-", color=draw.COLOURS[1], label="central section")
+    axes[0].plot(time, mean, "--", color=draw.COLOURS[0], label="mean of the contacts")
+    axes[0].plot(time, averaged, "*-k", markevery=8, linewidth=0.8, label="theory of long waves, mean of the contacts")
+    draw.theory_line(axes[0], time, centre, "theory of long waves, at the centre", ":")
+    axes[1].plot(time, section - mean, "-", color=draw.COLOURS[1])
+    middle = float(time[int(mean.values.argmax())])
+    for axis, label in zip(axes, ("force at bead 10 (N)", "central section minus mean (N)"), strict=True):
+        axis.set(xlabel="time (µs)", ylabel=label, xlim=(middle - 30.0, middle + 30.0))
+    draw.legend_above(figure, axes[0], 2)
+    return figure
+
+
+def _figure_of_sensors(data: xr.Dataset) -> draw.Figure:
+    figure, axes = draw.panels(2, width=3.4)
+    for axis, model, title in zip(axes, MODELS, NAMES, strict=True):
+        for sensor, style in zip(data.sensor.values, ("-", "--"), strict=True):
+            force = data.sensor_force.sel(beads=model, sensor=sensor)
+            axis.plot(data.shape_time * 1e6, force, style, label=f"bead {sensor}")
+        axis.set(title=title, xlabel="time (µs)")
+    axes[0].set_ylabel("mean of the contacts (N)")
+    draw.legend_above(figure, axes[0], 2)
+    return figure
+
+
+def _figure_of_speeds(data: xr.Dataset) -> draw.Figure:
+    """Return the wave speed over peak force, and relative to theory."""
+    figure, axes = draw.panels(2, width=3.6, sharey=False)
+    force = data.speed_peak_force
+    fine = np.geomspace(float(force.min()), float(force.max()), 200)
+    speeds = (data.speed_wave_speed, by_force(fine), "wave speed (m/s)")
+    ratios = (data.speed_wave_speed / data.speed_theory, np.ones(fine.size), "wave speed over theory")
+    for axis, (values, theory, label) in zip(axes, (speeds, ratios), strict=True):
+        draw.theory_line(axis, fine, theory, "theory of long waves")
+        for i, model in enumerate(MODELS):
+            draw.points(axis, force.sel(beads=model).values, values.sel(beads=model).values, i, NAMES[i])
+        axis.set(xlabel="peak contact force (N)", ylabel=label)
+        axis.set_xlim(left=0.0)
+    axes[0].set_ylim(bottom=0.0)
+    draw.legend_above(figure, axes[0], 3)
+    return figure
+
+
+def _figure_of_contacts(data: xr.Dataset) -> draw.Figure:
+    """Return the forces of all contacts, one of them marked; a quick study has one mesh."""
+    marked = CONTACTS[1]
+    shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
+    shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
+    figure, axes = draw.panels(len(shown), width=2.9)
+    for axis, (model, title) in zip(axes, shown.items(), strict=True):
+        for contact in data.contact.values:
+            force = data.contact_force.sel(model=model, contact=contact)
+            colour, width = (draw.COLOURS[1], 1.2) if contact == marked else (draw.COLOURS[0], 0.6)
+            axis.plot(data.time * 1e6, force, "-", color=colour, linewidth=width)
+        axis.set(title=title, xlabel="time (µs)", xlim=(0.0, float(data.time[-1]) * 1e6))
+    axes[0].set_ylabel("contact force (N)")
+    axes[0].lines[0].set_label("each contact")
+    axes[0].lines[marked - 1].set_label(f"contact {marked}, between beads {marked - 1} and {marked}")
+    draw.legend_above(figure, axes[0], 2)
+    return figure
+
+
+def _figure_of_meshes(data: xr.Dataset) -> draw.Figure:
+    """Return the peak force and wave speed over the size of the cells, and the error of the force over its time."""
+    figure, axes = draw.panels(3, width=3.3, height=3.6, sharey=False)
+    for axis, what, label in zip(axes[:2], ("peak_force", "wave_speed"), LABELS, strict=True):
+        _level(axis, data[what].sel(model="point masses"), "-", "black", "point masses")
+        for kind, size, name in SERIES:
+            axis.plot(data[size].values * 1e6, data[f"{kind}_{what}"].values, label=name)
+        draw.log_x(axis)
+        axis.invert_xaxis()
+        axis.set(xlabel="cells where beads touch (µm)", ylabel=label)
+    settled = float(data.modes_peak_force[-1])
+    for kind, _, name in SERIES:
+        off = 100.0 * abs(data[f"{kind}_peak_force"].values / settled - 1.0)
+        axes[2].plot(data[f"{kind}_seconds"].values, off, label=name)
+    for name, seconds in THESIS_TIMES.items():
+        draw.marked(axes[2], seconds, f"thesis\n{name}")
+    converged = f"peak force off that of {int(data.modes[-1])} modes (%)"
+    axes[2].set(xscale="log", yscale="log", xlabel="time of the processor (s)", ylabel=converged)
+    axes[2].set_xlim(right=2e6)
+    axes[2].yaxis.set_major_formatter("{x:g}")
+    draw.legend_above(figure, axes[0], 3)
+    return figure
+
+
+def _level(axis: draw.Axes, value: xr.DataArray, style: str, colour: str, label: str) -> None:
+    axis.axhline(float(value), color=colour, linestyle=style, linewidth=0.9, label=label)
+
+
+def _figure_of_modes(data: xr.Dataset) -> draw.Figure:
+    """Return the peak force and wave speed over the number of modes."""
+    figure, axes = draw.panels(2, width=3.4, sharey=False)
+    explicit = f"explicit, {float(data.spacing[-1]) * 1e6:.3g} µm cells"
+    for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):
+        _level(axis, data[what].sel(model="point masses"), "-", "black", "point masses")
+        _level(axis, data[f"explicit_{what}"][-1], "--", "grey", explicit)
+        axis.plot(data.modes, data[f"modes_{what}"], "s-", color=draw.COLOURS[1], label="deformable beads")
+        axis.set_xticks([1, 2, 4, 6, 8, 12, 16])
+        axis.set(xlabel="modes of a bead, with the rigid one", ylabel=label)
+    draw.legend_above(figure, axes[0], 3)
+    return figure

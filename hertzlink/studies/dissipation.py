@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw
+from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.table import Row
@@ -39,6 +39,9 @@ MEETINGS = ("at a contact", "at a bead")
 MEETING_BEADS, MEETING_SENSOR, MEETING_UNTIL = 70, 50, 9e-4
 QUICK_STEP = 4.0  # Factor of the step of quick runs: forces change by less than 1e-4.
 YIELD_STRESS = 1e9  # Pa, from Johnson's example of a medium-hard steel; the thesis gives no value.
+FIRST, FROM_END = 9, 7  # The sensors whose forces are compared: from the struck end, and from the free one.
+EXPONENT = hl.quantities.Quantity(low=0.5, high=5.0)
+COEFFICIENT = hl.quantities.Quantity("N (s/m)^α", low=1e-12, high=1e9)
 
 
 @dataclass(frozen=True)
@@ -49,10 +52,8 @@ class Conditions(conditions.Conditions):
     bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 2.0 * RADIUS
     beads: Annotated[int, hl.quantities.Count(20, 500), "Number of beads"] = BEADS
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
-    exponent: Annotated[float, hl.quantities.Quantity(low=0.5, high=5.0), "Exponent α of the losses"] = 1.81
-    coefficient: Annotated[
-        float, hl.quantities.Quantity("N (s/m)^α", low=1e-12, high=1e9), "Coefficient |γ| of the losses"
-    ] = 5.58
+    exponent: Annotated[float, EXPONENT, "Exponent α of the losses"] = 1.81
+    coefficient: Annotated[float, COEFFICIENT, "Coefficient |γ| of the losses"] = 5.58
 
     @property
     def sphere(self) -> hl.Sphere:
@@ -70,10 +71,8 @@ class Conditions(conditions.Conditions):
         return hl.PowerDashpot(self.coefficient, self.exponent, name)
 
     def wave(self, speed: float | None = None) -> tuple[float, float]:
-        """Return the speed, m/s, and peak contact force, N, of the wave without losses, for long waves and a striker's
-        speed."""
-        bead, moved = self.sphere, PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
-        chain = hl.theory.UniformChain(bead.size, bead.mass, hl.theory.hertz_stiffness(bead.surface, bead.surface))
+        """Return speed, m/s, and peak force, N, of the long wave without losses, for a striker's speed."""
+        chain, moved = waves.long_waves(self.sphere), PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
         return chain.wave_speed_from_particle_speed(moved), chain.peak_force_from_particle_speed(moved)
 
     def until(self, speed: float | None = None) -> float:
@@ -88,11 +87,6 @@ class Fit(NamedTuple):
     exponent_deviation: float
     coefficient_deviation: float
 
-    def corner(self, exponent: int, coefficient: int) -> hl.PowerDashpot:
-        """Return the thesis's law with its two parameters changed by these numbers of standard deviations."""
-        changed = self.of.coefficient + coefficient * self.coefficient_deviation
-        return hl.PowerDashpot(changed, self.of.exponent + exponent * self.exponent_deviation, "thesis")
-
 
 SOFTER = replace(hl.PTFE, youngs_modulus=1.46e9)
 TABLE_4_1 = {
@@ -102,6 +96,13 @@ TABLE_4_1 = {
 }
 STEEL = Conditions()
 LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
+LAW_NAMES = {
+    "undamped": "undamped",
+    "thesis": "the thesis's law",
+    "pairwise": "the same α and γ, pairwise",
+    "drag": "drag, α₁ = 6900 1/s",
+}
+OWN_LAWS = dict(zip(LAWS, ("undamped", "thesis's law, equation 4.1", "the same α and γ, pairwise"), strict=False))
 CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "α+ γ−": (1, -1), "α+ γ+": (1, 1)}
 
 
@@ -111,31 +112,26 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     Chains are horizontal and free at their end; the striker equals the beads. quick: steps four times as long, and
     three striker speeds instead of eight for the speed over the force.
     """
-    speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
-    if quick and jobs is None:
-        # Starting processes would take longer than the runs.
-        jobs = 1
+    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
     step = QUICK_STEP if quick else 1.0
-    of = Conditions.of(parameters)
     if of.own:
-        kinds = list(LAWS[:3])
-        data = hl.sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=kinds)
-        return of.marked(data)
+        laws = list(OWN_LAWS)
+        return of.marked(
+            hl.sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=laws)
+        )
+    speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
     parts = [table_4_1(step, jobs), over_corners(step, jobs), over_speeds(speeds, step, jobs), *asides(jobs)]
     data = xr.merge(parts, join="outer", combine_attrs="override")
-    for name, units in {"shown_speed": "m/s", "striker_speed": "m/s", "dashpot": "N s/m"}.items():
-        data[name].attrs["units"] = units
-    return data
+    return waves.with_units(data, shown_speed="m/s", striker_speed="m/s", dashpot="N s/m")
 
 
 def simulation(
     of: Conditions, law: hl.Dissipation | None, speed: float | None = None, step: float = 1.0
-) -> hl.CoSimulation:  # fmt: skip
+) -> hl.CoSimulation:
     """Return the horizontal chain of spheres; step in units of the default step."""
     chain = hl.Chain([of.sphere] * of.beads, of.sphere, speed or of.impact_speed, dissipation=law)
-    if step == 1.0:
-        return hl.CoSimulation(chain, None)
-    return hl.CoSimulation(chain, None, dt=step * hl.stepping.MovingChain(chain, None).contact_time / STEPS_PER_CONTACT)
+    free = hl.CoSimulation(chain, None)
+    return free if step == 1.0 else hl.CoSimulation(chain, None, dt=step * free.chain.contact_time / STEPS_PER_CONTACT)
 
 
 def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
@@ -156,9 +152,13 @@ def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
 
 def over_corners(step: float, jobs: int | None) -> xr.Dataset:
     """Return the thesis's law in steel with both parameters changed by a standard deviation."""
+    fit = TABLE_4_1["steel 316"]
 
     def build(shown_speed: float, corner: str) -> hl.CoSimulation:
-        return simulation(STEEL, TABLE_4_1["steel 316"].corner(*CORNERS[corner]), shown_speed, step)
+        exponent, coefficient = CORNERS[corner]
+        changed = fit.of.coefficient + coefficient * fit.coefficient_deviation
+        law = hl.PowerDashpot(changed, fit.of.exponent + exponent * fit.exponent_deviation, "thesis")
+        return simulation(STEEL, law, shown_speed, step)
 
     slowest = STEEL.until(min(SHOWN_SPEEDS))
     corners = hl.sweep(build, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
@@ -183,8 +183,8 @@ def asides(jobs: int | None) -> list[xr.Dataset]:
         return hl.CoSimulation(hl.Chain(beads, STEEL.sphere, IMPACT_SPEED), mirror(meeting))
 
     def ellipsoids(dashpot: float) -> hl.CoSimulation:
-        beads = [ELLIPSOID] * ELLIPSOID_BEADS
-        return hl.CoSimulation(hl.Chain(beads, ELLIPSOID, ELLIPSOID_SPEED, dissipation=hl.LinearDashpot(dashpot)), None)
+        beads, loss = [ELLIPSOID] * ELLIPSOID_BEADS, hl.LinearDashpot(dashpot)
+        return hl.CoSimulation(hl.Chain(beads, ELLIPSOID, ELLIPSOID_SPEED, dissipation=loss), None)
 
     slow = ELLIPSOID_BEADS * ELLIPSOID.size / 300.0
     dashpots = hl.sweep(ellipsoids, slow, jobs, peaks, dashpot=ELLIPSOID_DASHPOTS)
@@ -213,8 +213,7 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
     contacts = (run.contact_force - run.static_force).transpose("contact", "time").values[:-1]
     # As sensor_force, for all beads at once: separate calls would take longer than the run.
     force = 0.5 * (contacts[:-1] + contacts[1:])
-    beads = np.arange(1, force.shape[0] + 1)
-    top = force.argmax(axis=1)
+    beads, top = np.arange(1, force.shape[0] + 1), force.argmax(axis=1)
     before, peak, after = (force[beads - 1, top + shift] for shift in (-1, 0, 1))
     share = 0.5 * (before - after) / (before - 2.0 * peak + after)
     step = float(run.time[1] - run.time[0])
@@ -230,11 +229,11 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
 def with_history(run: xr.Dataset) -> xr.Dataset:
     """Return the peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
     force = xr.concat([hl.sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
-    waves_of_run = peaks(run).assign_coords(shown=list(SHOWN_SENSORS))
-    waves_of_run["force"] = force.assign_attrs(units="N", long_name="force at the sensor")
-    attributes = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
-    waves_of_run["contact_peak"] = run.contact_force.max("time").reset_coords(drop=True).assign_attrs(attributes)
-    return waves_of_run
+    contacts = run.contact_force.max("time").reset_coords(drop=True)
+    return peaks(run).assign(
+        force=force.assign_coords(shown=list(SHOWN_SENSORS)).assign_attrs(units="N", long_name="force at the sensor"),
+        contact_peak=contacts.assign_attrs(units="N", long_name="greatest force between bead n - 1 and bead n"),
+    )
 
 
 def secondary_waves(run: xr.Dataset) -> xr.Dataset:
@@ -245,11 +244,9 @@ def secondary_waves(run: xr.Dataset) -> xr.Dataset:
 
 def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
     """Return the front speed (m/s) between neighbouring sensors, and the geometric mean of their peak forces (N)."""
-    chosen = data.sel(law=law)
-    distance = np.diff(chosen.swept_sensor.values) * STEEL.bead
-    peak = chosen.swept_peak.transpose("striker_speed", "swept_sensor").values
-    arrival = chosen.swept_arrival.transpose("striker_speed", "swept_sensor").values
-    speed: Vector = distance / np.diff(arrival, axis=1)
+    swept = data[["swept_peak", "swept_arrival"]].sel(law=law).transpose("striker_speed", "swept_sensor")
+    peak, distance = swept.swept_peak.values, np.diff(swept.swept_sensor.values) * STEEL.bead
+    speed: Vector = distance / np.diff(swept.swept_arrival.values, axis=1)
     return speed, np.sqrt(peak[:, 1:] * peak[:, :-1])
 
 
@@ -265,8 +262,7 @@ def formation(peak: xr.DataArray) -> int:
 
 
 def yield_speed(bead: hl.Sphere, yield_stress: float = YIELD_STRESS) -> float:
-    """Return the relative speed, m/s, at which two equal spheres start to yield: ½ m V² = 53 R³Y⁵/E*⁴ with reduced m, R
-    and modulus.
+    """Return the relative speed, m/s, at which two equal spheres yield: ½ m V² = 53 R³Y⁵/E*⁴, with reduced m, R and E*.
 
     Johnson, Contact Mechanics, section 11.4; for a sphere on a flat it gives his 0.14 m/s for Y = 1 GPa.
     """
@@ -279,12 +275,7 @@ def table(data: xr.Dataset) -> list[Row]:
     of = Conditions.read(data)
     if of.own:
         return _own_rows(data, of)
-    rows = [row for name in TABLE_4_1 for row in _material_rows(data, name)]
-    return [*rows, *_rayleigh_rows(data), *_speed_rows(data), *_ellipsoid_rows(data), *_wave_rows(data)]
-
-
-FIRST, FROM_END = 9, 7  # The sensors whose forces are compared: from the struck end, and from the free one.
-OWN_LAWS = dict(zip(LAWS, ("undamped", "thesis's law, equation 4.1", "the same α and γ, pairwise"), strict=False))
+    return [*(row for name in TABLE_4_1 for row in _material_rows(data, name)), *_other_rows(data)]
 
 
 def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
@@ -305,65 +296,65 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     return rows
 
 
-def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
-    fit, peak = TABLE_4_1[name], data.peak.sel(material=name)
-
-    def left(law: str) -> float:
-        return float(peak.sel(law=law, sensor=56) / peak.sel(law=law, sensor=9))
-
-    def ends(law: str) -> str:
-        return " and ".join(f"{float(peak.sel(law=law, sensor=sensor)):.4g} N" for sensor in (9, 56))
-
-    of, steel = fit.of, fit.of == STEEL
-    yield row(f"mass, {name}", of.sphere.mass * 1e3)
-    yield row(f"α and γ, {name}", f"{of.exponent}, {of.coefficient:g}")
-    struck = "recomputed elsewhere with 0.45 g: 41.7 and 11.7" if steel else "striker at 1.77 m/s"
-    yield row("γ as a force", left("thesis"), ends("thesis"), struck, material=name)
-    yield row("γ as an acceleration", left("thesis, as an acceleration"), material=name)
-    yield row("pairwise form", left("pairwise"), ends("pairwise"), material=name)
+def _material_rows(data: xr.Dataset, name: str) -> list[Row]:
+    """Return a row of Table 4.1, and what is left of the wave by three readings of it."""
+    of, peak = TABLE_4_1[name].of, data.peak.sel(material=name, sensor=[9, 56])
+    forces = {law: peak.sel(law=law).values for law in ("thesis", "thesis, as an acceleration", "pairwise")}
+    left = {law: float(last / first) for law, (first, last) in forces.items()}
+    ends = {law: " and ".join(f"{force:.4g} N" for force in values) for law, values in forces.items()}
+    struck = "recomputed elsewhere with 0.45 g: 41.7 and 11.7" if of == STEEL else "striker at 1.77 m/s"
+    return [
+        row(f"mass, {name}", of.sphere.mass * 1e3),
+        row(f"α and γ, {name}", f"{of.exponent}, {of.coefficient:g}"),
+        row("γ as a force", left["thesis"], ends["thesis"], struck, material=name),
+        row("γ as an acceleration", left["thesis, as an acceleration"], material=name),
+        row("pairwise form", left["pairwise"], ends["pairwise"], material=name),
+    ]
 
 
-def _rayleigh_rows(data: xr.Dataset) -> Iterable[Row]:
+def _other_rows(data: xr.Dataset) -> list[Row]:
+    """Return mass-proportional losses, speed over force, ellipsoids, waves that meet, and how soon a wave forms."""
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
-    yield row("α₁, steel 316", DRAG_RATE)
-    undamped = float(steel.sel(law="undamped", sensor=9))
-    yield row("F(9) and F(63) with α₁", f"{drag[0]} and {drag[-1]}", ", ".join(drag), undamped)
-
-
-def _speed_rows(data: xr.Dataset) -> Iterable[Row]:
     free, lossy = (slope(*speeds_and_forces(data, law)) for law in ("undamped", "thesis"))
-    speeds = data.striker_speed.values
-    yield row("exponent of speed over force, undamped", free)
-    yield row("exponent of speed over force, thesis's law", lossy, speeds[0], speeds[-1])
-
-
-def _ellipsoid_rows(data: xr.Dataset) -> Iterable[Row]:
     left = data.ellipsoid_peak.sel(ellipsoid_sensor=41) / data.ellipsoid_peak.sel(ellipsoid_sensor=8)
-    weak, middle, strong = (float(left.sel(dashpot=value)) for value in ELLIPSOID_DASHPOTS[1:])
-    yield row("γ of ellipsoids at 0.37 m/s", "not comparable", middle, weak, strong)
-
-
-def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
-    contact, bead = (float(data.secondary.sel(meeting=meeting)) for meeting in MEETINGS)
+    weak, middle, strong = left.sel(dashpot=list(ELLIPSOID_DASHPOTS[1:])).values.tolist()
+    contact, bead = data.secondary.sel(meeting=list(MEETINGS)).values.tolist()
     harder = {"Y = 1.1 GPa, with Johnson's formula": yield_speed(STEEL.sphere, 1.1 * YIELD_STRESS)}
-    yield row("speed from which beads yield", yield_speed(STEEL.sphere), otherwise=harder)
     between = {"waves that meet between a contact and the centre of a bead": f"{bead:.4g} to {contact:.4g}"}
-    yield row("secondary wave after waves meet at a contact", contact, otherwise=between)
-    yield row("secondary wave after waves meet at a bead", bead, otherwise=between)
-    undamped = data.sel(law="undamped")
-    centre = formation(undamped.peak.sel(material="steel 316"))
-    yield row("beads to form a solitary wave", float(formation(undamped.contact_peak)), centre)
+    undamped, speeds = data.sel(law="undamped"), data.striker_speed.values
+    centre, first = formation(undamped.peak.sel(material="steel 316")), float(formation(undamped.contact_peak))
+    at_nine = float(steel.sel(law="undamped", sensor=9))
+    return [
+        row("α₁, steel 316", DRAG_RATE),
+        row("F(9) and F(63) with α₁", f"{drag[0]} and {drag[-1]}", ", ".join(drag), at_nine),
+        row("exponent of speed over force, undamped", free),
+        row("exponent of speed over force, thesis's law", lossy, speeds[0], speeds[-1]),
+        row("γ of ellipsoids at 0.37 m/s", "not comparable", middle, weak, strong),
+        row("speed from which beads yield", yield_speed(STEEL.sphere), otherwise=harder),
+        row("secondary wave after waves meet at a contact", contact, otherwise=between),
+        row("secondary wave after waves meet at a bead", bead, otherwise=between),
+        row("beads to form a solitary wave", first, centre),
+    ]
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
     if Conditions.read(data).own:
-        return {"decay": _own_decay(data)}
-    return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
+        laws = zip(draw.COLOURS, OWN_LAWS.items(), strict=False)
+        return {"decay": _decay(data, [(colour, "-", label, data.peak.sel(law=law)) for colour, (law, label) in laws])}
+    lines = []
+    for colour, speed in zip(draw.COLOURS, data.shown_speed.values, strict=False):
+        corners = data.corner_peak.sel(shown_speed=speed)
+        lines += [
+            (colour, "-", f"losses of the thesis, {speed:g} m/s", corners.sel(corner="best fit")),
+            (colour, "--", "extremes of α ± σ and γ ± σ", corners.min("corner")),
+            (colour, "--", "", corners.max("corner")),
+        ]
+    return {"decay": _decay(data, lines), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
 
 
-def _over_beads(data: xr.Dataset, lines: Iterable[tuple[str, str, str, xr.DataArray]]) -> draw.Figure:
+def _decay(data: xr.Dataset, lines: Iterable[tuple[str, str, str, xr.DataArray]]) -> draw.Figure:
     """Return the greatest forces over the beads. lines: colour, style, label and values of each."""
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for colour, style, label, values in lines:
@@ -374,29 +365,11 @@ def _over_beads(data: xr.Dataset, lines: Iterable[tuple[str, str, str, xr.DataAr
     return figure
 
 
-def _own_decay(data: xr.Dataset) -> draw.Figure:
-    laws = zip(draw.COLOURS, OWN_LAWS.items(), strict=False)
-    return _over_beads(data, ((colour, "-", label, data.peak.sel(law=law)) for colour, (law, label) in laws))
-
-
-def _decay(data: xr.Dataset) -> draw.Figure:
-    lines = []
-    for colour, speed in zip(draw.COLOURS, data.shown_speed.values, strict=False):
-        corners = data.corner_peak.sel(shown_speed=speed)
-        lines += [
-            (colour, "-", f"losses of the thesis, {speed:g} m/s", corners.sel(corner="best fit")),
-            (colour, "--", "extremes of α ± σ and γ ± σ", corners.min("corner")),
-            (colour, "--", "", corners.max("corner")),
-        ]
-    return _over_beads(data, lines)
-
-
 def _speed_over_force(data: xr.Dataset) -> draw.Figure:
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
-    for i, law in enumerate(LAWS[:2]):
+    for i, (law, name) in enumerate((("undamped", "undamped"), ("thesis", "thesis's law"))):
         speed, force = speeds_and_forces(data, law)
-        label = f"{law}, fitted slope {slope(speed, force):.3f}" if i == 0 else ""
-        label = label or f"thesis's law, fitted slope {slope(speed, force):.3f}"
+        label = f"{name}, fitted slope {slope(speed, force):.3f}"
         draw.points(axis, force.ravel(), speed.ravel(), i, label)
     ends = np.array([force.min(), force.max()])
     middle = np.exp(np.log(speed).mean()) * (ends / np.exp(np.log(force).mean())) ** (1.0 / 6.0)
@@ -407,32 +380,19 @@ def _speed_over_force(data: xr.Dataset) -> draw.Figure:
     return figure
 
 
-LAW_NAMES = {
-    "undamped": "undamped",
-    "thesis": "the thesis's law",
-    "pairwise": "the same α and γ, pairwise",
-    "drag": "drag, α₁ = 6900 1/s",
-}
-STYLES = ("-", "--", "-.", ":")
-
-
 def _laws(data: xr.Dataset) -> draw.Figure:
     figure, axes = draw.panels(3, width=3.0, sharey=False)
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
-    for i, (law, label) in enumerate(LAW_NAMES.items()):
-        axes[0].plot(SENSORS, steel.sel(law=law), linestyle=STYLES[i], label=label)
+    for (law, label), style in zip(LAW_NAMES.items(), ("-", "--", "-.", ":"), strict=True):
+        axes[0].plot(SENSORS, steel.sel(law=law), linestyle=style, label=label)
         for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
-            axis.plot(data.time * 1e6, data.force.sel(law=law, shown=sensor), STYLES[i])
+            axis.plot(data.time * 1e6, data.force.sel(law=law, shown=sensor), style)
     axes[0].set(title="peaks at the sensors", xlabel="bead number n", ylabel="maximum force (N)")
     axes[0].set_ylim(bottom=0.0)
     for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
-        _around(axis, data.force.sel(shown=sensor, law=list(LAW_NAMES)))
+        force = data.force.sel(shown=sensor, law=list(LAW_NAMES))
+        busy = force.time[(force > 0.01 * force.max("time")).any("law").values] * 1e6
         axis.set(title=f"n = {sensor}", xlabel="time (µs)", ylabel="force (N)")
+        axis.set_xlim(float(busy[0]) - 5.0, float(busy[-1]) + 5.0)
     draw.legend_above(figure, axes[0], 4)
     return figure
-
-
-def _around(axis: draw.Axes, force: xr.DataArray) -> None:
-    """Limit the axis to the times at which a force exceeds a hundredth of its peak."""
-    busy = force.time[(force > 0.01 * force.max("time")).any("law").values] * 1e6
-    axis.set_xlim(float(busy[0]) - 5.0, float(busy[-1]) + 5.0)

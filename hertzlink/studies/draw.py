@@ -18,6 +18,7 @@ else:
     # Studies name these types; a process that draws nothing does not load matplotlib.
     Axes = Figure = Any
 
+Line = tuple[str, np.ndarray, np.ndarray, np.ndarray]  # Label, x, simulated values and those of a theory.
 Look = dict[str, Any]  # Settings of matplotlib for lines, markers, axes or legends.
 FEW = 6  # Curves of fewer points have markers.
 MARKERS = ("o", "s", "^", "D", "v", "P")

@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw, waves
+from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, FORCE, WrongValue
-from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import STANDARD_GRAVITY
@@ -27,13 +26,11 @@ DIAMETERS = (2.38e-3, 4.76e-3, 9.53e-3, 19.1e-3)
 FORCES = tuple(np.geomspace(5.0, 100.0, 9))
 UNTIL = 1.2e-3  # Length of the record, s: a wave of 4 N passes sensor 12 of the largest spheres.
 SHAPES = ("minor axis", "major axis", "equivalent sphere")
-CASES = (
-    "printed mass", "mass from geometry", "gravity", "striker of radius 2.38 mm", "striker of diameter 2.38 mm"
-)  # fmt: skip
+CASES = ("printed mass", "mass from geometry", "gravity", "striker of radius 2.38 mm", "striker of diameter 2.38 mm")
 
 
 @dataclass(frozen=True)
-class Conditions(Parameters):
+class Conditions(conditions.Conditions):
     """Parameters that can be changed."""
 
     material: Annotated[hl.Material, "Material of the ellipsoids and of the sphere of their mass"] = hl.STEEL_316
@@ -53,51 +50,48 @@ class Conditions(Parameters):
         along = "across" if shape == "minor axis" else "along"
         return hl.Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
 
-    def curves(self) -> list[waves.Curve]:
-        """Return one for each shape."""
-        beads = {shape: self.particle(shape) for shape in SHAPES}
-        return [
-            waves.Curve(shape, (bead, bead), hl.contact_law(bead, bead), forces=self.peak_force)
-            for shape, bead in beads.items()
-        ]
 
-
-particle = Conditions().particle  # A bead of the thesis.
+particle = Conditions().particle
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
-    """Return the speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's
-    cases.
+    """Return speed, peak force and width of waves over the striker speed, by shape and size, and in the thesis's cases.
 
     The curves are without gravity, with masses from geometry and a striker equal to the beads. quick: three of the nine
     forces. jobs: 1 by default, because starting processes takes longer than the runs.
     """
     of, jobs = Conditions.of(parameters), jobs or 1
     if of.own:
-        return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
+        pairs = {shape: (of.particle(shape),) * 2 for shape in SHAPES}
+        curves = [waves.Curve(s, pair, hl.contact_law(*pair), forces=of.peak_force) for s, pair in pairs.items()]
+        return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
+    beads = {shape: particle(shape) for shape in SHAPES}
+    spheres = {diameter: hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in DIAMETERS}
 
     def shaped(shape: str, aimed_force: float) -> hl.CoSimulation:
-        return hl.CoSimulation(struck_by_its_like(particle(shape), aimed_force), None)
+        return struck_by_its_like(beads[shape], aimed_force)
 
     def sized(diameter: float, aimed_force: float) -> hl.CoSimulation:
-        return hl.CoSimulation(struck_by_its_like(hl.Sphere(diameter / 2.0, hl.STEEL_440C), aimed_force), None)
+        return struck_by_its_like(spheres[diameter], aimed_force)
 
     data = hl.sweep(shaped, UNTIL, jobs, measure, shape=SHAPES, aimed_force=forces)
-    data["theory"] = _theory(data.peak_force, [particle(shape) for shape in SHAPES])
     sizes = hl.sweep(sized, UNTIL, jobs, measure, diameter=DIAMETERS, aimed_force=forces)
-    sizes["theory"] = _theory(sizes.peak_force, [hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in DIAMETERS])
+    for swept, struck in ((data, beads), (sizes, spheres)):
+        speeds = [
+            waves.long_waves(bead).wave_speed_from_force(peaks)
+            for bead, peaks in zip(struck.values(), swept.peak_force.values, strict=True)
+        ]
+        label = {"units": "m/s", "long_name": "wave speed, equation 5.11"}  # for spheres it is 1.10
+        swept["theory"] = (swept.peak_force.dims, speeds, label)
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     data = data.merge(waves.named(sizes, "size")).merge(waves.named(cases, "case"))
-    data["aimed_force"].attrs["units"] = "N"
-    data["diameter"].attrs["units"] = "m"
-    return data
+    return waves.with_units(data, aimed_force="N", diameter="m")
 
 
-def struck_by_its_like(bead: hl.Bead, force: float) -> hl.Chain:
-    """A chain with a free end whose wave has about this peak force, N; the striker equals the beads."""
-    stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
-    return hl.Chain([bead] * BEADS, bead, waves.striker_speed(force, bead.mass, stiffness))
+def struck_by_its_like(bead: hl.Bead, force: float) -> hl.CoSimulation:
+    """Return a chain with a free end whose wave has about this peak force, N; the striker equals the beads."""
+    return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, waves.striker_speed(force, bead)), None)
 
 
 def case_of_the_thesis(case: str) -> hl.CoSimulation:
@@ -108,9 +102,8 @@ def case_of_the_thesis(case: str) -> hl.CoSimulation:
     radius = {"striker of radius 2.38 mm": 2.38e-3, "striker of diameter 2.38 mm": 1.19e-3}.get(case)
     striker = hl.Sphere(radius or printed_radius(), hl.STEEL_316)
     gravity = STANDARD_GRAVITY if case == "gravity" else 0.0
-    return hl.CoSimulation(
-        hl.Chain([bead] * BEADS, striker, IMPACT_SPEED, gravity), hl.half_space(hl.STEEL_316) if gravity else None
-    )
+    chain = hl.Chain([bead] * BEADS, striker, IMPACT_SPEED, gravity)
+    return hl.CoSimulation(chain, hl.half_space(hl.STEEL_316) if gravity else None)
 
 
 def printed_radius() -> float:
@@ -118,43 +111,30 @@ def printed_radius() -> float:
     return float((0.75 * PRINTED_MASS / (pi * hl.STEEL_316.density)) ** (1.0 / 3.0))
 
 
-def _theory(force: xr.DataArray, beads: list[hl.Bead]) -> xr.DataArray:
-    """Return equation 5.11 at the simulated peak forces; for spheres it is 1.10."""
-    speeds = [
-        hl.theory.UniformChain(
-            bead.size, bead.mass, hl.theory.hertz_stiffness(bead.surface, bead.surface)
-        ).wave_speed_from_force(values)
-        for bead, values in zip(beads, force.values, strict=True)
-    ]
-    return xr.DataArray(speeds, dims=force.dims, attrs={"units": "m/s", "long_name": "wave speed, equation 5.11"})
-
-
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
-    of = Conditions.read(data)
-    if of.own:
+    if Conditions.read(data).own:
         return waves.curve_rows(data)
     return [*_contacts(), *_speeds(data), *_relations(data)]
 
 
 def _contacts() -> list[Row]:
     """Return the geometry and stiffness of the three contacts, unit of k: 10⁹ N/m^1.5."""
-    printed = hl.Sphere(printed_radius(), hl.STEEL_316)
+    printed, stiffness = hl.Sphere(printed_radius(), hl.STEEL_316), hl.theory.hertz_stiffness
     surfaces = [*(particle(shape).surface for shape in SHAPES), printed.surface]
-    minor, major, sphere, light = (hl.theory.hertz_stiffness(surface, surface) * 1e-9 for surface in surfaces)
-    rough = hl.theory.hertz_stiffness(surfaces[0], surfaces[0], "approximate") * 1e-9
+    minor, major, sphere, light = (stiffness(surface, surface) * 1e-9 for surface in surfaces)
     return [
         row("larger radius of curvature R'", 1e3 / surfaces[0].curvature),
         row("mass of an ellipsoid", particle("minor axis").mass * 1e3),
         row("k, along the major axis", major),
-        row("k, along the minor axis", minor, rough),
+        row("k, along the minor axis", minor, stiffness(surfaces[0], surfaces[0], "approximate") * 1e-9),
         row("k, equivalent sphere", light, printed.radius * 1e3, sphere),
     ]
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:
     """Return the wave of figure 5.5a."""
-    speeds = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
+    speeds = data.case_wave_speed.to_series().to_dict()
     printed, gravity = speeds["printed mass"], speeds["gravity"]
     wide, wider = data.case_width.sel(case="printed mass").values / MINOR
     return [
@@ -164,28 +144,24 @@ def _speeds(data: xr.Dataset) -> list[Row]:
         row("wave speed, experiment", printed),
         row("wave speed, striker D 2.38 mm", speeds["striker of diameter 2.38 mm"]),
         row("wave speed, striker R 2.38 mm", speeds["striker of radius 2.38 mm"]),
-        row("width, in minor diameters", float(wide), wider,
-            otherwise=waves.widths(float(wider), MINOR)),
-    ]  # fmt: skip
+        row("width, in minor diameters", float(wide), wider, otherwise=waves.widths(float(wider))),
+    ]
 
 
 def _relations(data: xr.Dataset) -> list[Row]:
     """Return the relation of speed and force in figures 5.1 and 5.5b."""
-    at = {shape: waves.speed_at(data.sel(shape=shape), 40.0) for shape in SHAPES}
+    minor, major, sphere = (waves.speed_at(data.sel(shape=shape), 40.0) for shape in SHAPES)
     slope = waves.exponent(data.sel(shape="minor axis"))
     sizes = xr.Dataset({"wave_speed": data.size_wave_speed, "peak_force": data.size_peak_force})
     by_size = [waves.speed_at(sizes.sel(diameter=diameter), 20.0) for diameter in DIAMETERS]
-    power = float(np.polyfit(np.log(DIAMETERS), np.log(by_size), 1)[0])
     ahead = float((data.wave_speed / data.theory).mean())
     return [
         row("exponent n of Hertz's law", 1.0 / (1.0 - 2.0 * slope), slope),
-        row("wave speed along the minor axis", at[SHAPES[0]] / at[SHAPES[2]],
-            holds=at[SHAPES[0]] < at[SHAPES[2]]),
-        row("wave speed along the major axis", at[SHAPES[1]] / at[SHAPES[2]],
-            holds=at[SHAPES[1]] > at[SHAPES[2]]),
+        row("wave speed along the minor axis", minor / sphere, holds=minor < sphere),
+        row("wave speed along the major axis", major / sphere, holds=major > sphere),
         row("wave speed over equation 5.11", ahead, holds=abs(ahead - 1.0) < 2.0 * SIMULATED),
-        row("wave speed over size, exponent", power),
-    ]  # fmt: skip
+        row("wave speed over size, exponent", float(np.polyfit(np.log(DIAMETERS), np.log(by_size), 1)[0])),
+    ]
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -37,62 +37,49 @@ class Conditions(TwoLayers):
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
-    of = Conditions.of(parameters)
-    lowers = of.few("lower", [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS)
-    solid_lowers = struck.chosen(sorted(set(lowers))) if of.own else SOLID_LOWERS[::3] if quick else SOLID_LOWERS
-    jobs = 1 if quick and jobs is None else jobs  # Starting processes would take longer than the quick runs.
-    layers = partial(of.layers, of.upper)
-    return of.marked(struck.over_lengths(layers, sorted(set(lowers)), solid_lowers, jobs, of))
+    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
+    lowers = sorted(set(of.few("lower", [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS)))
+    solid_lowers = struck.chosen(lowers) if of.own else SOLID_LOWERS[::3] if quick else SOLID_LOWERS
+    return of.marked(struck.over_lengths(partial(of.layers, of.upper), lowers, solid_lowers, jobs, of))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the numbers of section 6.1.4, compared with those of hertzlink; the delay of the secondary wave, compared
-    with theory."""
+    """Return the numbers of section 6.1.4, compared with ours, and the secondary wave's delay, with theory."""
     of = Conditions.read(data)
     if of.own:
         sizes = np.full(data.sizes["solid_length"], of.upper)
         return of.own_rows(data, "lower layer", of.theory(sizes, data.solid_length.values))
-    middle = data.sel(dashpot=struck.DASHPOT)
-    ratios = middle.amplitude_ratio.sel(wave="primary")
-    flights = middle.time_of_flight.sel(wave="primary") * 1e6
-    thick = data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9)
-    others = [struck.interval(data.amplitude_ratio.sel(wave="primary", dashpot=d)) for d in (4.0, 6.0)]
+    middle, primary = data.sel(dashpot=struck.DASHPOT), data.sel(wave="primary")
+    ratios, flights = middle.amplitude_ratio.sel(wave="primary"), middle.time_of_flight.sel(wave="primary") * 1e6
+    thick = ratios.where(data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9))
+    lost, doubt = struck.lost(thick), struck.sensitivity(primary.time_of_flight.isel(length=-1), 1e6)
+    others = [struck.interval(primary.amplitude_ratio.sel(dashpot=dashpot)) for dashpot in (4.0, 6.0)]
     expected = float(THESIS.theory(np.array([UPPER]), ECHOLESS_LENGTH).time_of_flight[0]) * 1e6
+    wide, apart = struck.ratio(data.solid_amplitude_ratio[0]), struck.beyond_rod(data, "amplitude_ratio").values
     return [
-        row("AR, primary", struck.interval(ratios), others[0], others[1]),
-        row("AR, primary, from 25.4 mm on", struck.interval(ratios.where(thick)), struck.lost(ratios.where(thick)),
-            holds=struck.lost(ratios.where(thick)) < 100.0 * MEASURED),
-        row("TOF, primary", struck.interval(flights), expected,
-            struck.sensitivity(data.time_of_flight.sel(wave="primary").isel(length=-1), 1e6),
-            otherwise=struck.undamped(data)),
+        row("AR, primary", struck.interval(ratios), *others),
+        row("AR, primary, from 25.4 mm on", struck.interval(thick), lost, holds=lost < 100.0 * MEASURED),
+        row("TOF, primary", struck.interval(flights), expected, doubt, otherwise=struck.undamped(data)),
         row("TOF, primary, varies by", struck.lost(flights)),
-        *[_secondary(middle, data, length) for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3)],
+        *[_delay(data, length) for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3)],
         row("AR, secondary", struck.interval(middle.amplitude_ratio.sel(wave="secondary"))),
-        *_axisymmetric(data),
-    ]  # fmt: skip
+        row("AR, primary, 9.52 mm, axisymmetric", wide, apart[0], apart[-1]),
+    ]
 
 
-def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
+def _delay(data: xr.Dataset, length: float) -> Row:
     """Return the delay of the secondary wave after the primary one; the thesis prints no number."""
-    of = middle.sel(length=length, method="nearest")
+    flights = data.time_of_flight.sel(dashpot=struck.DASHPOT).sel(length=length, method="nearest")
     expected = THESIS.theory(np.array([UPPER]), length) * 1e6
-    delay = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
     cylinder = data.sel(solid_length=length, method="nearest").solid_time_of_flight
     same = abs(float(cylinder.solid_length) - length) < 1e-6
     wide = f", axisymmetric {struck.flight(cylinder, 'secondary'):.0f}" if same else ""
-    said = float(expected.delay_with_lower_mass[0]), struck.flight(of.time_of_flight, "secondary"), wide
-    return row("delay", delay, *said, theory=float(expected.delay[0]), length=length * 1e3)
-
-
-def _axisymmetric(data: xr.Dataset) -> list[Row]:
-    first, apart = data.isel(solid_length=0), struck.beyond_rod(data, "amplitude_ratio").values
-    return [row("AR, primary, 9.52 mm, axisymmetric", struck.ratio(first.solid_amplitude_ratio), apart[0], apart[-1])]
+    said = float(expected.delay_with_lower_mass[0]), struck.flight(flights, "secondary"), wide
+    return row("delay", struck.delay(flights), *said, theory=float(expected.delay[0]), length=length * 1e3)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force-intensity map
-    (6.12)."""
-
+    """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force map (6.12)."""
     of = Conditions.read(data)
 
     def lines(axis: draw.Axes, name: str, wave: str, lengths: Vector) -> None:

@@ -8,22 +8,20 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw, striking
+from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import MEASURED, Row
 
 row = Rows("rod_length")
 RADIUS = 9.53e-3
 LENGTHS = tuple(np.geomspace(6.35e-3, 101.6e-3, 25)) + tuple(np.geomspace(101.6e-3, 609.6e-3, 17)[1:])
 SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3, 304.8e-3, 609.6e-3)
-ECHOLESS_LENGTH = 0.2  # m; the echo of longer rods returns after the bead has left.
 
 
 @dataclass(frozen=True)
-class Conditions(Striking):
+class Conditions(struck.Striking):
     """Parameters that can be changed."""
 
     material: Annotated[hl.Material, "Material of the cylinder"] = hl.STEEL_440C
@@ -56,11 +54,8 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
     of = Conditions.read(data)
-    return _own(data, of) if of.own else _thesis(data)
-
-
-def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """Return AR and TOF of other rods, compared with theory."""
+    if not of.own:
+        return [*_amplitudes(data), *_flights(data), *_others(data)]
 
     def theory(length: float) -> tuple[float, float | str, str]:
         return float(of.time_of_flight(of.wall(of.material))), "", "equation 6.20, without losses and preload"
@@ -68,38 +63,33 @@ def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
     return [*struck.own_rows(data, "rod of", theory), row("own characteristic length", of.theory_length() * 1e3)]
 
 
-def _thesis(data: xr.Dataset) -> list[Row]:
-    primary = data.sel(wave="primary")
-    middle = primary.sel(dashpot=struck.DASHPOT)
-    ratios, flights = middle.amplitude_ratio, middle.time_of_flight
-    drops = [struck.lost(primary.amplitude_ratio.sel(dashpot=dashpot)) for dashpot in striking.DASHPOTS]
-    first, last = (primary.amplitude_ratio.isel(length=i, drop=True) for i in (0, -1))
+def _amplitudes(data: xr.Dataset) -> list[Row]:
+    ratios = data.amplitude_ratio.sel(wave="primary")
+    low, middle, high = (ratios.sel(dashpot=dashpot) for dashpot in struck.DASHPOTS)
+    others = "; ".join(f"{struck.interval(part)} for γ = {d:g}" for part, d in ((low, 4.0), (high, 6.0)))
+    rows = [row("AR, all lengths", struck.interval(middle), others, otherwise=struck.over_dashpots(ratios))]
+    for name, place in (("AR, short cylinder", 0), ("AR, long cylinder", -1)):
+        end = ratios.isel(length=place, drop=True)
+        said = struck.sensitivity(end)
+        rows.append(row(name, float(middle[place]), said, otherwise=struck.over_dashpots(end)))
+    lost = f"{struck.lost(middle):.1f} %"
+    return [*rows, row("AR lost over the lengths", lost, struck.lost(low), struck.lost(high))]
+
+
+def _flights(data: xr.Dataset) -> list[Row]:
+    flights = data.time_of_flight.sel(wave="primary")
+    middle, shortest = flights.sel(dashpot=struck.DASHPOT), struck.sensitivity(flights.isel(length=0), 1e6)
     at = data.sensor_force.sel(sensor=struck.SENSOR).isel(length=0)
     incident = float(at.time[int(at.where(at.time < 3e-4, 0.0).values.argmax())]) * 1e6
+    arrival = incident + float(middle[0]) * 1e6
+    foot = {"read at the foot of the pulse": _foot(at, arrival)}
+    heavier = Conditions(bead_material=replace(hl.STEEL_440C, density=8000.0)).theory_length() * 1e3
+    length, of_heavier = Conditions().theory_length() * 1e3, {"beads of 8000 kg/m³": heavier}
     return [
-        row("AR, all lengths", struck.interval(ratios),
-            "; ".join(f"{struck.interval(primary.amplitude_ratio.sel(dashpot=d))} for γ = {d:g}" for d in (4.0, 6.0)),
-            otherwise=struck.over_dashpots(primary.amplitude_ratio)),
-        row("AR, short cylinder", float(first.sel(dashpot=struck.DASHPOT)), struck.sensitivity(first),
-            otherwise=struck.over_dashpots(first)),
-        row("AR, long cylinder", float(last.sel(dashpot=struck.DASHPOT)), struck.sensitivity(last),
-            otherwise=struck.over_dashpots(last)),
-        row("AR lost over the lengths", f"{drops[1]:.1f} %", drops[0], drops[2]),
-        row("TOF, all lengths", struck.interval(flights, 1e6),
-            struck.sensitivity(primary.time_of_flight.isel(length=0), 1e6), otherwise=struck.undamped(data)),
-        row("characteristic length c T_c/2", Conditions().theory_length() * 1e3,
-            otherwise={"beads of 8000 kg/m³": _heavier_length() * 1e3}),
-        row("arrival of the primary wave, from impact", incident + float(flights[0]) * 1e6, incident,
-            otherwise={"read at the foot of the pulse": _foot(at, incident + float(flights[0]) * 1e6)}),
-        row("secondary wave", _secondary(data),
-            holds=float(data.amplitude_ratio.sel(wave="secondary", dashpot=struck.DASHPOT).max()) < MEASURED),
-        *_axisymmetric(data),
-    ]  # fmt: skip
-
-
-def _heavier_length() -> float:
-    """Return the characteristic length, m, with beads of the density that section 6.2.1 uses."""
-    return Conditions(bead_material=replace(hl.STEEL_440C, density=8000.0)).theory_length()
+        row("TOF, all lengths", struck.interval(middle, 1e6), shortest, otherwise=struck.undamped(data)),
+        row("characteristic length c T_c/2", length, otherwise=of_heavier),
+        row("arrival of the primary wave, from impact", arrival, incident, otherwise=foot),
+    ]
 
 
 def _foot(force: xr.DataArray, peak: float) -> float:
@@ -110,18 +100,16 @@ def _foot(force: xr.DataArray, peak: float) -> float:
     return float(time[low[-1]]) if low.size else float("nan")
 
 
-def _secondary(data: xr.Dataset) -> str:
-    return f"AR {float(data.amplitude_ratio.sel(wave='secondary', dashpot=struck.DASHPOT).max()):.2g} or less"
-
-
-def _axisymmetric(data: xr.Dataset) -> list[Row]:
-    wide = [float(data.solid_amplitude_ratio.sel(wave="primary")[i]) for i in (0, -1)]
+def _others(data: xr.Dataset) -> list[Row]:
+    """Return the secondary wave, and axisymmetric cylinders."""
+    secondary = float(data.amplitude_ratio.sel(wave="secondary", dashpot=struck.DASHPOT).max())
+    first, last = data.solid_amplitude_ratio.sel(wave="primary").values[[0, -1]].tolist()
     apart = float(abs(struck.beyond_rod(data, "amplitude_ratio")).max())
-    later = float(struck.beyond_rod(data, "time_of_flight").mean()) * 1e6
     return [
-        row("AR, axisymmetric", f"{wide[0]:.3f} to {wide[1]:.3f}", apart, holds=wide[0] - wide[1] < 0.001),
-        row("TOF, axisymmetric less 1-D", later),
-    ]  # fmt: skip
+        row("secondary wave", f"AR {secondary:.2g} or less", holds=secondary < MEASURED),
+        row("AR, axisymmetric", f"{first:.3f} to {last:.3f}", apart, holds=first - last < 0.001),
+        row("TOF, axisymmetric less 1-D", float(struck.beyond_rod(data, "time_of_flight").mean()) * 1e6),
+    ]
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
@@ -132,19 +120,13 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     struck.against_length(axes[0], data, "time_of_flight", "primary", "TOF (µs)", label)
     struck.against_length(axes[1], data, "amplitude_ratio", "primary", "AR", label)
     ends = np.array([data.length.min(), data.length.max()]) * 1e3
-    draw.theory_line(
-        axes[0], ends, np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6), "theory of contact times"
-    )
+    theory = np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6)
+    draw.theory_line(axes[0], ends, theory, "theory of contact times")
     for axis in axes:
         draw.marked(axis, of.theory_length() * 1e3, "$c\\,T_c/2$")
+        # Opaque, as the dotted line may lie below it.
+        axis.legend(frameon=True, framealpha=1.0, edgecolor="none", loc="lower left" if not of.own else "best")
     if not of.own:
         axes[0].set_ylim(430.0, 490.0)
         axes[1].set_ylim(0.6, 0.85)
-    for axis in axes:
-        # Opaque, as the dotted line may lie below it.
-        axis.legend(frameon=True, framealpha=1.0, edgecolor="none", loc="lower left" if not of.own else "best")
-    force = data.sensor_force.sel(sensor=struck.SENSOR).transpose("length", "time").values
-    return {
-        "length": figure,
-        "force_intensity": draw.intensity_map(data.time.values, data.length.values, force, label, 1e3),
-    }
+    return {"length": figure, "force_intensity": struck.force_intensity(data, label)}

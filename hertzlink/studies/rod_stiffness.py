@@ -8,11 +8,10 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw, table_2_1
+from hertzlink.studies import conditions, draw, table_2_1, waves
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.striking import BEADS, SENSOR, Striking
-from hertzlink.studies.struck_cylinders import DASHPOT, THESIS, WAVES
+from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
 from hertzlink.studies.table import Row
 from structures.quantities import Likely
 
@@ -20,22 +19,20 @@ row = Rows("rod_stiffness")
 LENGTH, RADIUS = 76.2e-3, 19.1e-3
 MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
 MODULUS = replace(Likely.MODULUS, low=1e5, high=1e13)
+SWEPT = "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel"
 # Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory.
 BODIES = ("cylinder", "half-space")
 WALLS = {"steel 440C": hl.STEEL_440C, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
 TIME_CONSTANT = 1e-3  # s, RC of the piezoelectric discs (section 2.2).
-# The speeds of incident and reflected wave are compared between this sensor and sensor 7, both away from the ends.
-FAR_SENSOR = 12
+FAR_SENSOR = 12  # Incident and reflected wave are timed between this sensor and sensor 7, both away from the ends.
 
 
 @dataclass(frozen=True)
-class Conditions(Striking):
+class Conditions(struck.Striking):
     """Parameters that can be changed."""
 
     material: Annotated[tuple[hl.Material, ...], "Materials of rods and cylinders"] = tuple(hl.MATERIALS.values())
-    modulus: Annotated[
-        tuple[float, ...], MODULUS, "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel"
-    ] = MODULI
+    modulus: Annotated[tuple[float, ...], MODULUS, SWEPT] = MODULI
     length: Annotated[float, conditions.LENGTH, "Length of the cylinder"] = LENGTH
     radius: Annotated[float, conditions.LENGTH, "Radius of the cylinder"] = RADIUS
 
@@ -48,16 +45,16 @@ class Conditions(Striking):
         softest = replace(hl.STEEL_440C, youngs_modulus=min(self.modulus), name="")
         return [self.layers(material) for material in (*self.material, softest)]
 
+    def materials(self) -> dict[str, hl.Material]:
+        """Return the materials by name, or by modulus where they have none."""
+        return {m.name or f"{m.youngs_modulus * 1e-9:.4g} GPa": m for m in self.material}
+
     def walls(self) -> dict[str, hl.Material]:
         """Return the two extremes, whose chains are shown bead by bead; one if there is only one material."""
         if self.material == self.thesis("material"):
             return WALLS
         ends = [extreme(self.material, key=lambda material: material.youngs_modulus) for extreme in (max, min)]
-        return {_called(material): material for material in ends}
-
-
-def _called(material: hl.Material) -> str:
-    return material.name or f"{material.youngs_modulus * 1e-9:.4g} GPa"
+        return replace(self, material=tuple(ends)).materials()
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
@@ -67,14 +64,9 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     "solid" to axisymmetric cylinders and half-spaces, with "wall" to the two rods whose chains are shown bead by bead.
     quick: every sixth modulus, steel 440C and PTFE only.
     """
-    if quick and jobs is None:
-        # Starting processes would take longer than the runs.
-        jobs = 1
-    of = Conditions.of(parameters)
-    moduli = of.few("modulus", MODULI[::6] if quick else MODULI)
+    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
     of.check_meshes()
-    by_name = {_called(material): material for material in of.material}
-    materials = WALLS if quick and of.material == of.thesis("material") else by_name
+    materials = WALLS if quick and of.material == of.thesis("material") else of.materials()
 
     def stiff(youngs_modulus: float) -> hl.CoSimulation:
         material = replace(hl.STEEL_440C, youngs_modulus=youngs_modulus, name="")
@@ -85,55 +77,50 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
 
     def wide(material: str, body: str) -> hl.CoSimulation:
         wall = materials[material]
-        struck_body = hl.half_space(wall) if body == "half-space" else of.solid(of.layers(wall))
-        return hl.CoSimulation(of.chain(), struck_body)
+        return hl.CoSimulation(of.chain(), hl.half_space(wall) if body == "half-space" else of.solid(of.layers(wall)))
 
+    moduli = of.few("modulus", MODULI[::6] if quick else MODULI)
     data = hl.sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
-    for kind, measures in (
-        ("material", hl.sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)),
-        ("solid", hl.sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)),
-    ):
-        for name, values in measures.data_vars.items():
-            data[f"{kind}_{name}"] = values
+    rods = hl.sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)
+    solids = hl.sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)
+    for kind, measures in (("material", rods), ("solid", solids)):
+        data = data.assign(waves.named(measures, kind).data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
-    data["youngs_modulus"].attrs["units"] = "Pa"
-    data["dashpot"].attrs["units"] = "N s/m"
+    waves.with_units(data, youngs_modulus="Pa", dashpot="N s/m")
     return of.marked(data.merge(walls(of), combine_attrs="override"))
 
 
 def walls(of: Conditions) -> xr.Dataset:
-    """Return the motion of each bead against the stiffest and the softest rod, the force at the sensors, and the
-    distribution of the energy."""
+    """Return the motion of beads on the stiffest and the softest rod, the force at the sensors, and the energies."""
     shown = of.walls()
 
     def against(wall: str) -> hl.CoSimulation:
         return hl.CoSimulation(of.chain(), of.slender(of.layers(shown[wall])))
 
     runs = hl.sweep(against, of.until, 1, wall=list(shown))
-    seen = [hl.reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in shown]
+    each = [runs.sel(wall=name) for name in shown]
+    seen = [hl.reflections(struck.high_pass(run, TIME_CONSTANT), SENSOR).primary for run in each]
+    filtered = [wave.amplitude_ratio if wave else np.nan for wave in seen]
+    stored = xr.concat([_wall_energy(run, of.wall(m)) for run, m in zip(each, shown.values(), strict=True)], "wall")
     energy = runs.kinetic_energy + runs.contact_energy + runs.structure_energy
-    stored = xr.concat(
-        [wall_energy(runs.sel(wall=name), of.wall(material)) for name, material in shown.items()], "wall"
-    )
-    ratios = [speed_ratio(runs.sel(wall=name)) for name in shown]
-    forces = xr.concat([struck.with_forces(runs.sel(wall=name)).sensor_force for name in shown], "wall")
-    energies = xr.Dataset(
+    last = {"units": "N", "long_name": "force between the last two beads"}
+    share = {"units": "1", "long_name": "energy of the last contact / energy left"}
+    behind = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
+    data = xr.Dataset(
         {
             "wall_displacement": runs.displacement,
-            "wall_last_force": runs.contact_force.sel(contact=BEADS, drop=True),
-            "wall_sensor_force": forces,
-            "wall_energy_share": (stored / energy).isel(time=stored.argmax("time")),
-            "wall_speed_ratio": ("wall", ratios, {"units": "1"}),
-            "wall_filtered_ratio": ("wall", [wave.amplitude_ratio if wave else np.nan for wave in seen]),
+            "wall_last_force": runs.contact_force.sel(contact=BEADS, drop=True).assign_attrs(last),
+            "wall_sensor_force": xr.concat([struck.with_forces(run).sensor_force for run in each], "wall"),
+            "wall_energy_share": (stored / energy).isel(time=stored.argmax("time")).assign_attrs(share),
+            "wall_speed_ratio": ("wall", [_speed_ratio(run) for run in each], {"units": "1"}),
+            "wall_filtered_ratio": ("wall", filtered, behind),
         }
-    ).drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
-    energies["wall_last_force"].attrs = {"units": "N", "long_name": "force between the last two beads"}
-    energies["wall_filtered_ratio"].attrs = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
-    energies["wall_energy_share"].attrs = {"units": "1", "long_name": "energy of the last contact / energy left"}
-    return energies.assign_coords(wall=list(shown))
+    )
+    data = data.drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
+    return data.assign_coords(wall=list(shown))
 
 
-def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
+def _wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
     """Return the potential energy of the last bead's contact, J: 2/5 k δ^5/2. stiffness: k, N/m^1.5."""
     resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
     overlap = run.displacement.sel(bead=BEADS, drop=True) - run.surface_displacement + resting
@@ -141,7 +128,7 @@ def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
     return energy
 
 
-def speed_ratio(run: xr.Dataset) -> float:
+def _speed_ratio(run: xr.Dataset) -> float:
     """Return the speed of the primary wave over that of the incident one, between two sensors away from both ends."""
     near, far = (hl.reflections(run, sensor) for sensor in (SENSOR, FAR_SENSOR))
     if not (near.incident and far.incident and near.primary and far.primary):
@@ -150,8 +137,7 @@ def speed_ratio(run: xr.Dataset) -> float:
 
 
 def collisions(data: xr.Dataset) -> tuple[float, ...]:
-    """Return against the softest rod, s: when bead 20 is deepest, and when it then hits bead 19 for the first and the
-    second time, if it does."""
+    """Return when, s, bead 20 is deepest in the softest rod, and when it then hits bead 19, at most twice."""
     soft = data.isel(wall=-1)
     force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
     hits = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
@@ -159,44 +145,37 @@ def collisions(data: xr.Dataset) -> tuple[float, ...]:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the numbers of section 6.1.1 and of Table 2.1, compared with those of hertzlink; of other rods, with
-    theory."""
+    """Return the numbers of section 6.1.1 and Table 2.1, compared with ours; of other rods, with theory."""
     of = Conditions.read(data)
     if of.own:
-        return _own(data, of)
+        return [row for name, m in of.materials().items() if name in data.material for row in _own(data, of, name, m)]
+    return [*_waves(data), *_sensor(data), *_last_bead(data), *_critical(data), *_solid(data), *table_2_1.table()]
+
+
+def _own(data: xr.Dataset, of: Conditions, name: str, material: hl.Material) -> list[Row]:
+    """Return AR and TOF of another rod, the last bead's motion, and the modulus below which secondary waves form."""
+    rods = data.sel(material=name)
+    at, cylinder, space = rods.sel(dashpot=of.middle), *(rods.sel(body=body) for body in BODIES)
+    wide = [struck.ratio(case.solid_amplitude_ratio) for case in (cylinder, space)]
+    later = [struck.flight(case.solid_time_of_flight) for case in (cylinder, space)]
+    spread = [
+        struck.band(rods[f"material_{variable}"].sel(wave="primary"), factor)
+        for variable, factor in (("amplitude_ratio", 1.0), ("time_of_flight", 1e6))
+    ]
+    ratio, flight = struck.ratio(at.material_amplitude_ratio), struck.flight(at.material_time_of_flight)
+    expected, hertz = float(of.time_of_flight(of.wall(material))) * 1e6, of.contact_time(material) * 1e6
+    moved, contact = float(at.material_largest_displacement) * 1e6, float(at.material_contact_time) * 1e6
+    second, limit = struck.ratio(at.material_amplitude_ratio, "secondary"), _critical_modulus(of)
     return [
-        *_waves(data), *_sensor(data), *_bead(data), *_energy(data), *_critical(data), *_solid(data),
-        *table_2_1.table(),
-    ]  # fmt: skip
+        row("own AR", ratio or "no wave", *wide, spread[0], rod=name),
+        row("own TOF", struck.known(flight), *later, spread[1], theory=expected, rod=name),
+        row("own secondary AR", second, limit * 1e-9, rod=name),
+        row("own displacement", moved, contact, hertz, rod=name),
+    ]
 
 
-def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """Return AR and TOF of other rods, the last bead's motion, and the modulus below which secondary waves form."""
-    rows = []
-    for name, material in {_called(material): material for material in of.material}.items():
-        if name not in data.material.values:
-            continue
-        rods, solids = data.sel(material=name), data.sel(material=name)
-        at, cylinder, space = rods.sel(dashpot=of.middle), *(solids.sel(body=body) for body in BODIES)
-        expected = float(of.time_of_flight(of.wall(material))) * 1e6
-        wide, half = (struck.ratio(case.solid_amplitude_ratio) for case in (cylinder, space))
-        later, longer = (struck.flight(case.solid_time_of_flight) for case in (cylinder, space))
-        ratio, flight = struck.ratio(at.material_amplitude_ratio), struck.flight(at.material_time_of_flight)
-        ratios, flights = (
-            rods[f"material_{variable}"].sel(wave="primary") for variable in ("amplitude_ratio", "time_of_flight")
-        )
-        moved, contact = float(at.material_largest_displacement) * 1e6, float(at.material_contact_time) * 1e6
-        second, limit = (
-            struck.ratio(at.material_amplitude_ratio, "secondary"),
-            hl.theory.critical_modulus(of.bead_material),
-        )
-        rows += [
-            row("own AR", ratio or "no wave", wide, half, struck.band(ratios), rod=name),
-            row("own TOF", struck.known(flight), later, longer, struck.band(flights, 1e6), theory=expected, rod=name),
-            row("own secondary AR", second, limit * 1e-9, rod=name),
-            row("own displacement", moved, contact, of.contact_time(material) * 1e6, rod=name),
-        ]
-    return rows
+def _critical_modulus(of: struck.Striking) -> float:
+    return hl.theory.critical_modulus(of.bead_material)
 
 
 def _both(data: xr.Dataset, label: str, name: str, factor: float = 1.0, *said: float) -> Iterable[Row]:
@@ -221,74 +200,62 @@ def _waves(data: xr.Dataset) -> list[Row]:
         *_both(data, "AR,", "amplitude_ratio"),
         *_both(data, "TOF,", "time_of_flight", 1e6, *theory),
         row("TOF, PTFE over steel", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %"),
-        row("SSW after PSW, PTFE", struck.flight(ptfe.material_time_of_flight, "secondary") - flights[1]),
+        row("SSW after PSW, PTFE", struck.delay(ptfe.material_time_of_flight)),
         row("reflected wave slower than incident, steel", f"{slower[0]:.1f} %", slower[1]),
     ]
 
 
-def _sensor(data: xr.Dataset) -> list[Row]:
+def _sensor(data: xr.Dataset) -> Iterable[Row]:
     """Return the effect on AR of the time constant of the sensors, which section 2.2 gives."""
-    rows = []
     for name in WALLS:
         plain = struck.ratio(data.material_amplitude_ratio.sel(material=name, dashpot=DASHPOT))
         seen = float(data.wall_filtered_ratio.sel(wall=name))
-        rows.append(row(f"AR, {name}, behind the sensor's RC", seen, plain, 1e3 * TIME_CONSTANT))
-    return rows
+        yield row(f"AR, {name}, behind the sensor's RC", seen, plain, 1e3 * TIME_CONSTANT)
 
 
-def _bead(data: xr.Dataset) -> list[Row]:
+def _last_bead(data: xr.Dataset) -> list[Row]:
+    """Return its motion, and the energy that its contact stores."""
     deepest, first, second = (time * 1e6 for time in collisions(data))
+    hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
     return [
         *_both(data, "largest displacement of bead 20,", "largest_displacement", 1e6),
         *_both(data, "contact with", "contact_time", 1e6),
         row("bead 20 deepest in PTFE", deepest),
         row("first collision of beads 20 and 19, PTFE", first),
         row("second collision, PTFE", second, second - first),
-    ]
-
-
-def _energy(data: xr.Dataset) -> list[Row]:
-    hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
-    return [
         row("energy that becomes potential, steel", hard),
         row("energy that becomes potential, PTFE", soft),
     ]
 
 
 def _critical(data: xr.Dataset) -> list[Row]:
-    critical = hl.theory.critical_modulus(hl.STEEL_440C)
+    critical, steel = _critical_modulus(THESIS), hl.STEEL_440C.youngs_modulus
     secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
-    near = float(secondary.interp(youngs_modulus=critical))
     gap = data.youngs_modulus.where(secondary == 0.0)
     tail = f"SSW here part from the primary wave's tail below {float(gap.min()) * 1e-9:.0f} GPa only"
     if float(data.youngs_modulus.max()) > float(gap.max()):
         tail += f", and what is above {float(gap.max()) * 1e-9:.0f} GPa are the last beads' small collisions"
     return [
-        row("E below which SSW form, over the bead's", critical / hl.STEEL_440C.youngs_modulus),
+        row("E below which SSW form, over the bead's", critical / steel),
         row("modulus below which SSW form", critical * 1e-9),
-        row("SSW there, over the incident wave", near, tail),
-        row("steel stiffer than PTFE", f"{hl.STEEL_440C.youngs_modulus / hl.PTFE.youngs_modulus:.0f} times"),
-    ]  # fmt: skip
+        row("SSW there, over the incident wave", float(secondary.interp(youngs_modulus=critical)), tail),
+        row("steel stiffer than PTFE", f"{steel / hl.PTFE.youngs_modulus:.0f} times"),
+    ]
 
 
-def _solid(data: xr.Dataset) -> list[Row]:
-    rows = []
+def _solid(data: xr.Dataset) -> Iterable[Row]:
     for name in WALLS:
-        of = data.sel(material=name)
-        cylinder, space = (of.sel(body=body) for body in BODIES)
-        rod = of.sel(dashpot=DASHPOT)
-        later = struck.flight(cylinder.solid_time_of_flight) - struck.flight(rod.material_time_of_flight)
-        apart = struck.ratio(cylinder.solid_amplitude_ratio) - struck.ratio(rod.material_amplitude_ratio)
-        rows.append(
-            row(f"AR, {name}, axisymmetric", struck.ratio(cylinder.solid_amplitude_ratio), apart, later,
-                struck.ratio(space.solid_amplitude_ratio), struck.flight(space.solid_time_of_flight))
-        )  # fmt: skip
-    return rows
+        rod, *wide = data.sel(material=name, dashpot=DASHPOT), *(data.sel(material=name, body=b) for b in BODIES)
+        (ratio, flight), space = (
+            (struck.ratio(body.solid_amplitude_ratio), struck.flight(body.solid_time_of_flight)) for body in wide
+        )
+        apart = ratio - struck.ratio(rod.material_amplitude_ratio)
+        later = flight - struck.flight(rod.material_time_of_flight)
+        yield row(f"AR, {name}, axisymmetric", ratio, apart, later, *space)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force-intensity map
-    (6.5)."""
+    """Return the forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force map (6.5)."""
     force = data.sensor_force.sel(sensor=SENSOR).transpose("youngs_modulus", "time").values
     return {
         "stiffness": _over_modulus(data),
@@ -301,31 +268,24 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 def _over_modulus(data: xr.Dataset) -> draw.Figure:
     figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
     modulus, label = data.youngs_modulus.values, "Young's modulus of the cylinder (GPa)"
-    of = Conditions.read(data)
-    real, solid = data.sel(dashpot=of.middle), data.sel(body="cylinder")
+    of, real_modulus = Conditions.read(data), data.material_modulus * 1e-9
     for axis, name, factor, what in (
         (axes[0], "time_of_flight", 1e6, "time of flight (µs)"),
         (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
     ):
+        rods = data[f"material_{name}"].sel(dashpot=of.middle)
+        cylinders = data[f"solid_{name}"].sel(body="cylinder")
         for colour, wave in zip(draw.COLOURS, WAVES, strict=False):
-            swept, rods, cylinders = (
-                factor * part.sel(wave=wave) for part in (data[name], real[f"material_{name}"], solid[f"solid_{name}"])
-            )
-            axis.plot(modulus * 1e-9, swept, "-", color=colour, label=f"{wave} wave")
-            axis.plot(data.material_modulus * 1e-9, rods, "o", color=colour)
-            axis.plot(data.material_modulus * 1e-9, cylinders, "x", color=colour)
+            axis.plot(modulus * 1e-9, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
+            axis.plot(real_modulus, factor * rods.sel(wave=wave), "o", color=colour)
+            axis.plot(real_modulus, factor * cylinders.sel(wave=wave), "x", color=colour)
         axis.set(xscale="log", xlabel=label, ylabel=what)
         axis.xaxis.set_major_formatter("{x:g}")
-    walls = [hl.Surface(replace(hl.STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
-    stiffness = np.array([hl.theory.hertz_stiffness(of.sphere.surface, wall) for wall in walls])
-    theory = of.time_of_flight(stiffness) * 1e6
-    draw.theory_line(axes[0], modulus * 1e-9, theory, "theory of contact times")
-    which = "the given" if of.own else "real"
-    axes[1].plot([], [], "o", color="grey", label=f"rods of {which} materials")
+    walls = [of.wall(replace(hl.STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
+    draw.theory_line(axes[0], modulus * 1e-9, of.time_of_flight(np.array(walls)) * 1e6, "theory of contact times")
+    axes[1].plot([], [], "o", color="grey", label=f"rods of {'the given' if of.own else 'real'} materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
-    draw.marked(
-        axes[1], hl.theory.critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True
-    )
+    draw.marked(axes[1], _critical_modulus(of) * 1e-9, "theory: secondary\nwaves left of this", left=True)
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend()
     axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")
@@ -347,10 +307,11 @@ def _displacements(data: xr.Dataset) -> draw.Figure:
     for axis, wall in zip(axes, data.wall.values, strict=True):
         draw.displacements(axis, data.wall_displacement.sel(wall=wall), SENSOR)
         axis.set_title(f"against {wall}")
-    last = data.wall_displacement.isel(wall=-1).sel(bead=BEADS)
-    for i, (time, marker) in enumerate(zip(collisions(data)[1:], ("o", "s"), strict=False)):
-        at, label = float(last.sel(time=time)) * 1e6, f"{('first', 'second')[i]} collision"
-        axes[-1].plot(time * 1e6, at, marker, color="black", markerfacecolor="none", markersize=6.0, label=label)
+    last, look = data.wall_displacement.isel(wall=-1).sel(bead=BEADS) * 1e6, draw.Look(markerfacecolor="none")
+    for time, marker, which in zip(collisions(data)[1:], ("o", "s"), ("first", "second"), strict=False):
+        at = float(last.sel(time=time))
+        label = f"{which} collision"
+        axes[-1].plot(time * 1e6, at, marker, color="black", markersize=6.0, label=label, **look)
     top = float(data.wall_displacement.max()) * 1e6
     axes[0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
     axes[-1].legend()

@@ -1,40 +1,153 @@
-"""Common parts of the studies of section 6.1: the chain, the cylinders that it strikes, and the kept part of a run."""
+"""The studies of section 6.1: parameters of the vertical chain, the cylinders that it strikes, and what a run gives."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
 from coupling.inference.prediction import high_passed
-from hertzlink.studies import draw
+from hertzlink.studies import draw, waves
+from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.striking import BEADS, DASHPOTS, Striking
-from hertzlink.studies.striking import SENSOR as SENSOR
 from hertzlink.studies.table import Row
+from particles.bead import STANDARD_GRAVITY
+from structures.elasticity import HIGHEST_FREQUENCY
+from structures.reduction import DEFAULT_PULSE
 from structures.structure import Vector
 
 row = Rows("struck_cylinders")
-THESIS = Striking()  # The thesis's chain.
-# AR and TOF are read at bead 7; at 16, four beads from the cylinder, incident and reflected wave overlap.
-SENSORS = (SENSOR, 16)
+BEADS, SENSOR = 20, 7
+SENSORS = (SENSOR, 16)  # AR and TOF are read at bead 7; at 16 incident and reflected wave overlap.
 WAVES = ("primary", "secondary")
-DASHPOT = THESIS.middle  # N s/m; the tables show the other two of DASHPOTS as well.
+UNTIL = 1.5e-3  # Length of the thesis's records, s.
+DROP_HEIGHT = 0.01
+DASHPOTS = (4.0, 5.0, 6.0)  # N s/m, at every contact; the thesis does not give its coefficient.
+CROSSING = 1e-6  # s, in which a wave crosses an element of a rod by default.
+DAMPING = hl.quantities.Quantity("N s/m", "a dashpot", "5 N s/m", high=1e6)
+BAND = "Dashpot at each contact; of several values the middle one counts, and the others give its band"
+
+
+@dataclass(frozen=True)
+class Striking(Conditions):
+    """The chain. Records, meshes and pulses follow the contact time where the chain is not the thesis's."""
+
+    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.52e-3
+    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
+    drop_height: Annotated[float, HEIGHT, "Height from which the striker falls"] = DROP_HEIGHT
+    impact_speed: Annotated[float | None, SPEED, "Speed of the striker, in place of the drop height"] = None
+    dashpot: Annotated[tuple[float, ...], DAMPING, BAND] = DASHPOTS
+
+    def check(self) -> None:
+        """Refuse both a speed and a height."""
+        if self.impact_speed is not None and self.drop_height != DROP_HEIGHT:
+            raise WrongValue("impact_speed", self.impact_speed, "give it or the drop height, not both")
+
+    @property
+    def sphere(self) -> hl.Sphere:
+        """A bead."""
+        return hl.Sphere(self.bead / 2.0, self.bead_material)
+
+    @property
+    def speed(self) -> float:
+        """The speed of the striker, m/s."""
+        return hl.drop_speed(self.drop_height) if self.impact_speed is None else self.impact_speed
+
+    @property
+    def middle(self) -> float:
+        """The dashpot that counts, N s/m."""
+        return self.dashpot[len(self.dashpot) // 2]
+
+    def chain(self, dashpot: float | None = None) -> hl.Chain:
+        """Return the chain of 20 spheres, with a dashpot, N s/m, by default that which counts."""
+        loss = hl.LinearDashpot(self.middle if dashpot is None else dashpot)
+        return hl.Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, loss)
+
+    def wall(self, material: hl.Material) -> float:
+        """Return k of a bead on a half-space, N/m^1.5."""
+        return hl.theory.hertz_stiffness(self.sphere.surface, hl.Surface(material))
+
+    def time_of_flight(self, wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
+        """Return TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
+        pair, mass = hl.theory.hertz_stiffness(self.sphere.surface, self.sphere.surface), self.sphere.mass
+        return np.asarray(hl.theory.primary_time_of_flight(BEADS - SENSOR, mass, pair, wall, self.speed, restitution))
+
+    def contact_time(self, material: hl.Material) -> float:
+        """Return the contact time of one bead on a half-space at the striker's speed, s (equation 6.8)."""
+        return float(hl.theory.hertz_contact_time(self.sphere.mass, self.wall(material), self.speed))
+
+    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
+        """Return the cylinders of the study at their longest."""
+        raise NotImplementedError
+
+    @cached_property
+    def until(self) -> float:
+        """Length of the record, s: the thesis's, in terms of the chain's TOF on a soft wall, and the longest echo."""
+        if not self.own:
+            return UNTIL
+        stacks = list(self.stacks())
+        softest = min(self.wall(hl.PTFE), *(self.wall(stack[0].material) for stack in stacks))
+        thesis = replace(self, **{name: self.thesis(name) for name in self.differing()})
+        scale = float(self.time_of_flight(softest) / thesis.time_of_flight(thesis.wall(hl.PTFE)))
+        echo = max(2.0 * sum(layer.length / layer.material.bar_speed for layer in stack) for stack in stacks)
+        return UNTIL * scale + echo + self.spring_time()
+
+    def spring_time(self) -> float:
+        """Return the time, s, by which a soft layer makes the record longer."""
+        return 0.0
+
+    @cached_property
+    def sharper(self) -> float:
+        """The factor by which the contact is shorter than the thesis's with steel, at least 1."""
+        thesis = type(self)().contact_time(hl.STEEL_440C)
+        return max(1.0, thesis / self.contact_time(hl.STEEL_440C)) if self.own else 1.0
+
+    def slender(self, layers: Sequence[hl.Layer]) -> hl.Structure:
+        """Return the rod of these layers on a fixed base; its reduction does not change AR and TOF."""
+        elements = None
+        if self.sharper > 1.0:
+            elements = max(ceil(self.sharper * layer.length / layer.material.bar_speed / CROSSING) for layer in layers)
+        return hl.reduce(hl.rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
+
+    def check_meshes(self) -> None:
+        """Raise a ValueError before any run where a mesh would be too large; the thesis's are not."""
+        for stack in self.stacks() if self.own else ():
+            try:
+                self._cylinder(stack)
+            except ValueError as error:
+                cure = f"makes too fine a mesh for this cylinder ({error}); give larger beads or a smaller cylinder"
+                raise WrongValue("bead", self.bead, cure) from None
+
+    def _cylinder(self, layers: Sequence[hl.Layer]) -> hl.Structure:
+        return hl.layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
+
+    def solid(self, layers: Sequence[hl.Layer]) -> hl.Structure:
+        """Return the axisymmetric cylinder of these layers on a fixed base, reduced."""
+        return hl.reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)
+
+
+THESIS = Striking()
+DASHPOT = THESIS.middle
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return the part of a run that the studies keep: AR and TOF at bead 7, and the motion of the last bead."""
-    waves = hl.reflections(run, SENSOR)
-    incident, returned = waves.incident, (waves.primary, waves.secondary)
+    seen = hl.reflections(run, SENSOR)
+    incident, returned = seen.incident, (seen.primary, seen.secondary)
     largest = run.displacement.sel(bead=BEADS).max().reset_coords(drop=True)
     ratios = [wave.amplitude_ratio if wave else np.nan for wave in returned]
     flights = [wave.time_of_flight if wave else np.nan for wave in returned]
+    contact = {"units": "s", "long_name": "last bead's contact with the rod"}
     return xr.Dataset(
         {
             "amplitude_ratio": ("wave", ratios, {"units": "1", "long_name": "amplitude ratio"}),
             "time_of_flight": ("wave", flights, {"units": "s", "long_name": "time of flight"}),
             "largest_displacement": largest.assign_attrs(units="m", long_name="largest displacement of the last bead"),
-            "contact_time": ((), hl.contact_time(run), {"units": "s", "long_name": "last bead's contact with the rod"}),
+            "contact_time": ((), hl.contact_time(run), contact),
             "incident_arrival": ((), incident.arrival if incident else np.nan, {"units": "s"}),
         },
         coords={"wave": list(WAVES)},
@@ -44,32 +157,26 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
     """Return the signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s."""
     step = float(run.time[1] - run.time[0])  # those of a run are equal
-    return hl.as_signal(
-        run.time.values, {SENSOR: high_passed(hl.sensor_force(run, SENSOR).values, step, time_constant)}
-    )
+    filtered = high_passed(hl.sensor_force(run, SENSOR).values, step, time_constant)
+    return hl.as_signal(run.time.values, {SENSOR: filtered})
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF, and the force at both sensors over time."""
     force = xr.concat([hl.sensor_force(run, sensor) for sensor in SENSORS], "sensor")
+    force = force.assign_attrs(units="N", long_name="force at the sensor, above the preload")
     measures = measure(run)[["amplitude_ratio", "time_of_flight"]].assign_coords(sensor=list(SENSORS))
-    return measures.assign(
-        sensor_force=force.assign_attrs(units="N", long_name="force at the sensor, above the preload")
-    )
+    return measures.assign(sensor_force=force)
 
 
 def over_lengths(
-    layers: Callable[[float], list[hl.Layer]],
-    lengths: Iterable[float],
-    solid_lengths: Iterable[float],
-    jobs: int | None,
-    of: Striking = THESIS,
-) -> xr.Dataset:
+    layers: Callable[[float], list[hl.Layer]], lengths: Iterable[float], solid_lengths: Iterable[float],
+    jobs: int | None, of: Striking,
+) -> xr.Dataset:  # fmt: skip
     """Return AR and TOF over a length (m): rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
     The force at the sensors is that of the rods, for the middle dashpot.
     """
-
     of.check_meshes()
 
     def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
@@ -84,12 +191,10 @@ def over_lengths(
     for name in ("amplitude_ratio", "time_of_flight"):
         data[f"solid_{name}"] = solids[name]
     if not of.own:
-        ends = [float(data.length[place]) for place in (0, -1)]
+        ends = data.length.values[[0, -1]].tolist()
         free = hl.sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
         data["undamped_time_of_flight"] = free.time_of_flight
-    for name, units in (("length", "m"), ("solid_length", "m"), ("dashpot", "N s/m")):
-        data[name].attrs["units"] = units
-    return data
+    return waves.with_units(data, length="m", solid_length="m", dashpot="N s/m")
 
 
 def ratio(values: xr.DataArray, wave: str = "primary") -> float:
@@ -102,20 +207,25 @@ def flight(values: xr.DataArray, wave: str = "primary") -> float:
     return float(values.sel(wave=wave)) * 1e6
 
 
+def delay(flights: xr.DataArray) -> float:
+    """Return the secondary wave's delay after the primary one, µs; NaN without one."""
+    return flight(flights, "secondary") - flight(flights)
+
+
+def known(value: float) -> float | str:
+    """Return a number, or words where no wave was seen."""
+    return value if np.isfinite(value) else "no wave"
+
+
 def lost(values: xr.DataArray) -> float:
     """Return the difference between the largest and the smallest value, in percent of the largest."""
     return 100.0 * float(1.0 - values.min() / values.max())
 
 
-def middle(data: xr.Dataset) -> float:
-    """Return the dashpot that counts, N s/m."""
-    return float(data.dashpot[data.sizes["dashpot"] // 2])
-
-
 def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
     """Return AR or TOF of the cylinders minus that of rods of the same length."""
-    rods = data[name].sel(wave=wave, dashpot=middle(data)).dropna("length").interp(length=data.solid_length)
-    return data[f"solid_{name}"].sel(wave=wave) - rods
+    middle = data[name].sel(wave=wave).isel(dashpot=data.sizes["dashpot"] // 2)
+    return data[f"solid_{name}"].sel(wave=wave) - middle.dropna("length").interp(length=data.solid_length)
 
 
 def interval(values: xr.DataArray, factor: float = 1.0) -> str:
@@ -138,8 +248,17 @@ def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
 
 def undamped(data: xr.Dataset) -> dict[str, str]:
     """Return TOF of the primary wave without losses, µs, for the shortest and the longest one, by its condition."""
-    flights = data.undamped_time_of_flight.sel(wave="primary")
-    return {"no losses": interval(flights, 1e6)}
+    return {"no losses": interval(data.undamped_time_of_flight.sel(wave="primary"), 1e6)}
+
+
+def band(values: xr.DataArray, factor: float = 1.0) -> str:
+    """Return the results with the least and the greatest dashpot, if there are several."""
+    if values.sizes["dashpot"] == 1:
+        return ""
+    ends = values.isel(dashpot=[0, -1])
+    low, high = ends.fillna(0.0).values * factor
+    least, most = ends.dashpot.values
+    return f"; {low:.4g} and {high:.4g} for γ = {least:g} and {most:g} N s/m"
 
 
 def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
@@ -155,56 +274,39 @@ def own_rows(
 
     theory: TOF, s, AR or nothing, and the equations, for a length. secondary: whether its delay is a row too.
     """
-    rows, gamma = [], middle(data)
+    rows = []
     for length in data.solid_length.values:
         rods, solids = data.sel(length=length, method="nearest"), data.sel(solid_length=length)
-        at, label = rods.sel(dashpot=gamma), f"{what} {length * 1e3:.4g} mm"
+        at, label = rods.isel(dashpot=rods.sizes["dashpot"] // 2), f"{what} {length * 1e3:.4g} mm"
         tof, expected, source = theory(float(length))
-        waves = (("AR", "amplitude_ratio", 1.0, expected), ("TOF", "time_of_flight", 1e6, tof * 1e6))
-        for name, variable, factor, predicted in waves:
-            wide = factor * float(solids[f"solid_{variable}"].sel(wave="primary"))
-            said = (
-                f"theory: {source}; " if predicted != "" else "",
-                wide,
-                band(rods[variable].sel(wave="primary"), factor),
-            )
+        measures = (("AR", "amplitude_ratio", 1.0, expected), ("TOF", "time_of_flight", 1e6, tof * 1e6))
+        for name, variable, factor, predicted in measures:
+            wide, spread = solids[f"solid_{variable}"].sel(wave="primary"), rods[variable].sel(wave="primary")
+            said = f"theory: {source}; " if predicted != "" else "", factor * float(wide), band(spread, factor)
             value = known(factor * float(at[variable].sel(wave="primary")))
             rows.append(row(name, value, *said, theory=predicted, cylinder=label))
-        later = delay_of(at.time_of_flight)
+        later = delay(at.time_of_flight)
         seen = f"{later:.4g} µs after the primary one" if np.isfinite(later) else "none is seen"
         if secondary or np.isfinite(later):
             rows.append(row("AR, secondary", ratio(at.amplitude_ratio, "secondary"), seen, cylinder=label))
     return rows
 
 
-def delay_of(flights: xr.DataArray) -> float:
-    """Return the secondary wave's delay after the primary one, µs; NaN without one."""
-    return flight(flights, "secondary") - flight(flights)
-
-
-def known(value: float) -> float | str:
-    """Return a number, or words where no wave was seen."""
-    return value if np.isfinite(value) else "no wave"
-
-
-def band(values: xr.DataArray, factor: float = 1.0) -> str:
-    """Return the results with the least and the greatest dashpot, if there are several."""
-    if values.sizes["dashpot"] == 1:
-        return ""
-    ends = values.isel(dashpot=[0, -1])
-    low, high = ends.fillna(0.0).values * factor
-    least, most = ends.dashpot.values
-    return f"; {low:.4g} and {high:.4g} for γ = {least:g} and {most:g} N s/m"
-
-
 def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """Draw AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
     factor = 1e6 if name == "time_of_flight" else 1.0
     values, solids = data[name].sel(wave=wave) * factor, data[f"solid_{name}"].sel(wave=wave) * factor
-    draw.banded(axis, data.length.values * 1e3, values, middle(data), "rod, 1-D")
+    middle = float(data.dashpot[data.sizes["dashpot"] // 2])
+    draw.banded(axis, data.length.values * 1e3, values, middle, "rod, 1-D")
     draw.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)
     draw.log_x(axis)
+
+
+def force_intensity(data: xr.Dataset, xlabel: str) -> draw.Figure:
+    """Return the force at bead 7 over time and a length."""
+    force = data.sensor_force.sel(sensor=SENSOR).transpose("length", "time").values
+    return draw.intensity_map(data.time.values, data.length.values, force, xlabel, 1e3)
 
 
 def layers_figures(
@@ -214,18 +316,13 @@ def layers_figures(
 
     theory: draws the theory lines; its arguments are axis, measure, wave, thicknesses in m.
     """
-    figures_by_name, lengths = {}, np.geomspace(float(data.length.min()), float(data.length.max()), 200)
+    drawn, lengths = {}, np.geomspace(float(data.length.min()), float(data.length.max()), 200)
     for name, label in (("time_of_flight", "TOF (µs)"), ("amplitude_ratio", "AR")):
-        figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
+        drawn[name], axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
         for axis, wave in zip(axes, WAVES, strict=True):
             against_length(axis, data, name, wave, f"{label}, {wave} wave", xlabel)
             theory(axis, name, wave, lengths)
             if name == "amplitude_ratio":
                 axis.set_ylim(bottom=0.0)
             axis.legend()
-        figures_by_name[name] = figure
-    force = data.sensor_force.sel(sensor=SENSOR).transpose("length", "time")
-    figures_by_name["force_intensity"] = draw.intensity_map(
-        data.time.values, data.length.values, force.values, xlabel, 1e3
-    )
-    return figures_by_name
+    return {**drawn, "force_intensity": force_intensity(data, xlabel)}

@@ -15,7 +15,7 @@ from hertzlink.studies import (
     on_plates,
     rod_length,
     rod_stiffness,
-    striking,
+    struck_cylinders,
     upper_layer,
 )
 from hertzlink.studies.expected import Rows
@@ -57,8 +57,8 @@ def _ours() -> dict[str, float | str]:
         "dissipative ellipsoids: beads, sensors": "50; " + _listed(dissipation.ELLIPSOID_SENSORS),
         "chain of cylinders: beads, sensors, m/s": _set_up(cylinders),
         "chain of hollow spheres: beads, sensors, m/s": _set_up(hollow_spheres),
-        "chain of section 6.1: beads, sensors": f"{striking.BEADS}, 7 and 16",
-        "drop of the striker": 1e3 * striking.DROP_HEIGHT,
+        "chain of section 6.1: beads, sensors": f"{struck_cylinders.BEADS}, 7 and 16",
+        "drop of the striker": 1e3 * struck_cylinders.DROP_HEIGHT,
         "speed of the striker, section 6.2": on_plates.IMPACT_SPEED,
         "cylinders of section 6.1.1: radius, length": _listed((rod_stiffness.RADIUS, rod_stiffness.LENGTH), 1e3),
         "cylinders of section 6.1.2: radius, lengths": f"9.53, {_range(rod_length.LENGTHS)}",

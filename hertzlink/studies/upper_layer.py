@@ -8,11 +8,10 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw
+from hertzlink.studies import draw, waves
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import Row
 from structures.structure import Vector
 
@@ -24,17 +23,15 @@ SOLID_UPPERS = tuple(6.35e-3 * 2.0 ** (i / 2.0) for i in range(9))
 OF_FREE_MASS = "equations 6.24, 6.26 and 6.29, a bead without losses on a free mass"
 WEAK_AMPLITUDE_RATIO = 0.1  # Figure 6.11's limit of AR for a secondary wave.
 # PTFE as a standard linear solid: the share of Table 2.1's modulus that relaxes, its relaxation time, s, and γ, N s/m.
-# This is one choice that comes close to the experiment at 6.35 mm, not a fit: other pairs come equally close, see
-# `table`.
+# This is one choice that comes close to the experiment at 6.35 mm, not a fit: other pairs come equally close.
 SHARE, RELAXATION, VISCOUS_DASHPOT = 0.4, 30e-6, 4.0
-# The condition under which the secondary wave is the thesis's.
+SHARES = (0.3, SHARE, 0.5)
 VISCOUS = f"PTFE that loses {100.0 * SHARE:.0f} % of its modulus in {1e6 * RELAXATION:.0f} µs"
-SHARES = (0.3, SHARE, 0.5)  # Shares of the modulus, to show the dependence of the waves on it.
 VISCOUS_UPPER = 6.35e-3
 
 
 @dataclass(frozen=True)
-class TwoLayers(Striking):
+class TwoLayers(struck.Striking):
     """Parameters that can be changed in both studies of layers."""
 
     upper_material: Annotated[hl.Material, "Material of the upper layer, which the chain strikes"] = hl.STEEL_440C
@@ -59,20 +56,19 @@ class TwoLayers(Striking):
         return float(self.theory(np.array([upper]), lower).delay_with_lower_mass[0])
 
     def theory(self, upper: Vector, lower: Vector | float) -> xr.Dataset:
-        """Return equations 6.24 with 6.26, 6.29 and 6.34, the last with and without the lower layer's mass; thicknesses
-        in m."""
+        """Return equations 6.24 with 6.26, 6.29, and 6.34 with and without the lower mass; thicknesses in m."""
         top, bottom = self.layers(1.0, 1.0)
         lengths = ((top, upper), (bottom, lower))
         masses = [layer.material.density * layer.area * np.asarray(length) for layer, length in lengths]
         restitution = hl.theory.layer_restitution(self.sphere.mass, masses[0])
         primary = self.time_of_flight(self.wall(self.upper_material), restitution)
         spring = hl.theory.layer_stiffness(self.lower_material.youngs_modulus, bottom.area, np.asarray(lower))
-        delays = [hl.theory.secondary_delay(masses[0], mass, spring) for mass in (0.0, masses[1])]
+        delay, heavier = (hl.theory.secondary_delay(masses[0], mass, spring) for mass in (0.0, masses[1]))
         size = np.broadcast(masses[0], masses[1]).shape
         values = {
             "amplitude_ratio": hl.theory.primary_amplitude_ratio(restitution), "time_of_flight": primary,
-            "printed": primary + delays[0], "with_lower_mass": primary + delays[1], "delay": delays[0],
-            "delay_with_lower_mass": delays[1],
+            "printed": primary + delay, "with_lower_mass": primary + heavier, "delay": delay,
+            "delay_with_lower_mass": heavier,
         }  # fmt: skip
         return xr.Dataset({name: ("length", np.broadcast_to(value, size)) for name, value in values.items()})
 
@@ -80,14 +76,13 @@ class TwoLayers(Striking):
         """Return the rows of layers of a user's own. theory: over the cylinders' thicknesses."""
         rows: list[Row] = []
         for i, length in enumerate(data.solid_length.values):
+            expected = {str(name): float(value[i]) for name, value in theory.items()}
+            values = expected["time_of_flight"], expected["amplitude_ratio"], OF_FREE_MASS
             case = data.isel(solid_length=[i])
-            expected = theory.isel(length=i)
-            values = float(expected.time_of_flight), float(expected.amplitude_ratio), OF_FREE_MASS
             rows += struck.own_rows(case, what, lambda _, values=values: values, secondary=True)  # type: ignore[misc]
-            at = data.sel(length=length, method="nearest").sel(dashpot=self.middle)
-            heavier = float(expected.delay_with_lower_mass) * 1e6
-            delay, theirs = struck.known(struck.delay_of(at.time_of_flight)), float(expected.delay) * 1e6
-            rows.append(row("delay", delay, heavier, theory=theirs, layer=what, length=length * 1e3))
+            delay = struck.delay(data.sel(length=length, method="nearest").sel(dashpot=self.middle).time_of_flight)
+            theirs, heavier = 1e6 * expected["delay"], 1e6 * expected["delay_with_lower_mass"]
+            rows.append(row("delay", struck.known(delay), heavier, theory=theirs, layer=what, length=length * 1e3))
         return rows
 
 
@@ -111,39 +106,33 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
 
     viscous_…: AR and TOF for the thinnest one, over the share of PTFE's modulus that relaxes.
     """
-    of = Conditions.of(parameters)
+    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
     uppers = of.few("upper", UPPERS[::4] if quick else UPPERS)
     solid_uppers = struck.chosen(uppers) if of.own else SOLID_UPPERS[::4] if quick else SOLID_UPPERS
-    # Starting processes would take longer than the quick runs.
-    jobs = 1 if quick and jobs is None else jobs
     data = struck.over_lengths(lambda upper: of.layers(upper, of.lower), uppers, solid_uppers, jobs, of)
     if of.own:
         return of.marked(data)
     viscous = hl.sweep(viscoelastic, THESIS.until, 1, struck.measure, share=SHARES)
-    for name in ("amplitude_ratio", "time_of_flight"):
-        data[f"viscous_{name}"] = viscous[name]
-    data["share"].attrs["units"] = "1"
-    return data
+    viscous = waves.named(viscous[["amplitude_ratio", "time_of_flight"]], "viscous")
+    return waves.with_units(data.assign(viscous.data_vars), share="1")
 
 
 def viscoelastic(share: float) -> hl.CoSimulation:
-    """Return the thinnest steel on PTFE, whose modulus is that of Table 2.1 for sudden loads, and whose given share
-    relaxes."""
-    layers = THESIS.layers(VISCOUS_UPPER, LOWER)
-    body = hl.damped(hl.rod(layers), hl.damping.StandardLinearSolid(share, RELAXATION, "instantaneous"), part=1)
+    """Return the thinnest steel on PTFE, which has the modulus of Table 2.1 at once and then loses a share of it."""
+    loss = hl.damping.StandardLinearSolid(share, RELAXATION, "instantaneous")
+    body = hl.damped(hl.rod(THESIS.layers(VISCOUS_UPPER, LOWER)), loss, part=1)
     return hl.CoSimulation(THESIS.chain(VISCOUS_DASHPOT), hl.reduce(body, THESIS.until))
 
 
 def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, theory: xr.Dataset) -> None:
     """Draw the available closed forms, over a length in m."""
-    x = lengths * 1e3
-    if (name, wave) == ("amplitude_ratio", "primary"):
-        draw.theory_line(axis, x, theory.amplitude_ratio.values, "theory of impact on the layer")
-    elif (name, wave) == ("time_of_flight", "primary"):
-        draw.theory_line(axis, x, theory.time_of_flight.values * 1e6, "theory of impact on the layer")
-    elif wave == "secondary" and name == "time_of_flight":
-        draw.theory_line(axis, x, theory.printed.values * 1e6, "theory: layer on a spring")
-        draw.theory_line(axis, x, theory.with_lower_mass.values * 1e6, "the same, spring with mass", "--")
+    factor = 1e6 if name == "time_of_flight" else 1.0
+    if wave == "primary":
+        draw.theory_line(axis, lengths * 1e3, theory[name].values * factor, "theory of impact on the layer")
+    elif name == "time_of_flight":
+        draw.theory_line(axis, lengths * 1e3, theory.printed.values * factor, "theory: layer on a spring")
+        heavier = theory.with_lower_mass.values * factor
+        draw.theory_line(axis, lengths * 1e3, heavier, "the same, spring with mass", "--")
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -155,23 +144,19 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _amplitudes(data: xr.Dataset) -> list[Row]:
-    ends, expected = data.isel(length=[0, -1]), THESIS.theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
-    middle = data.sel(dashpot=struck.DASHPOT)
-    rows, relaxed = [], data.viscous_amplitude_ratio.sel(share=SHARE)
+    expected = THESIS.theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
+    relaxed = data.viscous_amplitude_ratio.sel(share=SHARE)
     viscous: tuple[dict[str, str], ...] = {VISCOUS: f"{struck.ratio(relaxed, 'secondary'):.6g}"}, {}
-    for i, upper in enumerate((6.35, 101.6)):
-        both = ends.isel(length=i, drop=True).amplitude_ratio
-        first, second = (both.sel(wave=wave) for wave in struck.WAVES)
-        rows += [
-            row(f"AR, primary, {upper} mm", struck.ratio(both.sel(dashpot=struck.DASHPOT)), expected[i],
-                struck.sensitivity(first), otherwise=struck.over_dashpots(first)),
-            row(f"AR, secondary, {upper} mm", struck.ratio(both.sel(dashpot=struck.DASHPOT), "secondary"),
-                struck.sensitivity(second), otherwise=struck.over_dashpots(second) | viscous[i]),
-        ]  # fmt: skip
-    return [
-        *rows,
-        row("upper layer with no secondary wave from on", thinnest_without(middle) * 1e3),
-    ]  # fmt: skip
+    rows = []
+    for place, upper, theory, other in zip((0, -1), (6.35, 101.6), expected, viscous, strict=True):
+        both = data.amplitude_ratio.isel(length=place, drop=True)
+        first, second = (struck.ratio(both.sel(dashpot=struck.DASHPOT), wave) for wave in struck.WAVES)
+        doubt, more = (struck.sensitivity(both.sel(wave=wave)) for wave in struck.WAVES)
+        range_, wide = (struck.over_dashpots(both.sel(wave=wave)) for wave in struck.WAVES)
+        rows.append(row(f"AR, primary, {upper} mm", first, theory, doubt, otherwise=range_))
+        rows.append(row(f"AR, secondary, {upper} mm", second, more, otherwise=wide | other))
+    thinnest = thinnest_without(data.sel(dashpot=struck.DASHPOT)) * 1e3
+    return [*rows, row("upper layer with no secondary wave from on", thinnest)]
 
 
 def thinnest_without(data: xr.Dataset, weak: float = WEAK_AMPLITUDE_RATIO) -> float:
@@ -183,61 +168,51 @@ def thinnest_without(data: xr.Dataset, weak: float = WEAK_AMPLITUDE_RATIO) -> fl
 
 
 def _flights(data: xr.Dataset) -> list[Row]:
-    middle = data.sel(dashpot=struck.DASHPOT)
-    primary, secondary = (middle.time_of_flight.sel(wave=wave) * 1e6 for wave in ("primary", "secondary"))
+    primary, secondary = (data.time_of_flight.sel(wave=wave, dashpot=struck.DASHPOT) * 1e6 for wave in struck.WAVES)
     expected = THESIS.theory(data.length.values, LOWER) * 1e6
+    printed, heavier = expected.printed.values.tolist(), float(expected.with_lower_mass[0])
     followed = secondary.dropna("length")
     last = f"{float(followed.length[-1]) * 1e3:.0f} mm, {float(followed[-1]):.0f} µs"
-    shortest, long = data.time_of_flight.isel(length=0), float(expected.printed[-1])
+    first, second = (data.time_of_flight.isel(length=0).sel(wave=wave) for wave in struck.WAVES)
+    others = struck.over_dashpots(second, 1e6) | {"equation 6.34": f"{printed[0]:.6g}"}
+    doubt, said = struck.sensitivity(first, 1e6), (printed[0], heavier, struck.sensitivity(second, 1e6))
     return [
         row("TOF, primary, shorter by", struck.lost(primary), struck.lost(expected.time_of_flight)),
-        row("TOF, primary", struck.interval(primary),
-            struck.sensitivity(shortest.sel(wave="primary"), 1e6), otherwise=struck.undamped(data)),
-        row("TOF, secondary, 6.35 mm", float(secondary[0]), float(expected.printed[0]),
-            float(expected.with_lower_mass[0]), struck.sensitivity(shortest.sel(wave="secondary"), 1e6),
-            otherwise=struck.over_dashpots(shortest.sel(wave="secondary"), 1e6)
-            | {"equation 6.34": f"{float(expected.printed[0]):.6g}"}),
-        row("TOF, secondary, 101.6 mm", "none", last, long, otherwise={"equation 6.34": long}),
+        row("TOF, primary", struck.interval(primary), doubt, otherwise=struck.undamped(data)),
+        row("TOF, secondary, 6.35 mm", float(secondary[0]), *said, otherwise=others),
+        row("TOF, secondary, 101.6 mm", "none", last, printed[-1], otherwise={"equation 6.34": printed[-1]}),
         row("TOF, secondary, longer by", 100.0 * float(followed[-1] / followed[0] - 1.0), last),
-    ]  # fmt: skip
+    ]
 
 
 def _viscoelastic(data: xr.Dataset) -> list[Row]:
     """Return one possible cause of the weaker and later secondary wave: PTFE as a standard linear solid."""
-    chosen = data.sel(share=SHARE)
-    primary, secondary = (data.viscous_amplitude_ratio.sel(wave=wave).values for wave in struck.WAVES)
-    later = data.viscous_time_of_flight.sel(wave="secondary").values * 1e6
     solid = (
         f"one possible cause: PTFE as a standard linear solid, which at once has the modulus of Table 2.1 and loses "
         f"{100 * SHARE:.0f} % of it with a relaxation time of {RELAXATION * 1e6:.0f} µs; γ = {VISCOUS_DASHPOT:g} N s/m"
     )
     shares = f"losses of {100 * SHARES[0]:.0f} % and {100 * SHARES[-1]:.0f} %"
+    primary, secondary = (data.viscous_amplitude_ratio.sel(wave=wave).values.tolist() for wave in struck.WAVES)
+    later = (data.viscous_time_of_flight.sel(wave="secondary").values * 1e6).tolist()
+    cases = (("AR, primary", primary, solid), ("AR, secondary", secondary), ("TOF, secondary", later))
     return [
-        row("AR, primary, 6.35 mm, viscoelastic PTFE", struck.ratio(chosen.viscous_amplitude_ratio), solid,
-            primary[0], primary[-1], shares),
-        row("AR, secondary, 6.35 mm, viscoelastic PTFE", struck.ratio(chosen.viscous_amplitude_ratio, "secondary"),
-            secondary[0], secondary[-1], shares),
-        row("TOF, secondary, 6.35 mm, viscoelastic PTFE", struck.flight(chosen.viscous_time_of_flight, "secondary"),
-            later[0], later[-1], shares),
-    ]  # fmt: skip
+        row(f"{name}, 6.35 mm, viscoelastic PTFE", middle, *said, low, high, shares)
+        for name, (low, middle, high), *said in cases
+    ]
 
 
 def _axisymmetric(data: xr.Dataset) -> list[Row]:
-    first = data.isel(solid_length=0)
-    later = float(struck.beyond_rod(data, "time_of_flight").isel(solid_length=0)) * 1e6
-    earlier = float(struck.beyond_rod(data, "time_of_flight", "secondary").isel(solid_length=0)) * 1e6
-    apart = struck.beyond_rod(data, "amplitude_ratio").values
+    first, apart = data.isel(solid_length=0), struck.beyond_rod(data, "amplitude_ratio").values
+    ratio, flight = struck.ratio(first.solid_amplitude_ratio), struck.flight(first.solid_time_of_flight, "secondary")
+    later, earlier = (float(struck.beyond_rod(data, "time_of_flight", wave)[0]) * 1e6 for wave in struck.WAVES)
     return [
-        row("AR, primary, 6.35 mm, axisymmetric", struck.ratio(first.solid_amplitude_ratio), apart[0], apart[-1]),
-        row("TOF, secondary, 6.35 mm, axisymmetric", struck.flight(first.solid_time_of_flight, "secondary"), earlier,
-            later),
-    ]  # fmt: skip
+        row("AR, primary, 6.35 mm, axisymmetric", ratio, apart[0], apart[-1]),
+        row("TOF, secondary, 6.35 mm, axisymmetric", flight, earlier, later),
+    ]
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force-intensity map
-    (6.9)."""
-
+    """Return TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force map (6.9)."""
     of = Conditions.read(data)
 
     def lines(axis: draw.Axes, name: str, wave: str, lengths: Vector) -> None:

@@ -21,6 +21,10 @@ from structures.structure import Vector
 row = Rows("waves")
 # Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends.
 LEVELS = (0.01, 0.001)
+MOST_CURVES = 6  # Figures have as many colours.
+SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
+# Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
+RANGE = (0.1, 2.0)
 
 
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
@@ -30,8 +34,7 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     of its peak. A sensor reads the mean of its two contacts, one bead apart: its signal is one bead longer than the
     wave of equation 5.13. NaN if the wave did not pass.
     """
-    speed = hl.wave_speed(run, first, second)
-    incident = hl.reflections(run, second).incident
+    speed, incident = hl.wave_speed(run, first, second), hl.reflections(run, second).incident
     until = incident.arrival if incident else float(run.time[0])
     between = (run.contact_force - run.static_force).sel(contact=slice(first + 1, second), time=slice(None, until))
     force = hl.sensor_force(run, second).values
@@ -46,53 +49,8 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     )
 
 
-def of_mass(bead: Any, mass: float) -> Any:
-    """Return the bead of a material that gives it this mass, kg."""
-    material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
-    return replace(bead, material=material)
-
-
-def named(data: xr.Dataset, prefix: str) -> xr.Dataset:
-    """Return the variables under names with a prefix."""
-    return data.rename({name: f"{prefix}_{name}" for name in data.data_vars})
-
-
-def widths(wider: float, size: float) -> dict[str, float]:
-    """Return the other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
-    return {
-        "read from 0.1 % to 0.1 % of the peak": wider,
-        "equation 5.13, and one bead more at a sensor": hl.theory.UniformChain(size, 1.0, 1.0).width / size + 1.0,
-    }
-
-
-def striker_speed(force: float, mass: float, stiffness: float, exponent: float = 1.5) -> float:
-    """Return the speed, m/s, of a striker, equal to the beads, for about this peak contact force, N, by equations 6.12
-    and 6.16.
-
-    These are for long waves: in a Hertzian chain the force is 0.886 of theirs (see
-    `UniformChain.peak_force_from_particle_speed`).
-    """
-    overlap = (force / stiffness) ** (1.0 / exponent)
-    square = 2.0 * force * overlap / ((exponent + 1.0) * mass)
-    return float(np.sqrt(square)) / PARTICLE_TO_STRIKER_SPEED
-
-
-def speed_at(curve: xr.Dataset, force: float) -> float:
-    """Return the wave speed, m/s, at a peak contact force, N, interpolated as a power law; NaN outside the simulated
-    forces."""
-    order = np.argsort(curve.peak_force.values)
-    forces, speed = np.log(curve.peak_force.values[order]), np.log(curve.wave_speed.values[order])
-    return float(np.exp(np.interp(np.log(force), forces, speed, left=np.nan, right=np.nan)))
-
-
-def exponent(curve: xr.Dataset) -> float:
-    """Return the slope of ln V over ln F, by least squares: (n − 1)/(2n) for F = k δⁿ (thesis, equation 5.12)."""
-    return float(np.polyfit(np.log(curve.peak_force.values), np.log(curve.wave_speed.values), 1)[0])
-
-
 def duration(time: Vector, force: Vector, arrival: float, level: float) -> float:
-    """Return the time, s, for which the pulse whose peak arrives at `arrival` exceeds a fraction of it; ends are
-    interpolated."""
+    """Return the time, s, for which the pulse that arrives at `arrival` exceeds a fraction of its peak."""
     peak = int(np.searchsorted(time, arrival))
     peak = max(0, peak - 1) + int(force[max(0, peak - 1) : peak + 1].argmax())
     least = level * force[peak]
@@ -106,10 +64,57 @@ def duration(time: Vector, force: Vector, arrival: float, level: float) -> float
     return float(fall - rise)
 
 
-MOST_CURVES = 6  # Figures have as many colours.
-SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
-# Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
-RANGE = (0.1, 2.0)
+def of_mass(bead: Any, mass: float) -> Any:
+    """Return the bead of a material that gives it this mass, kg."""
+    material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
+    return replace(bead, material=material)
+
+
+def named(data: xr.Dataset, prefix: str) -> xr.Dataset:
+    """Return the variables under names with a prefix."""
+    return data.rename({name: f"{prefix}_{name}" for name in data.data_vars})
+
+
+def with_units(data: xr.Dataset, **units: str) -> xr.Dataset:
+    """Return the Dataset after giving units to its axes."""
+    for name, unit in units.items():
+        data[name].attrs["units"] = unit
+    return data
+
+
+def long_waves(bead: hl.Bead, stiffness: float | None = None, exponent: float = 1.5) -> hl.theory.UniformChain:
+    """Return the theory of long waves in a chain of these beads, by Hertz's law unless its k, N/mⁿ, and n are given."""
+    if stiffness is None:
+        stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    return hl.theory.UniformChain(bead.size, bead.mass, stiffness, exponent)
+
+
+def widths(wider: float) -> dict[str, float]:
+    """Return the other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
+    of_theory = hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0
+    return {"read from 0.1 % to 0.1 % of the peak": wider, "equation 5.13, and one bead more at a sensor": of_theory}
+
+
+def striker_speed(force: float, bead: hl.Bead, stiffness: float | None = None, exponent: float = 1.5) -> float:
+    """Return the speed, m/s, of a striker, equal to the beads, for about this force, N, by equations 6.12 and 6.16.
+
+    These are for long waves: in a Hertzian chain the force is 0.886 of theirs (see
+    `UniformChain.peak_force_from_particle_speed`).
+    """
+    overlap = (force / long_waves(bead, stiffness).stiffness) ** (1.0 / exponent)
+    return float(np.sqrt(2.0 * force * overlap / ((exponent + 1.0) * bead.mass))) / PARTICLE_TO_STRIKER_SPEED
+
+
+def speed_at(curve: xr.Dataset, force: float) -> float:
+    """Return the wave speed, m/s, at a peak force, N, interpolated as a power law; NaN outside the simulated forces."""
+    order = np.argsort(curve.peak_force.values)
+    forces, speed = np.log(curve.peak_force.values[order]), np.log(curve.wave_speed.values[order])
+    return float(np.exp(np.interp(np.log(force), forces, speed, left=np.nan, right=np.nan)))
+
+
+def exponent(curve: xr.Dataset) -> float:
+    """Return the slope of ln V over ln F, by least squares: (n − 1)/(2n) for F = k δⁿ (thesis, equation 5.12)."""
+    return float(np.polyfit(np.log(curve.peak_force.values), np.log(curve.wave_speed.values), 1)[0])
 
 
 @dataclass(frozen=True)
@@ -126,68 +131,55 @@ class Curve:
     forces: tuple[float, ...] = ()
     speeds: tuple[float, ...] = ()
 
-    @property
-    def size(self) -> float:
-        """The size of a particle along the chain, m."""
-        return self.pair[0].size
-
     def fit(self, least: float, most: float) -> PowerFit:
         """Return the power law nearest to the contact law between these forces, N."""
         ends = self.law.approach(np.array([least, most]))
         return hl.laws.fit_power_law(self.law, float(ends[0]), float(ends[1]))
 
+    def theory(self, power: PowerFit) -> hl.theory.UniformChain:
+        """Return the theory of long waves for a fitted power law."""
+        return long_waves(self.pair[0], power.stiffness, power.exponent)
+
     def strikers(self) -> tuple[float, ...]:
         """Return the speeds of the strikers, m/s."""
         if self.speeds:
             return self.speeds
-        power, mass = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1]), self.pair[0].mass
-        return tuple(striker_speed(force, mass, power.stiffness, power.exponent) for force in self.forces)
+        power = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
+        return tuple(striker_speed(force, self.pair[0], power.stiffness, power.exponent) for force in self.forces)
 
     def slowest(self) -> float:
         """Return about the speed of the slowest wave, m/s."""
-        moved, mass = PARTICLE_TO_STRIKER_SPEED * min(self.strikers()), self.pair[0].mass
         power = self.fit(0.01, 10.0) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
         return float(
-            hl.theory.UniformChain(self.size, mass, power.stiffness, power.exponent).wave_speed_from_particle_speed(
-                moved
-            )
+            self.theory(power).wave_speed_from_particle_speed(PARTICLE_TO_STRIKER_SPEED * min(self.strikers()))
         )
 
 
 def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int) -> xr.Dataset:
-    """Return the speed, peak force and width between two sensors, over the curves and their strikers; theory and
-    contact laws."""
+    """Return speed, peak force and width between two sensors, over curves and strikers; theory and contact laws."""
     by_label = {curve.label: curve for curve in curves}
     count = len(curves[0].forces or curves[0].speeds)
-    until = max(SLACK * (2 * beads - second) * curve.size / curve.slowest() for curve in curves)
+    until = max(SLACK * (2 * beads - second) * curve.pair[0].size / curve.slowest() for curve in curves)
 
     def build(curve: str, striker: int) -> hl.CoSimulation:
-        curve_ = by_label[curve]
-        pairs = [curve_.pair[i % 2] for i in range(beads)]
-        return hl.CoSimulation(hl.Chain(pairs, curve_.pair[0], curve_.strikers()[striker], law=curve_.of_pair), None)
+        of = by_label[curve]
+        chain = [of.pair[i % 2] for i in range(beads)]
+        return hl.CoSimulation(hl.Chain(chain, of.pair[0], of.strikers()[striker], law=of.of_pair), None)
 
     measure = partial(passage, first=first, second=second)
     data = hl.sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
     forces = data.peak_force.values
-    least, most = (float(curves[0].law.approach(np.array(end))) for end in _ends(forces))
-    approach = np.geomspace(least, most, 21)
+    powers = [curve.fit(*_ends(peaks)) for curve, peaks in zip(curves, forces, strict=True)]
+    approach = np.geomspace(*(float(curves[0].law.approach(np.array(end))) for end in _ends(forces)), 21)
     data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
-    over = ("curve", "striker")
-    speeds, exponents, stiffnesses = [], [], []
-    for curve, peaks in zip(curves, forces, strict=True):
-        power = curve.fit(*_ends(peaks))
-        speeds.append(
-            hl.theory.UniformChain(
-                curve.size, curve.pair[0].mass, power.stiffness, power.exponent
-            ).wave_speed_from_force(peaks)
-        )
-        exponents.append(power.exponent)
-        stiffnesses.append(power.stiffness)
+    over, each = ("curve", "striker"), list(zip(curves, powers, forces, strict=True))
+    speeds = [curve.theory(power).wave_speed_from_force(peaks) for curve, power, peaks in each]
     data["theory"] = (over, speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
     data["striker_speed"] = (over, [curve.strikers() for curve in curves], {"units": "m/s"})
     data["force"] = (("curve", "approach"), [curve.law.force(approach) for curve in curves], {"units": "N"})
-    data["exponent"], data["stiffness"] = ("curve", exponents), ("curve", stiffnesses)
-    data["size"] = ("curve", [curve.size for curve in curves], {"units": "m"})
+    data["exponent"] = ("curve", [power.exponent for power in powers])
+    data["stiffness"] = ("curve", [power.stiffness for power in powers])
+    data["size"] = ("curve", [curve.pair[0].size for curve in curves], {"units": "m"})
     return data
 
 
@@ -207,22 +199,23 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
             rows.append(row("speed", float(at.wave_speed), n, k, float(at.striker_speed), **named))
         if curve.sizes["striker"] > 1:
             rows.append(row("exponent", exponent(curve), theory=(n - 1.0) / (2.0 * n), curve=label))
-        size = float(curve["size"])
-        wide = curve.width.isel(striker=-1).values / size
-        of_theory = hl.theory.UniformChain(size, 1.0, 1.0, n).width / size + 1.0
-        rows.append(row("width", float(wide[0]), wide[1], of_theory, curve=label))
+        wide, wider = curve.width.isel(striker=-1).values / float(curve["size"])
+        of_theory = hl.theory.UniformChain(1.0, 1.0, 1.0, n).width + 1.0
+        rows.append(row("width", float(wide), wider, of_theory, curve=label))
     return rows
 
 
 def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the wave speed against peak contact force, and the contact laws."""
     curves = [data.sel(curve=label).sortby(data.sel(curve=label).peak_force) for label in data.curve.values]
-    figure = draw.compared(line(curve, str(curve.curve.values)) for curve in curves)
     laws = [(str(label), data.force.sel(curve=label).values) for label in data.curve.values]
-    return {"speed_force": figure, "laws": draw.contact_laws(data.approach.values, laws)}
+    return {
+        "speed_force": draw.compared(line(curve, str(curve.curve.values)) for curve in curves),
+        "laws": draw.contact_laws(data.approach.values, laws),
+    }
 
 
-def line(curve: xr.Dataset, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
+def line(curve: xr.Dataset, label: str) -> draw.Line:
     """Return the wave speeds over peak forces, simulated and by theory, for `draw.compared`."""
     return label, curve.peak_force.values, curve.wave_speed.values, curve.theory.values
 

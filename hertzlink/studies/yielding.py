@@ -8,7 +8,8 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.sweeps.progress import watched
-from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, striking, waves
+from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, waves
+from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
 from structures.caution import collected
@@ -19,7 +20,7 @@ LAWS: dict[str, hl.laws.YieldingLaw | None] = {
     "Thornton": hl.laws.Thornton(),
     "Jackson–Green": hl.laws.JacksonGreen(),
 }
-SENSOR, RADIUS, BEADS = striking.SENSOR, 4.76e-3, 20
+SENSOR, RADIUS, BEADS = struck.SENSOR, 4.76e-3, 20
 SAVED = 1e-6  # s.
 SPEEDS = tuple(np.geomspace(0.01, 1.0, 17))
 # Beads and half-spaces of the sweep over impact speeds: hard and soft beads, and soft walls under hard beads.
@@ -49,7 +50,7 @@ def _spheres(radius: float, material: hl.Material, beads: int, speed: float) -> 
 
 def _thesis_chain() -> hl.Chain:
     """Return the chain of section 6.1, with gravity and the dashpot."""
-    return striking.Striking().chain()
+    return struck.THESIS.chain()
 
 
 def _struck(material: hl.Material) -> Impact:
@@ -197,7 +198,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     words = {"incident force at bead 7 / elastic": "beads and wall", "AR at bead 7": "wall under beads of steel 440C"}
     for axis, (says, title) in zip(panels, words.items(), strict=True):
         draw.log_x(axis)
-        for speed, place in ((on_plates.IMPACT_SPEED, "plates"), (striking.Striking().speed, "rods")):
+        for speed, place in ((on_plates.IMPACT_SPEED, "plates"), (struck.THESIS.speed, "rods")):
             axis.axvline(speed, color="grey", linewidth=0.6)
             axis.text(speed, 0.82, place, color="grey", fontsize="x-small", rotation=90, va="bottom", ha="right")
         axis.set(xlabel="impact speed (m/s)", ylabel=says, ylim=(0.0, 1.05), xlim=(speeds[0], speeds[-1]))

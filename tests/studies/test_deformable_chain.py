@@ -6,7 +6,6 @@ import xarray as xr
 from printed import check
 
 from hertzlink.studies import deformable_chain as study
-from hertzlink.studies import deformable_figures
 
 THOROUGH_FIXTURES = ("quick",)
 
@@ -142,5 +141,5 @@ def test_the_deformation_is_static(quick: xr.Dataset) -> None:
 def test_figures(quick: xr.Dataset) -> None:
     figures = study.figures(quick)
     assert set(figures) == {"section", "sensors", "speed_force", "contacts", "meshes", "modes"}
-    assert [axis.get_ylabel() for axis in figures["meshes"].axes[:2]] == list(deformable_figures.LABELS)
+    assert [axis.get_ylabel() for axis in figures["meshes"].axes[:2]] == list(study.LABELS)
     assert len(figures["contacts"].axes[0].lines) == 21
