@@ -1,5 +1,6 @@
 """Thesis figures 3.2, 5.3, 5.7 and 5.12 and Table 5.1: contact laws computed with finite and boundary elements."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -22,21 +23,22 @@ from structures.surface import relative_curvatures
 
 row = Rows("contact_law")
 LARGEST_APPROACH = 25e-6  # Largest approach of the laws, m; under 100 N the thinnest shells approach by 23 µm.
-APPROACHES = tuple(np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0]) * 1e-6)
+APPROACHES = np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0]) * 1e-6
 # Index of the first approach at which forces of meshes are compared, 5 µm: the coarsest mesh has no force below it.
 FIRST_COMPARED = 8
-# By method: number of cells over the radius or half-width of the widest contact, or along each side of a half-space's
-# grid.
-CELLS = {
-    "axisymmetric": 30.0,
-    "plane strain": 40.0,
-    "plane stress": 40.0,
-    "three-dimensional": 20.0,
-    "half-space": 64.0,
-    "cut half-space": 64.0,
-}
+# Number of cells over the radius or half-width of the widest contact, or along each side of a half-space's grid.
+CELLS = {"axisymmetric": 30.0, "plane strain": 40.0, "plane stress": 40.0, "three-dimensional": 20.0}
+GRID_CELLS = 64.0
 # What "similar" and "good agreement" allow: curves that differ by less lie on one another in a printed figure.
 SIMILAR = 0.02
+SPHERES = "spheres"
+MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "equivalent spheres"
+STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
+SOLID = "parallel cylinders, three-dimensional"
+ELLIPSOIDS = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
+ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)  # Degrees between cylinders that cross.
+# Degrees. Contacts at this angle or more are short enough for the correction of the mid-planes; others reach the ends.
+SHORT_CONTACT_ANGLE = 30.0
 
 
 @dataclass(frozen=True)
@@ -54,21 +56,18 @@ class Contact:
 
     def law(self, coarser: float = 1.0) -> ComputedLaw:
         """Return the law, with cells of CELLS times `coarser`."""
-        cells = CELLS[self.method] / coarser
+        cells = CELLS.get(self.method, GRID_CELLS) / coarser
         if self.method == "cut half-space":
             return cut_law(degrees(self.second.angle), LARGEST_APPROACH, int(cells))
+        options: dict[str, Any] = {"method": self.method, "spacing": self.widest / cells}
         if self.method == "half-space":
             midplane = isinstance(self.first, hl.Cylinder)
-            options: dict[str, Any] = {"method": "half-spaces", "midplane": midplane, "cells": int(cells)}
-        else:
-            options = {"method": self.method, "spacing": self.widest / cells}
+            options = {"method": "half-spaces", "midplane": midplane, "cells": int(cells)}
         return hl.laws.computed_law(self.first, self.second, max_approach=LARGEST_APPROACH, **options)
 
     @property
     def widest(self) -> float:
-        """Theoretical radius, or half-width, of the contact at LARGEST_APPROACH, m (Johnson's equations 4.22 and
-        4.43).
-        """
+        """Theoretical radius, or half-width, of the widest contact, m (Johnson's equations 4.22 and 4.43)."""
         sharp = relative_curvatures(self.first.surface, self.second.surface)[1]
         softness = 2.0 / self.first.material.contact_modulus
         force = float(self.theory.force(np.array(LARGEST_APPROACH)))
@@ -77,36 +76,21 @@ class Contact:
         return sqrt(4.0 * force * softness / (pi * cylinders.LENGTH * sharp))
 
 
-SPHERES = "spheres"
-MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "equivalent spheres"
-STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
-SOLID = "parallel cylinders, three-dimensional"
-ELLIPSOIDS = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
-ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)  # Degrees between cylinders that cross.
-# Degrees. From this angle on, contacts are short enough for the correction of the mid-planes; below it they extend to
-# the ends of the cylinders.
-SHORT_CONTACT_ANGLE = 30.0
-
-
 def crossed(angle: float) -> str:
-    """Name of the contact of cylinders crossed at an angle, degrees."""
+    """Return the name of the contact of cylinders crossed at an angle, degrees."""
     return f"cylinders at {angle:g}°"
 
 
 def hollow(ratio: float) -> str:
-    """Name of the contact of hollow spheres with this ratio of inner to outer radius."""
+    """Return the name of the contact of hollow spheres with this ratio of inner to outer radius."""
     return f"hollow spheres, Ri/Ro {ratio:g}"
-
-
-def half_space(angle: float) -> str:
-    """Return the method for cylinders at an angle, degrees."""
-    return "half-space" if angle >= SHORT_CONTACT_ANGLE else "cut half-space"
 
 
 def contacts() -> dict[str, Contact]:
     """Return the thesis's contacts by name."""
     minor, major, sphere = (ellipsoids.particle(shape) for shape in ellipsoids.SHAPES)
     flat, steel = cylinders.cylinder(0.0), hl.Sphere(2.38e-3, hl.STEEL_316)
+    methods = {angle: "half-space" if angle >= SHORT_CONTACT_ANGLE else "cut half-space" for angle in ANGLES}
     shells = {ratio: hollow_spheres.particle(ratio) for ratio in hollow_spheres.TABLE_5_1}
     return {
         SPHERES: Contact(steel, steel),
@@ -116,7 +100,7 @@ def contacts() -> dict[str, Contact]:
         STRAIN: Contact(flat, flat, "plane strain"),
         STRESS: Contact(flat, flat, "plane stress"),
         SOLID: Contact(flat, flat, "three-dimensional"),
-        **{crossed(angle): Contact(flat, cylinders.cylinder(angle), half_space(angle)) for angle in ANGLES},
+        **{crossed(angle): Contact(flat, cylinders.cylinder(angle), method) for angle, method in methods.items()},
         **{hollow(ratio): Contact(shell, shell) for ratio, shell in shells.items()},
     }
 
@@ -137,14 +121,15 @@ class Fitted:
         return hl.laws.fit_power_law(law, lowest, highest, self.weighting)
 
 
-LIKE_TABLE_5_1 = "0.2 to 10 µm, absolute"
+LIKE_TABLE_5_1, RELATIVE, WIDE = "0.2 to 10 µm, absolute", "0.2 to 10 µm, relative", "0.2 to 20 µm, absolute"
+BY_FORCE = "1 to 100 N, relative"
 FITS = {
     LIKE_TABLE_5_1: Fitted(0.2e-6, 10e-6, "m", "absolute"),
-    "0.2 to 10 µm, relative": Fitted(0.2e-6, 10e-6, "m", "relative"),
-    "0.2 to 20 µm, absolute": Fitted(0.2e-6, 20e-6, "m", "absolute"),
+    RELATIVE: Fitted(0.2e-6, 10e-6, "m", "relative"),
+    WIDE: Fitted(0.2e-6, 20e-6, "m", "absolute"),
     "1 to 10 N, relative": Fitted(1.0, 10.0, "N", "relative"),
     "10 to 100 N, relative": Fitted(10.0, 100.0, "N", "relative"),
-    "1 to 100 N, relative": Fitted(1.0, 100.0, "N", "relative"),
+    BY_FORCE: Fitted(1.0, 100.0, "N", "relative"),
 }
 # If an exponent differs from Hertz's by less than this, the ends do not influence the fitted range.
 HERTZ_EXPONENT_DIFFERENCE = 1e-3
@@ -153,59 +138,49 @@ MESHES = (4.0, 2.0, 1.0, 0.5)  # Cell sizes of the meshes of figure "convergence
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return the force over approach for each contact, with theory and Table 5.1; fits; changes of the force on finer
-    meshes.
+    """Return the force over approach by contact, with theory and Table 5.1; fits; changes of the force on finer meshes.
 
     quick: cells twice as large. jobs: always one process, because each law takes a second.
     """
-    chosen, approach = contacts(), np.array(APPROACHES)
+    chosen, meshes = contacts(), MESHES[:-1] if quick else MESHES
     laws = {name: contact.law(2.0 if quick else 1.0) for name, contact in watched(chosen.items())}
     fits = [[fitted.of(law) for fitted in FITS.values()] for law in laws.values()]
-    meshes = MESHES[:-1] if quick else MESHES
     changes = [refinement(chosen[name], meshes) for name in watched(REFINED)]
-    printed = [law.force(approach) for law in hollow_spheres.TABLE_5_1.values()]
-    theory = [contact.theory.force(approach) for contact in chosen.values()]
-    over = ("contact", "approach")
-    data = xr.Dataset(
+    over, of_fit = ("contact", "approach"), ("contact", "fit")
+
+    def forces(of: Iterable[hl.ContactLaw]) -> list[Any]:
+        return [law.force(APPROACHES) for law in of]
+
+    theory, table = forces(contact.theory for contact in chosen.values()), forces(hollow_spheres.TABLE_5_1.values())
+    halved, largest = "mean change of the force by cells half as large", "largest error of the force"
+    return xr.Dataset(
         {
-            "force": (over, [law.force(approach) for law in laws.values()], {"units": "N"}),
+            "force": (over, forces(laws.values()), {"units": "N"}),
             "theory": (over, theory, {"units": "N", "long_name": "contact law by formulas"}),
-            "printed": (("ratio", "approach"), printed, {"units": "N", "long_name": "contact law of Table 5.1"}),
-            "error": ("contact", [law.error for law in laws.values()], {"long_name": "largest error of the force"}),
-            "order": ("contact", [law.order for law in laws.values()], {"long_name": "observed order"}),
-            "exponent": (("contact", "fit"), [[fit.exponent for fit in row] for row in fits]),
-            "stiffness": (("contact", "fit"), [[fit.stiffness for fit in row] for row in fits]),
-            "misfit": (("contact", "fit"), [[fit.misfit for fit in row] for row in fits]),
-            "change": (
-                ("refined", "coarser"),
-                changes,
-                {"long_name": "mean change of the force by cells half as large"},
-            ),
+            "printed": (("ratio", "approach"), table, {"units": "N", "long_name": "contact law of Table 5.1"}),
+            "error": ("contact", [law.error for law in laws.values()], {"long_name": largest, "units": "1"}),
+            "order": ("contact", [law.order for law in laws.values()], {"long_name": "observed order", "units": "1"}),
+            "exponent": (of_fit, [[fit.exponent for fit in row] for row in fits], {"units": "1"}),
+            "stiffness": (of_fit, [[fit.stiffness for fit in row] for row in fits], {"units": "N/m^n"}),
+            "misfit": (of_fit, [[fit.misfit for fit in row] for row in fits], {"units": "1"}),
+            "change": (("refined", "coarser"), changes, {"long_name": halved, "units": "1"}),
         },
         coords={
-            "contact": list(laws),
-            "approach": ("approach", approach, {"units": "m"}),
-            "ratio": list(hollow_spheres.TABLE_5_1),
-            "fit": list(FITS),
-            "refined": list(REFINED),
-            "coarser": list(meshes[:-1]),
+            "contact": list(laws), "approach": ("approach", APPROACHES, {"units": "m"}), "fit": list(FITS),
+            "ratio": list(hollow_spheres.TABLE_5_1), "refined": list(REFINED), "coarser": list(meshes[:-1]),
         },
-    )
-    for name in ("error", "order", "exponent", "misfit", "change"):
-        data[name].attrs["units"] = "1"
-    data["stiffness"].attrs["units"] = "N/m^n"
-    return data
+    )  # fmt: skip
 
 
 def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
     """Return the mean relative change of the force from each mesh to the next."""
-    forces = [contact.law(coarser).force(np.array(APPROACHES[FIRST_COMPARED:])) for coarser in meshes]
+    forces = [contact.law(coarser).force(APPROACHES[FIRST_COMPARED:]) for coarser in meshes]
     return [float(np.abs(force / finer - 1.0).mean()) for force, finer in pairwise(forces)]
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of sections 3.3.1, 5.3.1, 5.3.2 and 5.3.3, compared with those of hertzlink."""
-    return [*_spheres(data), *_ellipsoids(data), *_cylinders(data), *_hollow_spheres(data), *_meshes(data)]
+    return [*_spheres(data), *_cylinders(data), *_hollow_spheres(data), *_meshes(data)]
 
 
 def _exponent(data: xr.Dataset, name: str, fit: str = LIKE_TABLE_5_1) -> float:
@@ -217,82 +192,63 @@ def _exponents(data: xr.Dataset, name: str, *fits: str) -> str:
     return "; ".join(f"{_exponent(data, name, fit):.3f} over {fit}" for fit in fits)
 
 
-def _over_theory(data: xr.Dataset, name: str) -> str:
-    """Return the force in units of the theoretical force, as a difference in per cent, at three approaches."""
-    above = 100.0 * (data.force / data.theory - 1.0).sel(contact=name)
-    return ", ".join(f"{float(_at(above, micron)):+z.1f} % at {micron:g} µm" for micron in (1.0, 5.0, 20.0))
-
-
-def _at(values: xr.DataArray, micron: float) -> xr.DataArray:
+def _at(values: xr.DataArray, micron: float) -> float:
     """Return the value at one of APPROACHES, µm."""
-    return values.sel(approach=micron * 1e-6, method="nearest", tolerance=1e-12)
+    return float(values.sel(approach=micron * 1e-6, method="nearest", tolerance=1e-12))
 
 
-def _ratio(data: xr.Dataset, name: str) -> float:
-    """Return the force over the theoretical force at 5 µm."""
-    return float(_at((data.force / data.theory).sel(contact=name), 5.0))
+def _over_theory(data: xr.Dataset, name: str) -> tuple[float, str]:
+    """Return the force over the theoretical one at 5 µm, and the differences in per cent at three approaches."""
+    ratio = (data.force / data.theory).sel(contact=name)
+    differences = {micron: 100.0 * (_at(ratio, micron) - 1.0) for micron in (1.0, 5.0, 20.0)}
+    return _at(ratio, 5.0), ", ".join(f"{value:+z.1f} % at {micron:g} µm" for micron, value in differences.items())
 
 
 def _spheres(data: xr.Dataset) -> list[Row]:
-    """Return figure 3.2."""
-    relative = "0.2 to 10 µm, relative"
-    others = _exponents(data, SPHERES, LIKE_TABLE_5_1, "1 to 100 N, relative")
-    return [
-        row("exponent n, steel spheres", _exponent(data, SPHERES, relative), relative, others),
-        row("F over Hertz's at 5 µm, steel spheres", _ratio(data, SPHERES), _over_theory(data, SPHERES),
-            holds=abs(_ratio(data, SPHERES) - 1.0) < SIMILAR),
-    ]  # fmt: skip
-
-
-def _ellipsoids(data: xr.Dataset) -> list[Row]:
-    """Return figure 5.3."""
-    stiffness = float(_at(data.force.sel(contact=MAJOR), 1.0)) / 1e-6**1.5 * 1e-9
-    return [
-        row("k, major axes", stiffness),
-        *(
-            row(f"F over Hertz's at 5 µm, {name}", _ratio(data, name), _over_theory(data, name),
-                holds=abs(_ratio(data, name) - 1.0) < SIMILAR)
-            for name in ELLIPSOIDS
-        ),
-    ]  # fmt: skip
+    """Return figures 3.2 and 5.3."""
+    others = _exponents(data, SPHERES, LIKE_TABLE_5_1, BY_FORCE)
+    compared = {name: _over_theory(data, name) for name in (SPHERES, *ELLIPSOIDS)}
+    first, *rest = [
+        row(f"F over Hertz's at 5 µm, {'steel ' * (name == SPHERES)}{name}", *said, holds=abs(said[0] - 1.0) < SIMILAR)
+        for name, said in compared.items()
+    ]
+    stiffness = _at(data.force.sel(contact=MAJOR), 1.0) / 1e-6**1.5 * 1e-9
+    exponent = row("exponent n, steel spheres", _exponent(data, SPHERES, RELATIVE), RELATIVE, others)
+    return [exponent, first, row("k, major axes", stiffness), *rest]
 
 
 def _cylinders(data: xr.Dataset) -> list[Row]:
     """Return figure 5.7."""
-    force = "1 to 100 N, relative"
-    ranges = _exponents(data, STRAIN, LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")
+    ratios = {name: _over_theory(data, name)[0] for name in (SOLID, STRAIN, STRESS)}
     rows = [
-        row(f"exponent n, {STRAIN}", _exponent(data, STRAIN, force), force, ranges),
-        row(f"exponent n, {STRESS}", _exponent(data, STRESS, force), force),
-        row(f"exponent n, {SOLID}", _exponent(data, SOLID, force), force,
-            _exponents(data, SOLID, LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")),
-        row(f"F over equation 5.8 at 5 µm, {SOLID}", _ratio(data, SOLID), _ratio(data, STRAIN), _ratio(data, STRESS),
-            holds=abs(_ratio(data, SOLID) - 1.0) > SIMULATED),
-    ]  # fmt: skip
-    return [*rows, *(_crossed(data, angle) for angle in ANGLES), _limit()]
+        row(f"exponent n, {name}", _exponent(data, name, BY_FORCE), BY_FORCE, *said)
+        for name, *said in (
+            (STRAIN, _exponents(data, STRAIN, LIKE_TABLE_5_1, WIDE)),
+            (STRESS,),
+            (SOLID, _exponents(data, SOLID, LIKE_TABLE_5_1, WIDE)),
+        )
+    ]
+    differs = abs(ratios[SOLID] - 1.0) > SIMULATED
+    rows.append(row(f"F over equation 5.8 at 5 µm, {SOLID}", *ratios.values(), holds=differs))
+    small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))  # from the length of the cylinders
+    limit = row("angle above which Hertz's law holds", f"{small:.1f} to {large:.1f}", 1e6 * approach_of_ends(30.0))
+    return [*rows, *(_crossed(data, angle) for angle in ANGLES), limit]
 
 
 def _crossed(data: xr.Dataset, angle: float) -> Row:
     """Return the exponent of cylinders crossed at an angle, degrees, figure 5.7e; the theory is Hertz's."""
-    name, fit = crossed(angle), "0.2 to 20 µm, absolute"
-    exponent, narrow = _exponent(data, name, fit), _exponents(data, name, LIKE_TABLE_5_1)
-    shares = f"F over Hertz's: {_over_theory(data, name)}"
+    name = crossed(angle)
+    exponent, narrow = _exponent(data, name, WIDE), _exponents(data, name, LIKE_TABLE_5_1)
+    shares = f"F over Hertz's: {_over_theory(data, name)[1]}"
     if angle >= SHORT_CONTACT_ANGLE:
         close = abs(exponent - HERTZ) < SIMILAR * HERTZ
-        return row("wide angle", exponent, fit, narrow, shares, theory=HERTZ, holds=close, angle=name)
+        return row("wide angle", exponent, WIDE, narrow, shares, theory=HERTZ, holds=close, angle=name)
     ends = approach_of_ends(angle)
-    if ends > FITS[fit].highest:
-        exponents = _exponents(data, name, fit, LIKE_TABLE_5_1)
+    if ends > FITS[WIDE].highest:
+        exponents = _exponents(data, name, WIDE, LIKE_TABLE_5_1)
         return row("angle without answer", "no answer", 1e6 * ends, exponents, theory=HERTZ, angle=name)
-    said = fit, narrow, 1e6 * ends, shares
+    said = WIDE, narrow, 1e6 * ends, shares
     return row("small angle", exponent, *said, theory=HERTZ, holds=exponent < HERTZ, angle=name)
-
-
-def _limit() -> Row:
-    """Return the angle down to which Hertz's law holds, from the finite length of the cylinders."""
-    small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))
-    at = 1e6 * approach_of_ends(30.0)
-    return row("angle above which Hertz's law holds", f"{small:.1f} to {large:.1f}", at)
 
 
 def _hollow_spheres(data: xr.Dataset) -> list[Row]:
@@ -300,17 +256,17 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
     rows = []
     for ratio, law in hollow_spheres.TABLE_5_1.items():
         name = hollow(ratio)
-        share = (data.force.sel(contact=name) / data.printed.sel(ratio=ratio) - 1.0).where(data.approach > 0.9e-6)
-        k = float(data.stiffness.sel(contact=name, fit=LIKE_TABLE_5_1))
+        force, over = data.force.sel(contact=name), f"over {LIKE_TABLE_5_1}"
+        share = 100.0 * (force / data.printed.sel(ratio=ratio) - 1.0).where(data.approach > 0.9e-6)
+        k, exponent = float(data.stiffness.sel(contact=name, fit=LIKE_TABLE_5_1)), _exponent(data, name)
+        said, expected = (float(share.min()), float(share.max())), float(law.force(np.array(5e-6)))
+        reason = f"{over}; {_exponents(data, name, '1 to 10 N, relative', '10 to 100 N, relative')}"
+        meaning = f"{over}; meaningless without its n"
         rows += [
-            row("F of hollow spheres", float(_at(data.force.sel(contact=name), 5.0)), 100.0 * float(share.min()),
-                100.0 * float(share.max()), theory=float(law.force(np.array(5e-6))), ratio=ratio),
-            Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, _exponent(data, name), "",
-                f"over {LIKE_TABLE_5_1}; {_exponents(data, name, '1 to 10 N, relative', '10 to 100 N, relative')}",
-                within=SIMULATED),
-            Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", f"over {LIKE_TABLE_5_1}; meaningless without its n",
-            within=MEASURED),
-        ]  # fmt: skip
+            row("F of hollow spheres", _at(force, 5.0), *said, theory=expected, ratio=ratio),
+            Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, exponent, "", reason, within=SIMULATED),
+            Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", meaning, within=MEASURED),
+        ]
     return rows
 
 
@@ -327,6 +283,8 @@ def _meshes(data: xr.Dataset) -> list[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and the convergence with finer meshes."""
+    laws = {ratio: _line(data, hollow(ratio), f"Ri/Ro = {ratio:g}") for ratio in hollow_spheres.TABLE_5_1}
+    printed = [(*line[:3], data.printed.sel(ratio=ratio).values) for ratio, line in laws.items()]
     return {
         "spheres": _figure_of_spheres(data),
         "ellipsoids": draw.compared(
@@ -336,23 +294,17 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         "cylinders": _figure_of_cylinders(data),
         "exponents": _figure_of_exponents(data),
         "hollow_spheres": draw.compared(
-            [_printed_line(data, ratio) for ratio in hollow_spheres.TABLE_5_1], draw.FORCE_OVER_APPROACH, log=True,
+            printed, draw.FORCE_OVER_APPROACH, log=True,
             theory="the thesis's finite elements", simulation="finite elements",
         ),
         "convergence": _figure_of_convergence(data),
     }  # fmt: skip
 
 
-def _line(data: xr.Dataset, name: str, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
+def _line(data: xr.Dataset, name: str, label: str) -> draw.Line:
     """Return a curve of `draw.beside_theory`."""
     at = data.sel(contact=name)
     return label, data.approach.values * 1e6, at.force.values, at.theory.values
-
-
-def _printed_line(data: xr.Dataset, ratio: float) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the same with the law of Table 5.1 as the theory."""
-    label, approach, force, _ = _line(data, hollow(ratio), f"Ri/Ro = {ratio:g}")
-    return label, approach, force, data.printed.sel(ratio=ratio).values
 
 
 def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:

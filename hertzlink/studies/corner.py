@@ -16,7 +16,8 @@ BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
 THICKNESS, MATERIAL = 2.29e-3, hl.ALUMINIUM_6061
 UNTIL, CHAIN = 0.7e-3, OnPlate().chain(2.0 * BEAD.radius)
 SIDE = 0.24  # m, side of the square plate: the echoes of its other edges return after the end of the record.
-REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3  # Tolerance of the reduction, and the frequency that the mesh resolves, Hz.
+# Tolerance of the reduction, and the frequency that the mesh resolves, Hz.
+REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3
 # The edges x = 0 and y = 0.
 CORNERS = {
     "clamped-clamped": ("clamped", "clamped"),
@@ -24,17 +25,16 @@ CORNERS = {
     "free-free": ("free", "free"),
 }
 EDGES = ["clamped", "free"]  # The edges of the corners, each alone.
-SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0)
-QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)  # Distances from the two edges, in units of ℓ.
-SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
-QUICK_SCAN = (*QUICK_SCALED, 6.0)  # First scan along the diagonal and from a single edge, in units of ℓ.
+# Distances from the two edges, in units of ℓ.
+SCALED, QUICK_SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0), (0.5, 1.0, 1.5, 3.0)
+# First scan along the diagonal and from a single edge, in units of ℓ.
+SCAN, QUICK_SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0), (*QUICK_SCALED, 6.0)
 TOLERANCE = 0.02  # Difference of AR from its far value, as in the boundary study.
 REPORTED_FROM = (1.0, 1.5)  # ℓ; the error of superposition is reported from these distances on.
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR over corner and the distances x, y from its edges; AR of the single edges; critical distances along x =
-    y.
+    """Return AR over corner and distances x, y; AR of the single edges; critical distances along x = y.
 
     quick: four distances instead of eight, which the scan for critical distances shares, and brackets of 2 mm.
     """
@@ -44,12 +44,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         return hl.CoSimulation(CHAIN, at_corner(corner, x * length, y * length))
 
     def alone(corner_edge: str, x: float) -> hl.CoSimulation:
-        return hl.CoSimulation(CHAIN, hl.half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
+        return from_edge(corner_edge, x * length)
 
-    ratio = hl.sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
-    single = hl.sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
+    ratio = hl.sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio
+    single = hl.sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio
     far = measure(hl.CoSimulation(CHAIN, hl.infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
-    data = xr.Dataset({"corner_ratio": ratio, "corner_edge_ratio": single, "corner_far_ratio": far})
+    data = xr.Dataset({"corner_ratio": ratio.fillna(0.0), "corner_edge_ratio": single.fillna(0.0)})
+    data = data.assign(corner_far_ratio=far)
     data = data.merge(crossings(length, QUICK_SCAN if quick else SCAN, 2e-3 if quick else 0.2e-3, jobs))
     data["corner_superposed"] = superposed(data)
     for name in ("x", "y"):
@@ -66,25 +67,24 @@ def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: in
     def diagonal(corner: str, distance: float) -> hl.CoSimulation:
         return hl.CoSimulation(CHAIN, at_corner(corner, distance, distance))
 
-    def from_edge(corner_edge: str, distance: float) -> hl.CoSimulation:
-        return hl.CoSimulation(CHAIN, hl.half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
-
-    scan = [distance * length for distance in scaled]
     find = partial(
-        hl.critical_distance_search, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
-    )
-    searches = {
-        "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),
-        "corner_edge": find(from_edge, jobs=1, corner_edge=EDGES),
-    }
-    variables = ("critical_distance", "bracket")
+        hl.critical_distance_search, until=UNTIL, sensor=SENSOR, distances=[distance * length for distance in scaled],
+        tolerance=TOLERANCE, bracket=bracket,
+    )  # fmt: skip
+    by_corner = find(diagonal, jobs=jobs, corner=list(CORNERS))
+    by_edge = find(from_edge, jobs=1, corner_edge=EDGES)
     return xr.Dataset(
         {
             f"{name}_{what}": searched[what].drop_vars("within")
-            for name, searched in searches.items()
-            for what in variables
+            for name, searched in (("corner", by_corner), ("corner_edge", by_edge))
+            for what in ("critical_distance", "bracket")
         }
     )
+
+
+def from_edge(corner_edge: str, distance: float) -> hl.CoSimulation:
+    """Return the chain at a distance, m, from a single edge."""
+    return hl.CoSimulation(CHAIN, hl.half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
 
 def unit() -> float:
@@ -99,19 +99,18 @@ def plate(corner: str) -> hl.Plate:
     return hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # as some places lie on the diagonal too
 def at_corner(corner: str, x: float, y: float) -> hl.Structure:
-    """Return the reduced plate, struck at distances x and y (m) from the two edges; kept, as some lie on the diagonal
-    too."""
+    """Return the reduced plate, struck at distances x and y (m) from the two edges."""
     return hl.reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
 
 
 def superposed(data: xr.Dataset) -> xr.DataArray:
     """Return AR by superposition of the two edges: the far value plus the contribution of each single edge."""
-    added = data.corner_edge_ratio - data.corner_far_ratio
-    along_y = added.rename(x="y")
+    along_x = data.corner_edge_ratio - data.corner_far_ratio
+    along_y = along_x.rename(x="y")
     both = [
-        data.corner_far_ratio + added.sel(corner_edge=first, drop=True) + along_y.sel(corner_edge=second, drop=True)
+        data.corner_far_ratio + along_x.sel(corner_edge=first, drop=True) + along_y.sel(corner_edge=second, drop=True)
         for first, second in CORNERS.values()
     ]
     superposition: xr.DataArray = xr.concat(both, data.corner)
@@ -141,22 +140,19 @@ def figure(data: xr.Dataset) -> draw.Figure:
 
     drawn, axes = draw.panels(data.sizes["corner"], width=2.9, height=3.6)
     levels = [-0.2, -0.1, -0.05, -TOLERANCE, TOLERANCE, 0.05, 0.1, 0.2, 0.4]
+    norm = TwoSlopeNorm(0.0, -levels[-1], levels[-1])
+    lines = (("corner_ratio", "-", 1.2, ""), ("corner_superposed", "--", 1.0, ", the two edges superposed"))
     for axis, corner in zip(axes, data.corner.values, strict=True):
-        corner_data = data.sel(corner=corner).transpose("y", "x", ...)
-        here, predicted = (
-            corner_data.corner_ratio - corner_data.corner_far_ratio,
-            corner_data.corner_superposed - corner_data.corner_far_ratio,
-        )
-        norm = TwoSlopeNorm(0.0, -levels[-1], levels[-1])
-        shown = axis.contourf(data.x, data.y, here, levels, cmap="RdBu_r", norm=norm, extend="both")
-        for values, style, width in ((here, "-", 1.2), (predicted, "--", 1.0)):
-            band = [-TOLERANCE, TOLERANCE]
-            axis.contour(data.x, data.y, values, band, colors="black", linewidths=width, linestyles=style)
+        away = data.sel(corner=corner).transpose("y", "x", ...) - data.corner_far_ratio
+        shown = axis.contourf(data.x, data.y, away.corner_ratio, levels, cmap="RdBu_r", norm=norm, extend="both")
+        for name, style, width, _ in lines:
+            band = draw.Look(levels=[-TOLERANCE, TOLERANCE], colors="black", linewidths=width, linestyles=style)
+            axis.contour(data.x, data.y, away[name], **band)
         first, second = CORNERS[str(corner)]
         axis.set(xlabel=f"distance from the {first} edge, x/ℓ", ylabel=f"from the {second} edge, y/ℓ", aspect="equal")
         axis.tick_params(labelleft=True)
-    axes[0].plot([], [], "-", color="black", linewidth=1.2, label=f"± {TOLERANCE:g}")
-    axes[0].plot([], [], "--", color="black", linewidth=1.0, label=f"± {TOLERANCE:g}, the two edges superposed")
+    for _, style, width, what in lines:
+        axes[0].plot([], [], style, color="black", linewidth=width, label=f"± {TOLERANCE:g}{what}")
     drawn.colorbar(shown, ax=axes, label="AR − far value", ticks=levels, fraction=0.02)
     draw.legend_above(drawn, axes[0], 2)
     return drawn

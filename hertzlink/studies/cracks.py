@@ -1,8 +1,8 @@
 """Cracks and delaminations that close: at which amplitude a tap sees them open, and where linear models hold."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,8 +24,7 @@ WIDE = 1e-3  # m, an opening that no tap closes.
 ERROR = 0.02  # Relative error to which the opening is found that lies half-way.
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(NamedTuple):
     """A body with a gap. gaps: points at which it closes. until: s. linear: the body with the gap held closed."""
 
     name: str
@@ -38,13 +37,9 @@ class Body:
     linear: Callable[[], hl.Structure]
 
 
-NEAR, FAR = hl.Layer(hl.ALUMINIUM_6061, 0.05, 6e-3), hl.Layer(hl.ALUMINIUM_6061, 0.15, 6e-3)
+LAYERS = [hl.Layer(hl.ALUMINIUM_6061, length, 6e-3) for length in (0.05, 0.15)]
 # m; in units of the thickness. At this depth both parts move alike where they touch, so that `Weakened` is exact.
 REGION, DEPTH = (0.04, 0.06, 0.04, 0.06), 0.5
-
-
-def _rod(cracks: tuple[int, ...]) -> hl.Structure:
-    return hl.rod([NEAR, FAR], cracks=cracks)
 
 
 def _plate(flaw: Addition) -> hl.Structure:
@@ -53,23 +48,16 @@ def _plate(flaw: Addition) -> hl.Structure:
 
 
 BODIES = (
-    Body("rod", "crack", "bonded", 9.52e-3, 1.2e-3, 1, partial(_rod, (0,)), partial(_rod, ())),
+    Body("rod", "crack", "bonded", 9.52e-3, 1.2e-3, 1, partial(hl.rod, LAYERS, cracks=(0,)), partial(hl.rod, LAYERS)),
     Body(
-        "plate",
-        "delamination",
-        "Weakened",
-        4.76e-3,
-        8e-4,
-        9,
-        partial(_plate, hl.Delamination(REGION, DEPTH)),
+        "plate", "delamination", "Weakened", 4.76e-3, 8e-4, 9, partial(_plate, hl.Delamination(REGION, DEPTH)),
         partial(_plate, hl.Weakened(REGION, DEPTH**3 + (1.0 - DEPTH) ** 3)),
     ),
-)
+)  # fmt: skip
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR and TOF over impact speed and opening, and the opening whose AR lies half-way between the linear
-    limits.
+    """Return AR and TOF over impact speed and opening, and the opening whose AR is half-way between linear limits.
 
     quick: two speeds, three openings, and none half-way. jobs: always one process.
     """
@@ -92,16 +80,16 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
 
     limits = np.array([[measures(facing, speed) for speed in speeds] for facing in (split(WIDE), linear)])
     gaps = np.array([[measures(split(opening), speed) for speed in speeds] for opening in (0.0, *openings)])
-    half = np.full(len(speeds), np.nan)
-    for i, speed in enumerate([] if quick else speeds):
-        middle = limits[:, i, 0].mean()
 
-        def beyond(exponent: float, speed: float = speed, middle: float = middle) -> float:
+    def half_way(speed: float, middle: float) -> float:
+        def beyond(exponent: float) -> float:
             return measures(split(10.0**exponent), speed)[0] - middle
 
-        half[i] = 10.0 ** brentq(beyond, -8.3, -5.0, xtol=np.log10(1.0 + ERROR))
-    across = ("limit", "impact_speed")
-    over = ("opening", "impact_speed")
+        return float(10.0 ** brentq(beyond, -8.3, -5.0, xtol=np.log10(1.0 + ERROR)))
+
+    middles = zip(speeds, limits[:, :, 0].mean(0), strict=True)
+    half = [np.nan if quick else half_way(*of_speed) for of_speed in middles]
+    across, over = ("limit", "impact_speed"), ("opening", "impact_speed")
     return xr.Dataset(
         {
             "limit_amplitude_ratio": (across, limits[:, :, 0], {"units": "1"}),
@@ -119,9 +107,8 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The thesis names no crack."""
-    rows = []
-    taps = data.impact_speed.values
+    """Compare gaps with linear models; the thesis names no crack."""
+    rows, taps = [], data.impact_speed.values
     ends = taps[0], taps[-1]
     for body in BODIES:
         at, named = data.sel(body=body.name), Named(body=body.name, flaw=body.flaw, linear=body.bonded)

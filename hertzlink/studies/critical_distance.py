@@ -1,6 +1,4 @@
-"""Beyond section 6.2.2: AR near an edge depends on λ and d/ℓ only, and the law for the critical distance
-that follows.
-"""
+"""Beyond section 6.2.2: AR near an edge depends on λ and d/ℓ only; the law for the critical distance that follows."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 import hertzlink as hl
 from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
-from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, Pair, measure
+from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, SAME_MATERIALS, Pair, measure
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.table import Row
@@ -27,6 +25,7 @@ from structures.structure import Vector
 row = Rows("critical_distance")
 DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))  # d/ℓ.
 QUICK_PARAMETERS, QUICK_DISTANCES = (0.12, 0.34, 0.75), (0.2, 0.6, 1.0, 1.4, 1.8, 2.2, 2.6, 3.4)
+OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)  # d/ℓ of a quick run for a user's own pair.
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
 # Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results.
 TOLERANCES = (0.01, 0.02, 0.05)
@@ -35,6 +34,11 @@ SCAN = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 4.0, 6.0)  # d/ℓ of 
 LINES = ["A0 Lamb", "Rayleigh"]
 # λ; none of these values is a node of the law's table.
 PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
+FIGURE_TOLERANCE = 0.02  # Tolerance of AR in the figures.
+SHOWN_PARAMETERS = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)  # λ in the figure of the collapse, if it was simulated.
+JUMP_PARAMETERS = (0.2, 0.25, 0.3, 0.4)  # λ around the value at which c of a simply supported edge jumps.
+INELASTICITY = hl.quantities.Quantity(low=0.05, high=2.0)
+FROM_INELASTICITY = "Zener's inelasticity parameter λ, from which the plate's thickness follows"
 
 
 @dataclass(frozen=True)
@@ -46,11 +50,7 @@ class Conditions(conditions.Conditions):
     bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = 0.31
     edge: Annotated[tuple[str, ...], hl.quantities.OneOf(*EDGES), "Supports of the edge"] = tuple(EDGES)
-    inelasticity: Annotated[
-        tuple[float, ...],
-        hl.quantities.Quantity(low=0.05, high=2.0),
-        "Zener's inelasticity parameter λ, from which the plate's thickness follows",
-    ] = PARAMETERS
+    inelasticity: Annotated[tuple[float, ...], INELASTICITY, FROM_INELASTICITY] = PARAMETERS
 
     def check(self) -> None:
         """Refuse a pair that the law does not hold: AR at equal λ could not be compared."""
@@ -67,20 +67,13 @@ class Conditions(conditions.Conditions):
         return Pair(hl.Sphere(self.bead / 2.0, self.bead_material), self.material, self.impact_speed)
 
 
-OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)  # d/ℓ of a quick run for a user's own pair.
-
-
 def run(quick: bool = False, jobs: int | None = None, **changes: Any) -> xr.Dataset:
-    """Return AR over edge, λ and d/ℓ; the same for other pairs; the law compared with both; shear; corners.
-
-    quick: fewer of each.
-    """
-    of = Conditions.of(changes)
+    """Return AR over edge, λ and d/ℓ; of other pairs; the law compared with both; shear; corners. quick: fewer."""
+    of, parameters = Conditions.of(changes), QUICK_PARAMETERS if quick else PARAMETERS
     if of.own:
-        parameters = of.few("inelasticity", QUICK_PARAMETERS if quick else PARAMETERS)
         distances = OWN_QUICK_DISTANCES if quick else DISTANCES
-        return of.marked(main_map(parameters, distances, jobs, of.pair, of.edge))
-    data = main_map(QUICK_PARAMETERS if quick else PARAMETERS, QUICK_DISTANCES if quick else DISTANCES, jobs)
+        return of.marked(main_map(of.few("inelasticity", parameters), distances, jobs, of.pair, of.edge))
+    data = main_map(parameters, QUICK_DISTANCES if quick else DISTANCES, jobs)
     data = data.merge(other_pairs(list(OTHER_PAIRS)[::3] if quick else list(OTHER_PAIRS), quick, jobs))
     data = data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
     return data.merge(corner.run(quick, jobs))
@@ -90,8 +83,7 @@ def main_map(
     parameters: Iterable[float], distances: Iterable[float], jobs: int | None,
     pair: Pair = MAIN, edges: Sequence[str] = EDGES,
 ) -> xr.Dataset:  # fmt: skip
-    """Return AR of a pair near each edge and far away, the values of the law's table, and the critical distances over
-    ℓ."""
+    """Return AR of a pair by edge and far away, the values of the law's table, and the critical distances over ℓ."""
 
     def near(edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
         return pair.coupled(pair.struck(edge, inelasticity, scaled_distance))
@@ -132,19 +124,16 @@ def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -
 
 
 def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
-    """Return AR minus its far value of other pairs; its deviation from that of MAIN, and from the table for their
-    stiffnesses."""
-    parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
+    """Return AR of other pairs minus its far value; how far it is from that of MAIN and from the table for them."""
 
     def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
         case = OTHER_PAIRS[pair]
         return case.coupled(case.struck(edge, inelasticity, scaled_distance))
 
-    distances = (*OTHER_DISTANCES, np.inf)
-    record = min(OTHER_PAIRS[name].record for name in names)
     runs = hl.sweep(
-        near, record, jobs, measure, pair=names, edge=EDGES, inelasticity=parameters, scaled_distance=distances
-    ).amplitude_ratio
+        near, min(OTHER_PAIRS[name].record for name in names), jobs, measure, pair=names, edge=EDGES,
+        inelasticity=OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS, scaled_distance=(*OTHER_DISTANCES, np.inf),
+    ).amplitude_ratio  # fmt: skip
     difference = runs.isel(scaled_distance=slice(None, -1)) - runs.isel(scaled_distance=-1, drop=True)
     ratio = xr.DataArray([OTHER_PAIRS[name].stiffness_ratio for name in names], dims="pair", coords={"pair": names})
     data = xr.Dataset({
@@ -159,10 +148,7 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
 
 def law() -> xr.Dataset:
     """Return c(λ) and its bounds for the materials of MAIN."""
-    estimates = [
-        [[scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in TOLERANCES] for p in LAW_PARAMETERS]
-        for edge in EDGES
-    ]
+    estimates = [_estimates(edge, LAW_PARAMETERS, TOLERANCES) for edge in EDGES]
     bounds = np.array([hl.critical_distance_bounds(MAIN.bead, MAIN.plate(p), MAIN.speed) for p in LAW_PARAMETERS])
     lines = bounds / np.array([MAIN.length(p) for p in LAW_PARAMETERS])[:, None]
     axes = {"edge": list(EDGES), "law_inelasticity": LAW_PARAMETERS, "within": list(TOLERANCES)}
@@ -175,9 +161,15 @@ def law() -> xr.Dataset:
     )
 
 
+def _estimates(edge: str, parameters: Vector, tolerances: Iterable[float]) -> Vector:
+    """Return the critical distances over ℓ by the law for MAIN, over λ and tolerance: value, lower and upper bound."""
+    within = list(tolerances)
+    ratio = MAIN.stiffness_ratio
+    return np.array([[scaled_critical_distance(edge, ratio, p, t) for t in within] for p in parameters])
+
+
 def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
-    """Return the critical distances, m, of the thesis's beads and plates with a clamped edge: the law, a search with
-    `half_plane`, two lines.
+    """Return critical distances, m, of the thesis's beads and plates, clamped: law, search on half-planes, two lines.
 
     The law and the search are NaN if λ lies outside the range of the law. quick: one search.
     """
@@ -186,7 +178,8 @@ def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
     law_found, searched = np.full((*shape, 3), np.nan), np.full((*shape, 3), np.nan)
     for place in np.ndindex(shape):
         pair = Pair(hl.Sphere(DIAMETERS[place[0]] / 2.0, hl.STEEL_440C), hl.ALUMINIUM_6061, MAIN.speed)
-        wall = plate(THICKNESSES[place[1]])
+        clamped = hl.Supports("clamped", "clamped")
+        wall = hl.kirchhoff_plate(0.914, 0.914, THICKNESSES[place[1]], hl.ALUMINIUM_6061, clamped)
         parameters[place] = hl.theory.plate_inelasticity(pair.bead, wall, pair.speed)
         lines[place] = hl.critical_distance_bounds(pair.bead, wall, pair.speed)
         if parameters[place] <= LAW_PARAMETERS[-1]:
@@ -216,16 +209,9 @@ def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, fl
     def build(distance: float) -> hl.CoSimulation:
         return pair.coupled(pair.struck("clamped", inelasticity, distance / length))
 
-    result = hl.critical_distance_search(
-        build, pair.record, SENSOR, [distance * length for distance in SCAN], jobs=jobs
-    )
-    low, high = result.bracket.values.tolist()
-    return float(result.critical_distance), low, high
-
-
-def plate(thickness: float) -> hl.Plate:
-    """Return the thesis's aluminium plate."""
-    return hl.kirchhoff_plate(0.914, 0.914, thickness, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
+    scan = [distance * length for distance in SCAN]
+    result = hl.critical_distance_search(build, pair.record, SENSOR, scan, jobs=jobs)
+    return float(result.critical_distance), *result.bracket.values.tolist()
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -236,52 +222,31 @@ def table(data: xr.Dataset) -> list[Row]:
     return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
 
 
-def _collapse(data: xr.Dataset) -> list[Row]:
-    far = data.other_distance >= 0.0
-    rows = []
+def _collapse(data: xr.Dataset) -> Iterable[Row]:
     for name in data.pair.values:
         case = data.sel(pair=name)
-        ratio = float(case.stiffness_ratio)
-        moved, error = (float(abs(case[what].where(far)).max()) for what in ("material_deviation", "other_error"))
-        rows.append(row("collapse", moved, ratio, MAIN.stiffness_ratio, error, pair=name))
-    return rows
+        moved, error = (float(abs(case[what]).max()) for what in ("material_deviation", "other_error"))
+        yield row("collapse", moved, float(case.stiffness_ratio), MAIN.stiffness_ratio, error, pair=name)
 
 
-def _law(data: xr.Dataset) -> list[Row]:
-    rows = []
-    for edge in EDGES:
-        for low, high in ((0.05, DECAYING), (DECAYING, 2.0)):
-            part = data.sel(edge=edge, inelasticity=(data.inelasticity > low) & (data.inelasticity <= high))
-            if part.inelasticity.size == 0:
-                continue
-            simulated, value, least, most = _compared(part, edge)
-            # Both are 0 if AR is within the tolerance at all distances.
-            errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
-            held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
-            finite = np.isfinite(simulated)
-            apart = float(part.scaled_distance.diff("scaled_distance").min())
-            counts = int(finite.sum()), apart, 100.0 * np.nanmedian(errors), int((held & finite).sum())
-            said = *counts, float(abs(part.table_error).max())
-            rows.append(row("law", 100.0 * float(np.nanmax(errors)), *said, edge=edge, low=low, high=high))
-    return rows
+def _law(data: xr.Dataset) -> Iterable[Row]:
+    for edge, (low, high) in product(EDGES, ((0.05, DECAYING), (DECAYING, 2.0))):
+        part = data.sel(edge=edge, inelasticity=(data.inelasticity > low) & (data.inelasticity <= high))
+        if part.inelasticity.size == 0:
+            continue
+        simulated = part.simulated.transpose("inelasticity", "within").values
+        value, least, most = np.moveaxis(_estimates(edge, part.inelasticity.values, part.within.values), -1, 0)
+        # Both are 0 if AR is within the tolerance at all distances.
+        errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
+        held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
+        finite = np.isfinite(simulated)
+        apart = float(part.scaled_distance.diff("scaled_distance").min())
+        counts = int(finite.sum()), apart, 100.0 * np.nanmedian(errors), int((held & finite).sum())
+        said = *counts, float(abs(part.table_error).max())
+        yield row("law", 100.0 * float(np.nanmax(errors)), *said, edge=edge, low=low, high=high)
 
 
-def _compared(part: xr.Dataset, edge: str) -> tuple[Vector, Vector, Vector, Vector]:
-    """Return the critical distances over ℓ, simulated and by the law with its bounds, over λ and tolerance."""
-    estimates = np.array([
-        [scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in part.within.values]
-        for p in part.inelasticity.values
-    ])  # fmt: skip
-    return (
-        part.simulated.transpose("inelasticity", "within").values,
-        estimates[..., 0],
-        estimates[..., 1],
-        estimates[..., 2],
-    )
-
-
-def _thesis(data: xr.Dataset) -> list[Row]:
-    rows = []
+def _thesis(data: xr.Dataset) -> Iterable[Row]:
     for diameter, thickness in product(data.diameter.values, data.thickness.values):
         case = data.sel(diameter=diameter, thickness=thickness)
         lines = " to ".join(f"{1e3 * line:.1f}" for line in case.bound.values)
@@ -289,12 +254,11 @@ def _thesis(data: xr.Dataset) -> list[Row]:
         (value, *bounds), (searched, *ends) = 1e3 * case.thesis_law.values, 1e3 * case.searched.values
         named = Named(theory=lines, diameter=1e3 * diameter, thickness=1e3 * thickness)
         if not np.isfinite(value):
-            rows.append(row("beyond the law", "none", parameter, **named))
+            yield row("beyond the law", "none", parameter, **named)
         elif np.isfinite(searched):
-            rows.append(row("searched", float(value), parameter, *bounds, searched, *ends, **named))
+            yield row("searched", float(value), parameter, *bounds, searched, *ends, **named)
         else:
-            rows.append(row("clamped", float(value), parameter, *bounds, **named))
-    return rows
+            yield row("clamped", float(value), parameter, *bounds, **named)
 
 
 def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
@@ -313,8 +277,133 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the collapse, the law, its jumps, shear, and corners."""
-    from hertzlink.studies import critical_figures
-
     if Conditions.read(data).own:
-        return {"collapse": critical_figures.of_pair(data)}
-    return {**critical_figures.figures(data), "corner": corner.figure(data)}
+        return {"collapse": of_pair(data)}
+    return {
+        "collapse": collapse(data),
+        "critical_distance": critical_distance(data),
+        "jumps": jumps(data),
+        "materials": materials(data),
+        "shear": edge_shear.figure(data),
+        "corner": corner.figure(data),
+    }
+
+
+def _by_edge(data: xr.Dataset, ylabel: str, width: float = 3.3, **labels: Any) -> tuple[draw.Figure, list[draw.Axes]]:
+    """Return a panel for each edge."""
+    figure, axes = draw.panels(data.sizes["edge"], width=width, height=3.5)
+    for axis, edge in zip(axes, data.edge.values, strict=True):
+        axis.set(title=f"{edge} edge", **labels)
+    axes[0].set_ylabel(ylabel)
+    return figure, axes
+
+
+SCALED = draw.Look(xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0))
+
+
+def of_pair(data: xr.Dataset) -> draw.Figure:
+    """Return AR of a user's own beads and plates against d/ℓ for each edge and λ."""
+    from matplotlib import colormaps
+
+    figure, axes = _by_edge(data, "amplitude ratio AR", 3.6, **SCALED)
+    colours = colormaps["viridis"](np.linspace(0.0, 0.95, max(2, data.sizes["inelasticity"])))
+    for axis, edge in zip(axes, data.edge.values, strict=True):
+        for colour, inelasticity in zip(colours, data.inelasticity.values, strict=False):
+            curve = data.amplitude_ratio.sel(edge=edge, inelasticity=inelasticity)
+            axis.plot(data.scaled_distance, curve, ".-", color=colour, label=f"λ = {inelasticity:g}")
+    axes[0].legend()
+    return figure
+
+
+def collapse(data: xr.Dataset) -> draw.Figure:
+    """Return AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds."""
+    from matplotlib import colormaps
+
+    figure, axes = _by_edge(data, "amplitude ratio AR", **SCALED)
+    parameters = [p for p in data.inelasticity.values if p in SHOWN_PARAMETERS] or list(data.inelasticity.values)
+    same = [name for name in data.pair.values if name in SAME_MATERIALS]
+    hollow = draw.Look(markersize=4.5, markerfacecolor="none")
+    for axis, edge in zip(axes, data.edge.values, strict=True):
+        for i, parameter in enumerate(parameters):
+            colour = colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1))
+            case = data.sel(edge=edge, inelasticity=parameter)
+            axis.plot(data.scaled_distance, case.amplitude_ratio, "-", color=colour, label=f"λ = {parameter:g}")
+            for k, name in enumerate(same):
+                if parameter in data.other_inelasticity.values:
+                    other = data.other_difference.sel(pair=name, other_edge=edge, other_inelasticity=parameter)
+                    axis.plot(data.other_distance, other + case.far_ratio, draw.MARKERS[k], color=colour, **hollow)
+    for k, name in enumerate(same):
+        axes[0].plot([], [], draw.MARKERS[k], color="black", label=str(name), **hollow)
+    draw.legend_above(figure, axes[0], 5)
+    return figure
+
+
+def critical_distance(data: xr.Dataset) -> draw.Figure:
+    """Return c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
+    label = f"critical distance c = $d_c$ / ℓ (AR ± {FIGURE_TOLERANCE})"
+    figure, axes = _by_edge(data, label, xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
+    x = data.law_inelasticity
+    for axis, edge in zip(axes, data.edge.values, strict=True):
+        at = data.sel(edge=edge, within=FIGURE_TOLERANCE)
+        _bounds(axis, x, at.law, 5, 0.35, "bounds of the law")
+        axis.plot(x, at.law.sel(estimate="value"), "-", label="law")
+        axis.plot(data.inelasticity, at.simulated, "o", color="black", markerfacecolor="none", label="simulated")
+        for line, style in zip(data.line.values, ("--", "-."), strict=True):
+            path = f"path of the {line} wave during a contact"
+            draw.theory_line(axis, x, data.scaled_line.sel(line=line), path, style)
+        _plain_ticks(axis)
+    draw.legend_above(figure, axes[0], 5)
+    return figure
+
+
+def jumps(data: xr.Dataset) -> draw.Figure:
+    """Return AR minus its far value near a simply supported edge, where an oscillation exceeds the tolerance; and c
+    over λ there."""
+    figure, (left, right) = draw.panels(2, width=3.6, height=3.2, sharey=False)
+    for parameter in JUMP_PARAMETERS:
+        left.plot(*edge_difference("simple", MAIN.stiffness_ratio, parameter), "-", label=f"λ = {parameter:g}")
+    for sign in (-1.0, 1.0):
+        left.axhline(sign * FIGURE_TOLERANCE, color="black", linewidth=0.8, linestyle=":")
+    left.set(xlim=(0.6, 2.6), ylim=(-0.04, 0.06))
+    left.set(xlabel="distance from a simple edge, d / ℓ", ylabel="AR minus AR far away")
+    left.legend()
+    for i, within in enumerate(data.within.values):
+        law = data.law.sel(edge="simple", within=within)
+        right.plot(data.law_inelasticity, law.sel(estimate="value"), "-", label=f"± {within:g}")
+        _bounds(right, data.law_inelasticity, law, i, 0.2)
+    right.set(xscale="log", xlim=(0.05, 0.9), ylim=(0.0, 2.2))
+    right.set(xlabel="inelasticity parameter λ", ylabel="c, simple edge")
+    _plain_ticks(right)
+    right.legend(title="tolerance")
+    return figure
+
+
+def _bounds(axis: draw.Axes, x: xr.DataArray, law: xr.DataArray, number: int, alpha: float, label: str = "") -> None:
+    """Draw the law's bounds as a band."""
+    ends = law.sel(estimate="low"), law.sel(estimate="high")
+    axis.fill_between(x, *ends, color=draw.COLOURS[number], alpha=alpha, linewidth=0.0, label=label)
+
+
+def materials(data: xr.Dataset) -> draw.Figure:
+    """Return the remaining difference at equal λ and d/ℓ: deviation from steel on aluminium over the ratio of contact
+    stiffnesses."""
+    labels = draw.Look(xlabel="stiffness, bead on plate / bead on bead", yscale="log", ylim=(1e-5, 0.2))
+    shown = data.drop_dims(["edge"]).rename(other_edge="edge")
+    figure, axes = _by_edge(shown, "largest deviation of AR, d ≥ 0.6 ℓ", 3.0, **labels)
+    for axis, edge in zip(axes, shown.edge.values, strict=True):
+        for i, parameter in enumerate(data.other_inelasticity.values):
+            part = abs(shown.sel(edge=edge, other_inelasticity=parameter)).max("other_distance")
+            for values, hollow, label in (
+                (part.material_deviation, False, "from steel on aluminium"),
+                (part.other_error, True, "from the table for its own ratio"),
+            ):
+                draw.points(axis, data.stiffness_ratio.values, values.values, i, f"λ = {parameter:g}, {label}", hollow)
+    draw.legend_above(figure, axes[0], 2)
+    return figure
+
+
+def _plain_ticks(axis: draw.Axes) -> None:
+    """Write numbers, not powers, on an axis of λ."""
+    ticks = [tick for tick in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0) if tick <= axis.get_xlim()[1]]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)

@@ -318,7 +318,7 @@ def _inside(data: xr.Dataset) -> list[Row]:
 
 
 def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
-    """Return forces at bead 10, N: mean of contacts, at its section; theory, averaged over contacts, and at the centre."""
+    """Return forces at bead 10, N: of contacts, of its section; theory, averaged over contacts, and at the centre."""
     near = data.sel(sensor=SENSORS[0], shape_time=slice(None, 0.8 * UNTIL))
     mean, section = near.sensor_force.sel(beads="modes"), near.section_force
     time, speed = near.shape_time.values, float(near.shape_wave_speed.sel(beads="modes"))

@@ -55,13 +55,16 @@ def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
     figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center", ncols=columns)
 
 
-def over_distance(data: xr.Dataset, edge: str, ylabel: str, sharey: bool = True) -> tuple[Figure, list[Axes]]:
-    """Return a panel for each bead, over the distance from the edge."""
+def over_distance(
+    data: xr.Dataset, edge: str, ylabel: str, tolerance: float, sharey: bool = True
+) -> tuple[Figure, list[tuple[Axes, xr.Dataset]]]:
+    """Return a figure over the distance from the edge, and its panels with the data of each bead."""
     figure, axes = panels(data.sizes["diameter"], sharey=sharey)
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
     axes[0].set_ylabel(ylabel)
-    return figure, axes
+    at = data.sel(within=tolerance)
+    return figure, [(axis, at.isel(diameter=i)) for i, axis in enumerate(axes)]
 
 
 def thick(thickness: float) -> str:
@@ -77,37 +80,28 @@ def against_distance(
     Bands are the brackets of the critical distances for a tolerance, open triangles their lower bounds. A ratio has a
     factor of 1.
     """
-    ratio, missing = factor == 1.0, False
-    figure, axes = over_distance(data, edge, label, sharey=ratio)
-    for axis, diameter in zip(axes, data.diameter.values, strict=True):
+    ratio = factor == 1.0
+    figure, beads = over_distance(data, edge, label, tolerance, sharey=ratio)
+    for axis, bead in beads:
         log_x(axis)
         for i, thickness in enumerate(data.thickness.values):
-            case = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
-            curve = case[name].isel(distance=case.sampled.values) * factor
+            case = bead.sel(thickness=thickness)
+            curve, (low, high) = case[name].isel(distance=case.sampled.values) * factor, case.bracket.values * 1e3
             axis.plot(curve.distance * 1e3, curve, markersize=2.5, label=thick(thickness))
-            _mark_crossing(axis, case, COLOURS[i])
+            if case.lower_bound:
+                look = Look(markersize=6.0, transform=axis.get_xaxis_transform(), clip_on=False, zorder=3.0)
+                axis.plot(low, 0.03, ">", color=COLOURS[i], markerfacecolor="white", **look)
+            elif case.critical_distance.notnull():
+                axis.axvspan(low, high, color=COLOURS[i], alpha=0.35, linewidth=0.0)
         if ratio:
             axis.set_ylim(0.0, 1.0)
-        here = data.sel(diameter=diameter)
-        missing = missing or bool((here.sampled & here[name].isnull()).any())
-    axes[0].fill_between([], [], color="grey", alpha=0.35, linewidth=0.0, label="critical distance")
-    axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
-    if missing:
-        axes[0].plot([], [], " ", label="no marker: no wave in the record")
-    legend_above(figure, axes[0], 2 * len(axes))
+    first = beads[0][0]
+    first.fill_between([], [], color="grey", alpha=0.35, linewidth=0.0, label="critical distance")
+    first.plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
+    if bool((data.sampled & data[name].isnull()).any()):
+        first.plot([], [], " ", label="no marker: no wave in the record")
+    legend_above(figure, first, 2 * len(beads))
     return figure
-
-
-def _mark_crossing(axis: Axes, case: xr.Dataset, colour: str) -> None:
-    """Draw the bracket of the critical distance as a band, a lower bound as an open triangle on the x axis."""
-    if case.lower_bound:
-        low = case.bracket.sel(end="low") * 1e3
-        axis.plot(
-            low, 0.03, ">", color=colour, markersize=6.0, markerfacecolor="white",
-            transform=axis.get_xaxis_transform(), clip_on=False, zorder=3.0,
-        )  # fmt: skip
-    elif case.critical_distance.notnull():
-        axis.axvspan(*(case.bracket.values * 1e3), color=colour, alpha=0.35, linewidth=0.0)
 
 
 def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
@@ -142,16 +136,13 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
 
 
 def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Figure:
-    """Return the difference of AR from its far value around the last crossing: all samples, and the brackets as bands.
-
-    Dashed lines: linear interpolation between the samples of the first scan.
-    """
-    figure, axes = over_distance(data, edge, "|AR − far value|")
-    scan = data.sampled.all(["thickness", "diameter"])
-    for axis, diameter in zip(axes, data.diameter.values, strict=True):
+    """Return AR's distance from its far value around the last crossing: samples, brackets, first scan interpolated."""
+    figure, beads = over_distance(data, edge, "|AR − far value|", tolerance)
+    scan, first = data.sampled.all(["thickness", "diameter"]), beads[0][0]
+    for axis, bead in beads:
         farthest = 0.0
         for i, thickness in enumerate(data.thickness.values):
-            case = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
+            case = bead.sel(thickness=thickness)
             if not case.lower_bound:
                 away = abs(case.amplitude_ratio - case.far_value).isel(distance=case.sampled.values)
                 coarse = case.amplitude_ratio.isel(distance=scan.values)
@@ -165,10 +156,10 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
                 farthest = max(farthest, high)
         axis.axhline(tolerance, color="black", linewidth=0.8)
         axis.set(yscale="log", ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
-    axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, AR interpolated")
-    axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
-    legend_above(figure, axes[0], 2 * len(axes))
-    axes[0].annotate(f"tolerance {tolerance:g}", (0.0, tolerance), (3, 3), textcoords="offset points", fontsize="small")
+    first.plot([], [], "--", color="grey", linewidth=0.8, label="first scan, AR interpolated")
+    first.fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
+    legend_above(figure, first, 2 * len(beads))
+    first.annotate(f"tolerance {tolerance:g}", (0.0, tolerance), (3, 3), textcoords="offset points", fontsize="small")
     return figure
 
 
@@ -176,8 +167,7 @@ def intensity_map(
     time: np.ndarray, values: np.ndarray, force: np.ndarray,
     label: str = "Young's modulus of the rod (GPa)", factor: float = 1e-9,
 ) -> Figure:  # fmt: skip
-    """Return the force at a sensor over time (s) and Young's modulus (Pa), or another value; rows of `force` belong to
-    values."""
+    """Return the force at a sensor over time (s) and Young's modulus (Pa), or another value, one for each row."""
     figure, (axis,) = panels(1, width=5.0, height=3.6)
     mesh = axis.pcolormesh(time * 1e6, values * factor, force, cmap="inferno", shading="nearest", rasterized=True)
     axis.grid(visible=False)
@@ -203,7 +193,7 @@ def logarithmic(axis: Axes) -> None:
 
 
 def beside_theory(
-    axis: Axes, lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], xlabel: str, ylabel: str,
+    axis: Axes, lines: Iterable[Line], xlabel: str, ylabel: str,
     theory: str = "theory of long waves", simulation: str = "simulation",
 ) -> None:  # fmt: skip
     """Draw curves of (label, x, simulated, theory): markers for what was simulated, a line for the theory.
@@ -230,7 +220,7 @@ FORCE_OVER_APPROACH = ("approach (µm)", "contact force (N)")
 
 
 def compared(
-    lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]], labels: tuple[str, str] = SPEED_OVER_FORCE,
+    lines: Iterable[Line], labels: tuple[str, str] = SPEED_OVER_FORCE,
     log: bool = False, height: float = 3.8, **names: str,
 ) -> Figure:  # fmt: skip
     """Return a figure of curves beside theory. log: both axes logarithmic; names: of theory and simulation."""
@@ -275,18 +265,17 @@ def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -
     for label, force in laws:
         axis.plot(approach * 1e6, force, "-", label=label)
     axis.set(xscale="log", yscale="log", xlabel="approach (µm)", ylabel="contact force (N)")
-    axis.xaxis.set_major_formatter("{x:g}")
-    axis.yaxis.set_major_formatter("{x:g}")
+    for side in (axis.xaxis, axis.yaxis):
+        side.set_major_formatter("{x:g}")
     axis.legend()
     return figure
 
 
 def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label: str) -> None:
     """Draw a curve over x for the middle dashpot (N s/m), and a band that covers all dashpots."""
-    ends = values.sortby("dashpot").transpose("dashpot", ...)
-    low, high = float(ends.dashpot[0]), float(ends.dashpot[-1])
-    band = ends.min("dashpot"), ends.max("dashpot")
-    axis.fill_between(x, *band, color=COLOURS[0], alpha=0.15, linewidth=0.0, label=f"γ = {low:g} to {high:g} N s/m")
+    between = f"γ = {float(values.dashpot.min()):g} to {float(values.dashpot.max()):g} N s/m"
+    band = values.min("dashpot"), values.max("dashpot")
+    axis.fill_between(x, *band, color=COLOURS[0], alpha=0.15, linewidth=0.0, label=between)
     axis.plot(x, values.sel(dashpot=middle), "o-" if len(x) < FEW else "-", color=COLOURS[0], label=label)
 
 

@@ -22,9 +22,7 @@ BEAD, SPEED = hl.Sphere(5e-3, hl.STEEL_440C), 0.3
 
 @dataclass(frozen=True)
 class Pair:
-    """A chain of equal beads on a plate of a material, struck at a speed, m/s; λ determines the thickness
-    of the plate.
-    """
+    """A chain of equal beads on a plate of a material, struck at a speed, m/s; λ determines the plate's thickness."""
 
     bead: hl.Sphere
     wall: hl.Material
@@ -38,15 +36,16 @@ class Pair:
     @cached_property
     def contact_time(self) -> float:
         """T_c, s: Hertz's contact time of a bead on a half-space at the striker speed."""
-        return float(
-            hl.theory.hertz_contact_time(self.bead.mass, wall_stiffness(self.bead, self._plate(1e-3)), self.speed)
-        )
+        return float(hl.theory.hertz_contact_time(self.bead.mass, self._wall_stiffness, self.speed))
+
+    @property
+    def _wall_stiffness(self) -> float:
+        return float(wall_stiffness(self.bead, self._plate(1e-3)))
 
     @property
     def stiffness_ratio(self) -> float:
         """Stiffness of the contact between bead and plate over that between two beads."""
-        wall = wall_stiffness(self.bead, self._plate(1e-3))
-        return float(wall / hl.theory.hertz_stiffness(self.bead.surface, self.bead.surface))
+        return self._wall_stiffness / hl.theory.hertz_stiffness(self.bead.surface, self.bead.surface)
 
     def plate(self, inelasticity: float) -> hl.Plate:
         """Return a plate of the thickness that gives λ."""
@@ -57,20 +56,17 @@ class Pair:
         """Return ℓ, m."""
         return edge_length(self.bead, self.plate(inelasticity), self.speed)
 
-    def struck(
-        self, edge: str, inelasticity: float, scaled_distance: float, until: float | None = None
-    ) -> hl.Structure:
-        """Return the plate at a distance d/ℓ from an edge; a half-space directly at a supported edge, the infinite
-        plate far away.
+    def struck(self, edge: str, inelasticity: float, scaled: float, until: float | None = None) -> hl.Structure:
+        """Return the plate at d/ℓ from an edge, a half-space directly at a supported one, the infinite plate far away.
 
         until: the longest run, s; by default the `record`.
         """
         thickness = self.plate(inelasticity).thickness
-        if np.isinf(scaled_distance):
+        if np.isinf(scaled):
             return hl.infinite_plate(thickness, self.wall)
-        if scaled_distance == 0.0 and edge != "free":
+        if scaled == 0.0 and edge != "free":
             return hl.half_space(self.wall)
-        distance, highest = scaled_distance * self.length(inelasticity), HIGHEST_PHASE / self.contact_time
+        distance, highest = scaled * self.length(inelasticity), HIGHEST_PHASE / self.contact_time
         return hl.half_plane(thickness, self.wall, edge, distance, until or self.record, highest)
 
     @property
@@ -102,10 +98,8 @@ SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")  # The pairs with the materials of
 
 
 def tabulated_pair(stiffness_ratio: float) -> Pair:
-    """Return BEAD on a plate that gives the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); two beads have half the
-    radius."""
-    beads = hl.STEEL_440C.contact_modulus
-    modulus = beads * stiffness_ratio / (2.0 * 2.0**0.5 - stiffness_ratio)
+    """Return BEAD on a plate that gives the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); pairs: half the radius."""
+    modulus = hl.STEEL_440C.contact_modulus * stiffness_ratio / (2.0 * 2.0**0.5 - stiffness_ratio)
     return Pair(BEAD, hl.Material(modulus * (1.0 - 0.33**2), 0.33, 2700.0), SPEED)
 
 

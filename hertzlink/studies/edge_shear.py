@@ -31,32 +31,26 @@ def pair(speed: float) -> Pair:
 @lru_cache(maxsize=1)
 def thick(speed: float, place: float, until: float) -> hl.Structure:
     """Return Mindlin's plate, clamped at the left."""
-    case = pair(speed)
-    side, length = SIDE * case.length(PARAMETER), case.length(PARAMETER)
-    plate = hl.mindlin_plate(
-        side, side, case.plate(PARAMETER).thickness, case.wall, hl.Supports(left="clamped"),
-        highest_frequency=1.2 / case.contact_time,
-    )  # fmt: skip
+    case, edges = pair(speed), hl.Supports(left="clamped")
+    length, thickness = case.length(PARAMETER), case.plate(PARAMETER).thickness
+    side, highest = SIDE * length, 1.2 / case.contact_time
+    plate = hl.mindlin_plate(side, side, thickness, case.wall, edges, highest_frequency=highest)
     return hl.reduce(plate.at(length * min(place, FAR_AWAY), side / 2.0), until, REDUCTION)
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR in Kirchhoff's and in Mindlin's theory over the striker's speed and d/ℓ. quick: one speed, two
-    places."""
+    """Return AR by Kirchhoff's and Mindlin's theory over striker speed and d/ℓ. quick: one speed, two places."""
     speeds, places = (SPEEDS[1:2], PLACES[::2]) if quick else (SPEEDS, PLACES)
-
     until = RECORD * pair(min(speeds)).contact_time
 
     def build(theory: str, shear_speed: float, place: float) -> hl.CoSimulation:
         case = pair(shear_speed)
-        thin = theory == THEORIES[0]
-        return case.coupled(
-            case.struck("clamped", PARAMETER, place, until) if thin else thick(shear_speed, place, until)
-        )
+        if theory == "Mindlin":
+            return case.coupled(thick(shear_speed, place, until))
+        return case.coupled(case.struck("clamped", PARAMETER, place, until))
 
     runs = hl.sweep(build, until, jobs, measure, theory=THEORIES, shear_speed=speeds, place=places)
-    pairs = [pair(speed) for speed in speeds]
-    thickness = [case.plate(PARAMETER).thickness / case.length(PARAMETER) for case in pairs]
+    thickness = [pair(v).plate(PARAMETER).thickness / pair(v).length(PARAMETER) for v in speeds]
     data = xr.Dataset({"theory_ratio": runs.amplitude_ratio})
     return data.assign_coords(relative_thickness=("shear_speed", thickness, {"units": "1", "long_name": "t/ℓ"}))
 
@@ -69,17 +63,16 @@ def lowered(data: xr.Dataset) -> xr.DataArray:
 
 
 def limit(thickness: Vector, difference: Vector) -> float:
-    """Return t/ℓ at which the difference, assumed proportional to (t/ℓ)², is REPORTED_DIFFERENCE; from the sample
-    nearest to it."""
+    """Return t/ℓ at which the difference, assumed proportional to (t/ℓ)², is REPORTED_DIFFERENCE; from the nearest."""
     nearest = int(np.argmin(np.abs(np.log(np.maximum(difference, 1e-9) / REPORTED_DIFFERENCE))))
     return float(thickness[nearest] * (REPORTED_DIFFERENCE / difference[nearest]) ** 0.5)
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return t/ℓ from which shear changes AR by 0.01."""
-    rows, difference, thickness = [], lowered(data), data.relative_thickness.values
+    rows, thickness = [], data.relative_thickness.values
     for place in data.place.values:
-        differences = difference.sel(place=place).values
+        differences = lowered(data).sel(place=place).values
         where = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ, clamped"
         samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, differences, strict=True))
         rows.append(row("limit", limit(thickness, differences), PARAMETER, samples, place=where))

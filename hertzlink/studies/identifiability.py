@@ -4,7 +4,7 @@ Cramér–Rao bounds (`hl.identifiability`) of a plate's distance to its edge an
 layer of a rod, over the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -16,7 +16,7 @@ from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
 from hertzlink.studies.expected import Named, Rows
-from hertzlink.studies.identifiable_cases import CHECKED, DISTANCES
+from hertzlink.studies.identifiable_cases import BLIND, CHECKED, DISTANCES, FEATURES, Conditions
 from hertzlink.studies.table import Row
 from structures.checks import whole
 from structures.structure import Vector
@@ -24,23 +24,24 @@ from structures.structure import Vector
 row = Rows("identifiability")
 THICKNESSES = (2.29e-3, 3.0e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3)
-TESTED_EVERY = 5  # Distances at which derivatives are taken with other steps, as well as at those of the table.
+# Distances at which derivatives are taken with other steps, as well as at those of the table.
+TESTED_EVERY = 5
 NEAR = (0.01, 0.0125, 0.015, 0.02, 0.03, 0.06)  # m, distances at which the plate's modulus is not known either.
 NEAR_STATICS = 0.016  # m, up to which the echo is back so soon that the contact feels a spring.
 MAIN_DIAMETER, MAIN_THICKNESS = 9.53e-3, 4.83e-3
 UPPER_THICKNESSES = tuple(float(f"{d:.3g}") for d in np.geomspace(3e-3, 50e-3, 5))
 # N/m³. Epoxy of 3 GPa and 0.1 mm has 3e13.
-BOND_STIFFNESSES = tuple(float(f"{k:.1g}") for k in np.geomspace(3e10, 1e14, 8))
-EPOXY = 3e13
+BOND_STIFFNESSES, EPOXY = tuple(float(f"{k:.1g}") for k in np.geomspace(3e10, 1e14, 8)), 3e13
 QUICK_DISTANCES, QUICK_THICKNESSES, QUICK_NEAR = (0.01, 0.03, *CHECKED), (4.83e-3,), (0.0125, 0.06)
 QUICK_UPPERS, QUICK_BONDS = (6.1e-3, 24.7e-3), (3e10, 3e11, 3e13)
-BLIND = 0.5  # A half-width above this part of the value.
 # What an earlier estimate found; its record and what was known are not given.
 EARLIER = {
-    (cases.FEATURES, 0.06): "96 %", ("bead 7", 0.06): "0.5 %", ("beads 7 and 13", 0.06): "0.2 %",
+    (FEATURES, 0.06): "96 %", ("bead 7", 0.06): "0.5 %", ("beads 7 and 13", 0.06): "0.2 %",
     ("bead 7", 0.16): "blind", ("bead 13", 0.16): "1.4 %", ("bead 16", 0.16): "0.4 %",
 }  # fmt: skip
-Conditions = cases.Conditions
+# Relative changes of d, t and E that statics near the edge weighs, w = const. d²F/D with D ∝ E t³; and those that
+# leave the plate's impedance, E t⁴, and the time of its echo, d⁴/E t², as they are.
+STATICS, UNSEEN = np.array([2.0, -3.0, -1.0]), np.array([0.125, -0.25, 1.0])
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
@@ -61,42 +62,45 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     return data.merge(near_edge(parallel, near)).merge(bonded(parallel, *bonds))
 
 
+def _each(parallel: joblib.Parallel, computed: Callable[..., Any], *axes: Sequence[Any]) -> list[Any]:
+    """Return what is computed at each combination of the values of some axes."""
+    grid = list(product(*axes))
+    return list(watched(parallel(joblib.delayed(computed)(*case) for case in grid), len(grid)))
+
+
+def _over(axes: Sequence[Sequence[Any]], values: Sequence[Vector]) -> Vector:
+    """Return values at each combination of some axes as one array over them."""
+    return np.array(values).reshape(*map(len, axes), *values[0].shape)
+
+
 def edges(
     parallel: joblib.Parallel, distances: Sequence[float], thicknesses: Sequence[float],
     diameters: Sequence[float] = DIAMETERS, of: Conditions = cases.THESIS,
 ) -> xr.Dataset:  # fmt: skip
     """Return the half-widths over the distance, the thickness, the beads and what is measured."""
     tested = set() if of.own else {*distances[::TESTED_EVERY], *CHECKED}
-    grid = list(product(diameters, distances, thicknesses))
-    runs = parallel(
-        joblib.delayed(cases.edge_errors)(*case, cases.STEPS if case[1] in tested else cases.STEPS[:1], of)
-        for case in grid
-    )
-    runs_done = list(watched(runs, len(grid)))
-    values = np.array(runs_done).reshape(len(diameters), len(distances), len(thicknesses), *runs_done[0].shape)
+    axes = (diameters, distances, thicknesses)
+
+    def errors(diameter: float, distance: float, thickness: float) -> Vector:
+        steps = cases.STEPS if distance in tested else cases.STEPS[:1]
+        return cases.edge_errors(diameter, distance, thickness, steps, of)
+
     dims = ("diameter", "distance", "thickness", "step", "record", "measured", "free", "unknown")
-    errors = cases.relative(dims, values, "half of the 95 % interval")
-    data = xr.Dataset({"edge_error": errors.isel(step=0), "edge_error_of_steps": errors.isel(unknown=0, free=0)})
-    return data.assign_coords(
-        cases.coordinates(
-            diameter=diameters, distance=distances, thickness=thicknesses, step=cases.STEPS, record=of.record,
-            measured=cases.MEASURED, free=cases.EDGE_FREE, unknown=cases.EDGE_UNKNOWNS,
-        )
-    )  # fmt: skip
+    widths = cases.relative(dims, _over(axes, _each(parallel, errors, *axes)), "half of the 95 % interval")
+    data = xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
+    values = (*axes, cases.STEPS, of.record, cases.MEASURED, cases.EDGE_FREE, cases.EDGE_UNKNOWNS)
+    return data.assign_coords(cases.coordinates(**dict(zip(dims, values, strict=True))))
 
 
 def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Dataset:
-    """Return the combinations of distance, thickness and modulus, the best one first, where the contact is known or is
-    not."""
-    contacts = (cases.KNOWN, cases.OF_PLATE)
-    grid = list(product(contacts, distances))
-    runs = parallel(
-        joblib.delayed(cases.combinations_near_edge)(MAIN_DIAMETER, distance, MAIN_THICKNESS, contact)
-        for contact, distance in grid
-    )
-    results = list(watched(runs, len(grid)))
-    shape = (len(contacts), len(distances))
-    errors, vectors, matrices = (np.array(part).reshape(*shape, *part[0].shape) for part in zip(*results, strict=True))
+    """Return combinations of distance, thickness and modulus, the best first, where the contact is known or is not."""
+    axes = ((cases.KNOWN, cases.OF_PLATE), distances)
+
+    def combinations(contact: str, distance: float) -> tuple[Vector, Vector, Vector]:
+        return cases.combinations_near_edge(MAIN_DIAMETER, distance, MAIN_THICKNESS, contact)
+
+    parts = zip(*_each(parallel, combinations, *axes), strict=True)
+    errors, vectors, matrices = (_over(axes, part) for part in parts)
     over = ("contact", "near")
     data = xr.Dataset(
         {
@@ -105,38 +109,27 @@ def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Datas
             "correlation": cases.relative((*over, "of", "other"), matrices, "correlation of the estimates"),
         }
     )
-    names = cases.MATERIAL_UNKNOWNS
-    combination = ("best", "middle", "worst")
-    places = cases.coordinates(contact=contacts, near=distances, combination=combination, of=names, other=names)
+    names, ranks = cases.MATERIAL_UNKNOWNS, ("best", "middle", "worst")
+    places = cases.coordinates(contact=axes[0], near=distances, combination=ranks, of=names, other=names)
     return data.assign_coords(places)
 
 
 def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
     """Return the half-widths of the bond and the upper layer."""
-    grid = list(product(cases.UPPERS, uppers, stiffnesses))
-    errors = list(watched(parallel(joblib.delayed(cases.bond_errors)(*case) for case in grid), len(grid)))
-    values = np.array(errors).reshape(len(cases.UPPERS), len(uppers), len(stiffnesses), *errors[0].shape)
+    axes = (list(cases.UPPERS), uppers, stiffnesses)
     dims = ("upper", "upper_thickness", "bond_stiffness", "bond_measured", "bond_free", "bond_unknown")
+    values = _over(axes, _each(parallel, cases.bond_errors, *axes))
     data = xr.Dataset({"bond_error": cases.relative(dims, values, "half of the 95 % interval")})
-    return data.assign_coords(
-        cases.coordinates(
-            upper=cases.UPPERS, upper_thickness=uppers, bond_stiffness=stiffnesses,
-            bond_measured=cases.BOND_MEASURED, bond_free=cases.BOND_FREE, bond_unknown=cases.BOND_UNKNOWNS,
-        )
-    )  # fmt: skip
+    places = (*axes, cases.BOND_MEASURED, cases.BOND_FREE, cases.BOND_UNKNOWNS)
+    return data.assign_coords(cases.coordinates(**dict(zip(dims, places, strict=True))))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the half-widths, and where an earlier estimate exists its numbers; `blind` where they exceed half of the
-    value."""
+    """Return the half-widths, and earlier estimates if there are any; `blind` where they exceed half of the value."""
     if Conditions.read(data).own:
-        return _own_rows(data)
-    rows = [
-        _distance_row(data.sel(diameter=diameter, thickness=MAIN_THICKNESS), what, distance)
-        for diameter in (MAIN_DIAMETER, DIAMETERS[0])
-        for distance in CHECKED
-        for what in cases.MEASURED
-    ]
+        return list(_own_rows(data))
+    grid = product((MAIN_DIAMETER, DIAMETERS[0]), CHECKED, cases.MEASURED)
+    rows = [_distance_row(data.sel(diameter=d, thickness=MAIN_THICKNESS), what, x) for d, x, what in grid]
     rows += [_reach_row(data.sel(diameter=d, thickness=t)) for d in data.diameter for t in data.thickness]
     return [*rows, _derivatives_row(data), *_combination_rows(data), *_bond_rows(data)]
 
@@ -151,79 +144,60 @@ def _distance_row(case: xr.Dataset, what: str, distance: float) -> Row:
     named = Named(distance=distance * 1e3, diameter=float(case.diameter) * 1e3, what=what)
     earlier = EARLIER.get((what, distance)) if float(case.diameter) == MAIN_DIAMETER else None
     said = f"earlier estimate: {earlier}; " if earlier else ""
-    short, long = at.sel(free="all").values
-    alone = at.sel(free="distance").values
-    if what == cases.FEATURES:
+    (short, long), alone = at.sel(free="all").values, at.sel(free="distance").values
+    if what == FEATURES:
         return row("AR and TOF", printed(short), said, printed(alone[0]), **named)
     steps = case.edge_error_of_steps.sel(distance=distance, measured=what)
-    doubt = [_changed(steps.isel(record=k)) for k in (0, 1)]
-    return row("distance", printed(short) + doubt[0], said, printed(long) + doubt[1], printed(alone[0]), **named)
+    first, second = (printed(width) + _changed(steps.isel(record=k)) for k, width in enumerate((short, long)))
+    return row("distance", first, said, second, printed(alone[0]), **named)
 
 
 def _changed(steps: xr.DataArray) -> str:
-    """Return a mark where signals are not linear within the half-width, or within ± 0.4 % of the distance if that is
-    less."""
+    """Return a mark where signals are not linear within the half-width, or ± 0.4 % of the distance if that is less."""
     first, half, wide = steps.values
     other = wide if first > cases.STEPS[2] else half
     return " (~)" if first <= BLIND and abs(other / first - 1.0) > 0.1 else ""
 
 
 def _reach_row(case: xr.Dataset) -> Row:
-    reaches = []
-    for what in cases.MEASURED:
-        for record in cases.RECORDS if what != cases.FEATURES else cases.RECORDS[:1]:
-            free = "distance" if what == cases.FEATURES else "all"
+    """Return the last distances of the grid, mm, that are identified, by the ways to measure."""
+    shortest, reaches = cases.RECORDS[0], {}
+    for what, record in product(cases.MEASURED, cases.RECORDS):
+        if what != FEATURES or record == shortest:
+            free = "distance" if what == FEATURES else "all"
             errors = case.edge_error.sel(measured=what, record=record, free=free, unknown="distance")
-            reaches.append((what, record, _farthest(errors)))
-    main = next(text for what, record, text in reaches if (what, record) == ("beads 7 and 13", cases.RECORDS[0]))
+            good = errors.distance.values[errors.values <= BLIND]
+            reaches[what, record] = f"{good[-1] * 1e3:.3g}" if good.size else "none"
+    main = reaches.pop(("beads 7 and 13", shortest))
     others = [
-        f"{what}{' (the distance alone)' if what == cases.FEATURES else ''} {text}"
-        + (f" ({record * 1e3:g} ms)" if record != cases.RECORDS[0] else "")
-        for what, record, text in reaches
-        if text is not main
+        f"{what}{' (the distance alone)' if what == FEATURES else ''} {text}"
+        + (f" ({record * 1e3:g} ms)" if record != shortest else "")
+        for (what, record), text in reaches.items()
     ]
     named = Named(diameter=float(case.diameter) * 1e3, thickness=float(case.thickness) * 1e3)
     return row("farthest", main, "; ".join(others), **named)
 
 
-def _farthest(errors: xr.DataArray) -> str:
-    """Return the last distance of the grid that is identified, mm."""
-    good = errors.distance.values[errors.values <= BLIND]
-    return f"{good[-1] * 1e3:.3g}" if good.size else "none"
-
-
 def _derivatives_row(data: xr.Dataset) -> Row:
-    steps = data.edge_error_of_steps.drop_sel(measured=cases.FEATURES).sel(record=cases.RECORDS[0])
+    steps = data.edge_error_of_steps.drop_sel(measured=FEATURES).sel(record=cases.RECORDS[0])
     first = steps.isel(step=0)
-    away = abs(steps / first - 1.0).where(first <= BLIND)
-    count = int(away.isel(step=1).notnull().sum())
-    half, wide = (
-        [float(change.median()), int((change > 0.1).sum())] for change in (away.isel(step=1), away.isel(step=2))
-    )
-    return row("derivatives", f"{100.0 * half[0]:.2g} %", half[1], count, 100.0 * wide[0], wide[1])
+    _, half, wide = abs(steps / first - 1.0).where(first <= BLIND).transpose("step", ...)
+    many = (int((change > 0.1).sum()) for change in (half, wide))
+    said = next(many), int(half.notnull().sum()), 100.0 * float(wide.median()), next(many)
+    return row("derivatives", f"{100.0 * float(half.median()):.2g} %", *said)
 
 
-# Relative changes of d, t and E that statics near the edge weighs, w = const. d²F/D with D ∝ E t³; and those that leave
-# the plate's impedance, E t⁴, and the time of its echo, d⁴/E t², as they are.
-STATICS, UNSEEN = np.array([2.0, -3.0, -1.0]), np.array([0.125, -0.25, 1.0])
-
-
-def _combination_rows(data: xr.Dataset) -> list[Row]:
-    rows = []
+def _combination_rows(data: xr.Dataset) -> Iterator[Row]:
     for contact, distance in product(data.contact.values, data.near.values):
         at = data.sel(contact=contact, near=distance)
-        vectors, errors = at.combination_of.values, at.combination_error.values
+        vectors, errors, matrix = at.combination_of.values, at.combination_error.values, at.correlation.values
         parts = [f"{_vector(vector)} {_pm(error)}" for vector, error in zip(vectors, errors, strict=True)]
-        matrix = at.correlation.values
-        pairs = [f"dt {matrix[0, 1]:+.2f}", f"dE {matrix[0, 2]:+.2f}", f"tE {matrix[1, 2]:+.2f}"]
-        is_known = contact == cases.KNOWN
-        expected = 1.0 if is_known and distance <= NEAR_STATICS else ""
-        said, named = (*parts, ", ".join(pairs)), Named(distance=distance * 1e3, contact=contact)
-        rows.append(row("statics", _cosine(vectors[0], STATICS), *said, theory=expected, **named))
-    worst = [
-        _cosine(vector, UNSEEN) for vector in data.combination_of.sel(contact=cases.KNOWN, combination="worst").values
-    ]
-    return [*rows, row("unseen", min(worst), theory=1.0)]
+        pairs = ", ".join(f"{'dtE'[i]}{'dtE'[k]} {matrix[i, k]:+.2f}" for i, k in ((0, 1), (0, 2), (1, 2)))
+        expected = 1.0 if contact == cases.KNOWN and distance <= NEAR_STATICS else ""
+        named = Named(distance=distance * 1e3, contact=contact)
+        yield row("statics", _cosine(vectors[0], STATICS), *parts, pairs, theory=expected, **named)
+    worst = data.combination_of.sel(contact=cases.KNOWN, combination="worst").values
+    yield row("unseen", min(_cosine(vector, UNSEEN) for vector in worst), theory=1.0)
 
 
 def _cosine(vector: Vector, pattern: Vector) -> float:
@@ -238,21 +212,18 @@ def _vector(parts: Vector) -> str:
     return "(" + ", ".join(f"{part:+.2f}" for part in parts) + ")"
 
 
-def _bond_rows(data: xr.Dataset) -> list[Row]:
-    rows = []
+def _bond_rows(data: xr.Dataset) -> Iterator[Row]:
     for upper, thickness in product(data.upper.values, data.upper_thickness.values):
-        at = data.bond_error.sel(upper=upper, upper_thickness=thickness, bond_measured="beads 7 and 13")
-        bond = at.sel(bond_unknown="bond_stiffness")
-        epoxy = bond.sel(bond_stiffness=EPOXY)
-        upper_stiffness = cases.UPPERS[str(upper)].youngs_modulus / thickness
-        contact = cases.contact_stiffness(str(upper))
+        bond = data.bond_error.sel(
+            upper=upper, upper_thickness=thickness, bond_measured="beads 7 and 13", bond_unknown="bond_stiffness"
+        )
         weakest = bond.sel(bond_free="all")
         good = [k for k in data.bond_stiffness.values if float(weakest.sel(bond_stiffness=k)) <= BLIND]
-        least, alone = (printed(float(epoxy.sel(bond_free=free))) for free in ("all", "bond_stiffness"))
+        epoxy = bond.sel(bond_stiffness=EPOXY, bond_free=["all", "bond_stiffness"]).values.tolist()
+        least, alone = map(printed, epoxy)
         reach = f"{max(good):.0e} N/m³" if good else "none of the map"
-        said, named = (EPOXY, upper_stiffness, contact, alone, reach), Named(thickness=thickness * 1e3, upper=upper)
-        rows.append(row("bond", least, *said, **named))
-    return rows
+        stiffnesses = cases.UPPERS[str(upper)].youngs_modulus / thickness, cases.contact_stiffness(str(upper))
+        yield row("bond", least, EPOXY, *stiffnesses, alone, reach, thickness=thickness * 1e3, upper=upper)
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
@@ -260,50 +231,40 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     from hertzlink.studies import identifiable_figures as drawn
 
     if Conditions.read(data).own:
-        return _own_figures(data)
-    named = {
-        f"distance_{1e3 * record:.1f}_ms": drawn.distances(data.sel(record=record)) for record in data.record.values
-    }
-    return named | Named(bond=drawn.bonds(data))
+        return {f"distance_{d * 1e3:.2f}_mm": _own_figure(data.sel(diameter=d)) for d in data.diameter.values}
+    maps = {f"distance_{1e3 * r:.1f}_ms": drawn.distances(data.sel(record=r)) for r in data.record.values}
+    return {**maps, "bond": drawn.bonds(data)}
 
 
-def _own_rows(data: xr.Dataset) -> list[Row]:
+def _own_rows(data: xr.Dataset) -> Iterable[Row]:
     """Return the half-width of the distance for each bead, plate, distance and way to measure."""
-    rows = []
-    for diameter, thickness, distance in product(
-        *(data[name].values for name in ("diameter", "thickness", "distance"))
-    ):
-        ratios = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance)
-        named = Named(distance=distance * 1e3, diameter=diameter * 1e3, thickness=thickness * 1e3)
-        for what in data.measured.values:
-            at = ratios.sel(measured=what)
-            first = at.isel(record=0)
+    axes = (data[name].values for name in ("diameter", "thickness", "distance", "measured"))
+    for diameter, thickness, distance, what in product(*axes):
+        at = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance, measured=what)
+        first = at.isel(record=0)
+        said = [_width(first, free="distance")]
+        if what != FEATURES:
             longer = [f"; record of {r * 1e3:g} ms: {_width(at.sel(record=r))}" for r in data.record.values[1:]]
-            said = [_width(first, free="distance")]
-            if what != cases.FEATURES:
-                said += [_width(first, "thickness"), _width(first, "impact_speed"), "".join(longer)]
-            kind = "own AR and TOF" if what == cases.FEATURES else "own trace"
-            rows.append(row(kind, _width(first), *said, what=what, **named))
-    return rows
+            said += [_width(first, "thickness"), _width(first, "impact_speed"), "".join(longer)]
+        kind = "own AR and TOF" if what == FEATURES else "own trace"
+        named = Named(distance=distance * 1e3, diameter=diameter * 1e3, thickness=thickness * 1e3)
+        yield row(kind, _width(first), *said, what=what, **named)
 
 
 def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> str:
     return printed(float(at.sel(unknown=unknown, free=free)))
 
 
-def _own_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the half-widths of the distance over the distance: a panel for each plate and each bead."""
-    figures = {}
-    for diameter in data.diameter.values:
-        figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
-        for axis, thickness in zip(axes, data.thickness.values, strict=True):
-            at = data.edge_error.sel(diameter=diameter, thickness=thickness, unknown="distance", free="all")
-            for what in (name for name in data.measured.values if name != cases.FEATURES):
-                axis.plot(data.distance * 1e3, 100.0 * at.isel(record=0).sel(measured=what), label=str(what))
-            axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
-            axis.set(title=f"D = {diameter * 1e3:.2f} mm, t = {thickness * 1e3:.2f} mm", xscale="log", yscale="log")
-            axis.set_xlabel("distance to the edge (mm)")
-        axes[0].set_ylabel(f"half-width of the distance (%), {1e3 * float(data.record[0]):g} ms")
-        axes[0].legend()
-        figures[f"distance_{diameter * 1e3:.2f}_mm"] = figure
-    return figures
+def _own_figure(data: xr.Dataset) -> draw.Figure:
+    """Return the half-widths of the distance over the distance: a panel for each plate; data: of one bead."""
+    figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
+    for axis, thickness in zip(axes, data.thickness.values, strict=True):
+        at = data.edge_error.sel(thickness=thickness, unknown="distance", free="all").isel(record=0)
+        for what in (name for name in data.measured.values if name != FEATURES):
+            axis.plot(data.distance * 1e3, 100.0 * at.sel(measured=what), label=str(what))
+        axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
+        title = f"D = {float(data.diameter) * 1e3:.2f} mm, t = {thickness * 1e3:.2f} mm"
+        axis.set(title=title, xscale="log", yscale="log", xlabel="distance to the edge (mm)")
+    axes[0].set_ylabel(f"half-width of the distance (%), {1e3 * float(data.record[0]):g} ms")
+    axes[0].legend()
+    return figure

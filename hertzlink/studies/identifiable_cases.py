@@ -53,6 +53,9 @@ CROSSING = 1e-6  # s in which a wave crosses an element of the upper layer, at m
 FEWEST = 12
 CHECKED = (0.06, 0.16)  # m, the distances of the table.
 DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 14)), *CHECKED}))
+BLIND = 0.5  # A half-width above this part of the value.
+PART = hl.quantities.Quantity(low=1e-9, high=1.0)
+RECORD = hl.quantities.Quantity("s", low=1e-5, high=0.1)
 MOST_PLATES = 6  # Of panels and of colours in a figure.
 
 
@@ -66,12 +69,8 @@ class Conditions(conditions.Conditions):
     bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
     impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
     distance: Annotated[tuple[float, ...], LENGTH, "Distance to the clamped edge"] = DISTANCES
-    noise: Annotated[
-        float, hl.quantities.Quantity(low=1e-9, high=1.0), "White noise, as a part of the greatest force at each sensor"
-    ] = NOISE
-    record: Annotated[tuple[float, ...], hl.quantities.Quantity("s", low=1e-5, high=0.1), "Lengths of the records"] = (
-        RECORDS
-    )
+    noise: Annotated[float, PART, "White noise, as a part of the greatest force at each sensor"] = NOISE
+    record: Annotated[tuple[float, ...], RECORD, "Lengths of the records"] = RECORDS
 
     def check(self) -> None:
         """Refuse more plates than panels."""
@@ -115,21 +114,31 @@ def edge_design(
 def edge_errors(
     diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1], of: Conditions = THESIS
 ) -> Vector:
-    """Return 95 % half-widths as parts of the values: steps × records × measured × free × unknowns; NaN for what is
-    known."""
+    """Return half-widths as parts of values, over steps, records, measured, free, unknowns; NaN for what is known."""
     values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, of.impact_speed), strict=True))
     design = edge_design(diameter, values, of=of)
     errors = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
     for i, step in enumerate(steps):
         changes = Sensitivities(design, step)
-        for k, (what, sensors) in enumerate(MEASURED.items()):
-            if what == FEATURES:
-                if i > 0:
-                    continue
-                features = changes.features(sensors, of.record[0], DRAWS)
-            for (j, record), (m, free) in product(enumerate(of.record), enumerate(EDGE_FREE.values())):
-                bounds = features(free) if what == FEATURES else changes.waveform(sensors, record, free)
-                errors[i, j, k, m, : len(free)] = [REACH * bounds[name] for name in free]
+        for j, record in enumerate(of.record):
+            errors[i, j, 1:] = _waveform_errors(changes, list(MEASURED.values())[1:], record, EDGE_FREE)
+        if i == 0:
+            features = changes.features(MEASURED[FEATURES], of.record[0], DRAWS)
+            for m, free in enumerate(EDGE_FREE.values()):
+                bounds = features(free)
+                errors[i, :, 0, m, : len(free)] = [REACH * bounds[name] for name in free]
+    return errors
+
+
+def _waveform_errors(
+    changes: Sensitivities, measured: Iterable[tuple[int, ...]], record: float, free: Mapping[str, tuple[str, ...]]
+) -> Vector:
+    """Return 95 % half-widths by whole traces: measured × free × unknowns; NaN for what is known."""
+    groups, unknowns = list(measured), max(map(len, free.values()))
+    errors = np.full((len(groups), len(free), unknowns), np.nan)
+    for (k, sensors), (m, names) in product(enumerate(groups), enumerate(free.values())):
+        bounds = changes.waveform(sensors, record, names)
+        errors[k, m, : len(names)] = [REACH * bounds[name] for name in names]
     return errors
 
 
@@ -146,9 +155,8 @@ def combinations_near_edge(
     changes = Sensitivities(edge_design(diameter, dict(zip(names, values, strict=True)), contact=contact))
     covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
     size, vectors = np.linalg.eigh(covariance)
-    signs = np.sign(vectors[0])
     root = np.sqrt(np.diag(covariance))
-    return REACH * np.sqrt(size), (vectors * signs).T, covariance / np.outer(root, root)
+    return REACH * np.sqrt(size), (vectors * np.sign(vectors[0])).T, covariance / np.outer(root, root)
 
 
 def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
@@ -161,28 +169,19 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
 
     def build(bond_stiffness: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
         glue = hl.Material(bond_stiffness * GLUE, GLUE_POISSON, GLUE_DENSITY, "glue")
-        layers = [
-            hl.Layer(top, thickness, ROD_RADIUS),
-            hl.Layer(glue, GLUE, ROD_RADIUS),
-            hl.Layer(hl.STEEL_440C, LOWER, ROD_RADIUS),
-        ]
-        return hl.CoSimulation(hl.Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed), hl.rod(layers, "fixed", elements))
+        stack = ((top, thickness), (glue, GLUE), (hl.STEEL_440C, LOWER))
+        layers = [hl.Layer(material, length, ROD_RADIUS) for material, length in stack]
+        chain = hl.Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed)
+        return hl.CoSimulation(chain, hl.rod(layers, "fixed", elements))
 
     values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, thickness, IMPACT_SPEED), strict=True))
     with collected():
-        design = Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY)
-        changes = Sensitivities(design)
-    errors = np.full((len(BOND_MEASURED), len(BOND_FREE), len(BOND_UNKNOWNS)), np.nan)
-    for k, sensors in enumerate(BOND_MEASURED.values()):
-        for m, free in enumerate(BOND_FREE.values()):
-            bounds = changes.waveform(sensors, BOND_RECORD, free)
-            errors[k, m, : len(free)] = [REACH * bounds[name] for name in free]
-    return errors
+        changes = Sensitivities(Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY))
+    return _waveform_errors(changes, BOND_MEASURED.values(), BOND_RECORD, BOND_FREE)
 
 
 def contact_stiffness(upper: str) -> float:
-    """Return the tangent stiffness of the contact over the area of the rod, N/m³, at the peak of Hertz's collision of
-    one bead with the speed of the wave's particles."""
+    """Return the contact's tangent stiffness over the rod's area, N/m³, at the peak of a bead's collision."""
     stiffness = hl.theory.hertz_stiffness(ROD_BEAD.surface, hl.Surface(UPPERS[upper]))
     speed = PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED
     approach = (1.25 * ROD_BEAD.mass * speed**2 / stiffness) ** 0.4

@@ -10,9 +10,8 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
 
-BLIND = 0.5
 COLOURS = "viridis"
-LIMITS = LogNorm(1e-3, BLIND)  # 0.1 to 50 %: above, the map is blind; below, it has the colour of 0.1 %.
+LIMITS = LogNorm(1e-3, cases.BLIND)  # 0.1 to 50 %: above, the map is blind; below, it has the colour of 0.1 %.
 TICKS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 GREY, HATCH = "0.85", "////"
 
@@ -54,15 +53,8 @@ def bonds(data: xr.Dataset) -> draw.Figure:
             thickness = data.upper_thickness.values
             axis.set_yticks(range(thickness.size), [f"{1e3 * t:.3g}" for t in thickness])
             upper_stiffness = cases.UPPERS[str(upper)].youngs_modulus / thickness * 1e-12
-            axis.plot(upper_stiffness, range(thickness.size), "-", color="white", linewidth=3.5)
-            axis.plot(
-                upper_stiffness,
-                range(thickness.size),
-                "-",
-                color="firebrick",
-                linewidth=1.8,
-                label="stiffness of the layer, E/L",
-            )
+            for colour, width, label in (("white", 3.5, None), ("firebrick", 1.8, "stiffness of the layer, E/L")):
+                axis.plot(upper_stiffness, range(thickness.size), "-", color=colour, linewidth=width, label=label)
             axis.set_xlim(*_ends(data.bond_stiffness.values * 1e-12)[[0, -1]])
             axis.set_title(f"{upper} on steel, {what}", fontsize=10)
             if place == len(axes) - 1:
@@ -77,7 +69,7 @@ def _map(axis: draw.Axes, across: np.ndarray, errors: np.ndarray) -> None:
     """Draw cells; hatched grey where blind. Rows are equally high."""
     edges, rows = _ends(across), np.arange(errors.shape[0] + 1) - 0.5
     axis.set(facecolor=GREY, xscale="log")
-    axis.pcolormesh(edges, rows, np.where(errors <= BLIND, errors, np.nan), cmap=COLOURS, norm=LIMITS, zorder=1.5)
+    axis.pcolormesh(edges, rows, np.where(errors <= cases.BLIND, errors, np.nan), cmap=COLOURS, norm=LIMITS, zorder=1.5)
     axis.patch.set(hatch=HATCH, edgecolor="0.55")
     axis.grid(visible=False)
 

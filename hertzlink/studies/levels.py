@@ -39,10 +39,9 @@ class Body:
 
     def measured(self, levels: Sequence[float], steps: Sequence[float]) -> dict[str, Any]:
         """Return AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
-        built = cache(self.built)  # almost half the runs are of a body that another one had
+        built, bead = cache(self.built), hl.Sphere(0.5 * self.diameter, hl.STEEL_440C)  # half the bodies come again
 
         def at(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
-            bead = hl.Sphere(0.5 * self.diameter, hl.STEEL_440C)
             return hl.CoSimulation(hl.Chain([bead] * self.beads, bead, impact_speed), built(level, stiffness))
 
         def bound(part: float) -> float:
@@ -51,11 +50,9 @@ class Body:
             def build(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
                 return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
 
+            unknowns = {"level": 1.0, "stiffness": 1.0, "impact_speed": self.speed}
             with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
-                estimate = hl.identifiability(
-                    build, NOISE, sensors=[self.sensor], until=self.until, level=1.0, stiffness=1.0,
-                    impact_speed=self.speed,
-                )  # fmt: skip
+                estimate = hl.identifiability(build, NOISE, sensors=[self.sensor], until=self.until, **unknowns)
             return float(estimate.bounds["level"] * self.near * part)
 
         runs = [at(level, 1.0, self.speed).run(self.until) for level in levels]
@@ -71,7 +68,7 @@ class Body:
 def figure(
     lines: Iterable[tuple[str, Any, Any, Any]], xlabel: str, ylabels: tuple[str, str]
 ) -> tuple[draw.Figure, list[draw.Axes]]:
-    """Changes of AR and TOF over the level. lines: name, level and both changes of each body."""
+    """Draw changes of AR and TOF over the level. lines: name, level and both changes of each body."""
     drawn, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
     for name, level, *changes in lines:
         for axis, change in zip(axes, changes, strict=True):

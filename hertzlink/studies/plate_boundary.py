@@ -14,6 +14,7 @@ from hertzlink.studies import draw, plate_edges, plate_waves
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
 from hertzlink.studies.table import Row, bracketed
+from hertzlink.studies.waves import with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.reduced import Range, covers
 from plates.section import point_rigidity
@@ -64,22 +65,18 @@ class Conditions(OnPlate):
             return float(self.lengths().min()) * (OWN_QUICK_BRACKET if quick else OWN_BRACKET)
         return QUICK_BRACKET if quick else BRACKET
 
-    @property
-    def near(self) -> float:
-        """The distance, m, up to which one basis serves all samples."""
-        return min(OWN_NEAR * float(self.lengths().max()), self.side / 2.0) if self.own else NEAR
-
     def bases(self, quick: bool) -> list[tuple[Range, Range]]:
         """Return the distances and thicknesses, m, that share a basis.
 
         All short distances do, and each farther one of the first scan has its own; so do similar thicknesses.
         """
+        near = min(OWN_NEAR * float(self.lengths().max()), self.side / 2.0) if self.own else NEAR
         scan, walls = self.distances(quick), list[list[float]]()
         for thickness in sorted(self.thickness):
             if not walls or thickness > SIMILAR * walls[-1][0]:
                 walls.append([])
             walls[-1].append(thickness)
-        places: list[Range] = [(scan[0], self.near), *(distance for distance in scan if distance > self.near)]
+        places: list[Range] = [(scan[0], near), *(distance for distance in scan if distance > near)]
         return [(place, (wall[0], wall[-1])) for place in places for wall in walls]
 
 
@@ -93,8 +90,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     eight of the 27 distances of the first scan, and brackets of 5 mm.
     """
     of = Conditions.of(parameters)
-    count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    bases = of.bases(quick)
+    count, bases = joblib.cpu_count() if jobs is None else whole("jobs", jobs), of.bases(quick)
     parallel = joblib.Parallel(min(count, len(bases)), return_as="generator")
     plates = tuple(watched(parallel(joblib.delayed(reduced)(*basis, of) for basis in bases), len(bases)))
 
@@ -113,24 +109,23 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in variables})
     wall = of.plate(of.thickness[0])
     bounds = [hl.critical_distance_bounds(of.sphere(d), wall, of.impact_speed) for d in of.bead]
-    data = data.assign_coords(line=["A0 Lamb", "Rayleigh"])
-    data["bound"] = (
-        ("diameter", "line"), bounds, {"units": "m", "long_name": "critical distance, equation 6.42"}
-    )  # fmt: skip
-    for name in ("thickness", "diameter"):
-        data[name].attrs["units"] = "m"
-    data = data.merge(without_edges(of))
+    label = {"units": "m", "long_name": "critical distance, equation 6.42"}
+    data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
+    data = with_units(data, thickness="m", diameter="m").merge(without_edges(of))
     return of.marked(data) if of.own else data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
 
 
-def without_edges(of: Conditions = THESIS) -> xr.Dataset:
-    """Return AR and contact time on the infinite plate, and the distance from which half of the echo is back at the
-    contact's end."""
+def without_edges(of: Conditions) -> xr.Dataset:
+    """Return AR and contact time on the infinite plate, and the distance of an edge whose half echo is back by then."""
 
     def build(thickness: float, diameter: float) -> hl.CoSimulation:
         return hl.CoSimulation(of.chain(diameter), hl.infinite_plate(thickness, of.material))
 
-    measure = partial(of_infinite_plate, sensor=of.sensor)
+    def measure(run: xr.Dataset) -> xr.Dataset:
+        contact = {"units": "s", "long_name": "contact with the infinite plate"}
+        ratio = hl.amplitude_ratio(run, of.sensor).rename(None)
+        return xr.Dataset({"infinite_amplitude_ratio": ratio, "contact_time": ((), hl.contact_time(run), contact)})
+
     runs = hl.sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
     speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(of.plate, of.thickness)]
     diffusion = xr.DataArray(speed, coords={"thickness": list(of.thickness)}, dims="thickness")
@@ -140,16 +135,6 @@ def without_edges(of: Conditions = THESIS) -> xr.Dataset:
     return runs.drop_attrs(deep=False)
 
 
-def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
-    """Return the part of a run on the infinite plate that is kept."""
-    return xr.Dataset(
-        {
-            "infinite_amplitude_ratio": hl.amplitude_ratio(run, sensor).rename(None),
-            "contact_time": ((), hl.contact_time(run), {"units": "s", "long_name": "contact with the infinite plate"}),
-        }
-    )
-
-
 def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> hl.ReducedPlate:
     """Return the plates of some thicknesses for some distances on their centre line."""
     tolerance = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION
@@ -157,11 +142,9 @@ def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> hl.ReducedPl
     return hl.ReducedPlate(plate, of.until, place, of.side / 2.0, tolerance, of.pulse, thickness=walls)
 
 
-@lru_cache(maxsize=1)
-def struck(
-    plates: tuple[hl.ReducedPlate, ...], thickness: float, distance: float, of: Conditions = THESIS
-) -> hl.Structure:
-    """Return the reduced plate, struck on its centre line; cached for the next bead diameter."""
+@lru_cache(maxsize=1)  # for the next bead diameter
+def struck(plates: tuple[hl.ReducedPlate, ...], thickness: float, distance: float, of: Conditions) -> hl.Structure:
+    """Return the reduced plate, struck on its centre line."""
     for plate in plates:
         if covers(plate.x, distance) and covers(plate.thickness, thickness):
             return plate.at(distance, of.side / 2.0, thickness=thickness)
@@ -170,17 +153,15 @@ def struck(
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the critical distances compared with the thesis's two lines and its statements about them; of other
-    plates, with the law for them."""
+    """Return the critical distances compared with the thesis's lines and statements; of other plates, with the law."""
     of = Conditions.read(data)
     pairs = [data.sel(diameter=d, thickness=t) for d in data.diameter for t in data.thickness]
     if of.own:
         return [row for case in pairs for row in (_critical(case, of), *_echo(case, of), _far(case, of))]
-    contacts = [_contact(diameter) for diameter in of.bead]
-    criteria = [row for case in pairs for row in (_relative(case), *_echo(case, of))]
     centre = float(data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0).isel(distance=-1))
     return [
-        *contacts, *(_critical(case, of) for case in pairs), *criteria, *_coefficients(),
+        *(_contact(diameter) for diameter in of.bead), *(_critical(case, of) for case in pairs),
+        *(row for case in pairs for row in (_relative(case), *_echo(case, of))), *_coefficients(),
         row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < 0.02), *plate_waves.table(),
         *plate_edges.table(data),
     ]  # fmt: skip
@@ -197,8 +178,7 @@ def _contact(diameter: float) -> Row:
 
 
 def _coefficients() -> list[Row]:
-    """Return the printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all other quantities
-    equal to one."""
+    """Return the printed factors of equations 6.39 and 6.42, by a sphere on a half-space with unit quantities."""
     with collected():
         material = hl.Material(1.0, 0.0, 1.0)
         sphere = hl.Sphere(0.5, material)
@@ -213,22 +193,19 @@ def _coefficients() -> list[Row]:
 
 def _relative(case: xr.Dataset) -> Row:
     """Return the critical distance relative to the far value."""
-    relative = case[[name for name in case if str(name).startswith("relative_")]]
-    relative = relative.rename({name: str(name).removeprefix("relative_") for name in relative})
+    names = {f"relative_{name}": name for name in ("critical_distance", "bracket", "lower_bound")}
+    relative = _between(case[list(names)].rename(names))
     far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
     if far > 0.0:
-        return row("relative", _between(relative), far, inside, **_named(case))
-    return row("relative, no wave", _between(relative), **_named(case))
+        return row("relative", relative, far, inside, **_named(case))
+    return row("relative, no wave", relative, **_named(case))
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
     """Return the critical distance at one tolerance in relation to the two lines, mm."""
+    value, record = float(at.critical_distance) * 1e3, f"{UNTIL * 1e3:.1f} ms"
     if at.lower_bound:
-        return (
-            f"a lower bound: from farther away no wave is back within {UNTIL * 1e3:.1f} ms, and longer records do not "
-            "settle it"
-        )
-    value = float(at.critical_distance) * 1e3
+        return f"a lower bound: from farther away no wave is back within {record}, and longer records do not settle it"
     if np.isnan(value):
         return "no wave at all within the record"
     if low <= value <= high:
@@ -255,11 +232,10 @@ def _named(case: xr.Dataset) -> Named:
 
 
 def _critical(case: xr.Dataset, of: Conditions) -> Row:
-    """Return the critical distance of a plate and bead, compared with the thesis's two lines; of the user's, with the
-    law."""
+    """Return the critical distance, compared with the thesis's two lines; of a user's own plate, with the law."""
     (low, high), at = case.bound.values * 1e3, case.sel(within=TOLERANCE)
-    least, most = (f"± {other:g}: {_between(case.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
-    said = TOLERANCE, least, most
+    others = (f"± {other:g}: {_between(case.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
+    said = TOLERANCE, *others
     if not of.own:
         lines, verdict = f"{low:.1f} to {high:.1f}", _verdict(at, low, high)
         return row("critical distance", _between(at), *said, verdict, theory=lines, **_named(case))
@@ -296,13 +272,12 @@ def _far(case: xr.Dataset, of: Conditions) -> Row:
     parameter = float(hl.theory.plate_inelasticity(bead, plate, of.impact_speed))
     far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
     said = parameter, inside, of.contact_time(float(case.diameter)) * 1e6
-    value, expected = far if far > 0.0 else "no wave", float(hl.theory.plate_amplitude_ratio(parameter))
-    return row("centre", value, *said, theory=expected, **_named(case))
+    expected = float(hl.theory.plate_amplitude_ratio(parameter))
+    return row("centre", far if far > 0.0 else "no wave", *said, theory=expected, **_named(case))
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return AR and TOF against the distance, the critical distances and the two theory lines, and how they were
-    refined."""
+    """Return AR and TOF over the distance, the critical distances with two theory lines, and their refinement."""
     of = Conditions.read(data)
     ratio, flight = "amplitude ratio AR", "time of flight (µs)"
     return {

@@ -11,16 +11,17 @@ from hertzlink.studies import draw
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
 from hertzlink.studies.table import Row
+from hertzlink.studies.waves import with_units
 
 row = Rows("plate_edges")
 # The support of the edge at the distance, besides clamped; at the corner a clamped and a free edge have this distance.
+CORNER = "clamped and free, at their corner"
 EDGES = {
     "simple": hl.Supports(left="simple", right="simple"),
     "free": hl.Supports(),
-    "clamped and free, at their corner": hl.Supports(left="clamped", right="clamped"),
+    CORNER: hl.Supports(left="clamped", right="clamped"),
 }
-CORNER = "clamped and free, at their corner"
-THICKNESS = 2.29e-3
+THICKNESS, MATERIAL = 2.29e-3, hl.ALUMINIUM_6061
 DIAMETERS = (4.76e-3, 9.53e-3)
 DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
 THEORIES = ("Kirchhoff", "Mindlin")
@@ -30,8 +31,7 @@ UNTIL, REDUCTION = 1.5e-3, 0.02  # Length of the record (s), and tolerance of th
 
 
 def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Return AR over kind of edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of
-    each.
+    """Return AR over edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of each.
 
     clamped: AR of Kirchhoff's plates with clamped edges, over thickness, distance and diameter, which is not run again.
     """
@@ -46,38 +46,31 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
 
     edges = hl.sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
     sheared = hl.sweep(with_shear, UNTIL, jobs, measure, wall=thick, near=few, small_bead=DIAMETERS)
-    clamped_thin = clamped.sel(thickness=THICKNESS, distance=list(distances), diameter=list(beads)).drop_vars(
-        "thickness"
-    )
-    clamped_thin = clamped_thin.rename(distance="edge_distance", diameter="edge_bead").expand_dims(edge=["clamped"])
+    at_edge = clamped.sel(thickness=THICKNESS, distance=list(distances), diameter=list(beads), drop=True)
+    at_edge = at_edge.rename(distance="edge_distance", diameter="edge_bead").expand_dims(edge=["clamped"])
     thin = clamped.sel(thickness=list(thick), distance=list(few), diameter=list(DIAMETERS))
     thin = thin.rename(thickness="wall", distance="near", diameter="small_bead")
     theory = xr.DataArray(list(THEORIES), dims="theory", name="theory")
     data = xr.Dataset(
         {
-            "edge_amplitude_ratio": xr.concat([clamped_thin, edges.amplitude_ratio], "edge"),
+            "edge_amplitude_ratio": xr.concat([at_edge, edges.amplitude_ratio], "edge"),
             "theory_amplitude_ratio": xr.concat([thin, sheared.amplitude_ratio], theory),
         }
     )
-    for name in ("edge_distance", "edge_bead", "wall", "near", "small_bead"):
-        data[name].attrs["units"] = "m"
-    return data
+    return with_units(data, edge_distance="m", edge_bead="m", wall="m", near="m", small_bead="m")
 
 
 @lru_cache(maxsize=1)
 def held(edge: str, distance: float) -> hl.Structure:
-    """Return thinnest plate by the kind of its edges, struck at the distance on its centre line, or from the corner."""
-    plate = hl.kirchhoff_plate(
-        SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, EDGES[edge], highest_frequency=HIGHEST_FREQUENCY
-    )
+    """Return the thinnest plate with these edges, struck at the distance on its centre line, or from the corner."""
+    plate = hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, EDGES[edge], highest_frequency=HIGHEST_FREQUENCY)
     return hl.reduce(plate.at(distance, distance if edge == CORNER else SIDE / 2.0), UNTIL, REDUCTION)
 
 
 @lru_cache(maxsize=1)
 def mindlin(thickness: float, distance: float) -> hl.Structure:
     """Return a clamped plate in Mindlin's theory."""
-    clamped = hl.Supports(left="clamped", right="clamped")
-    plate = hl.mindlin_plate(SIDE, SIDE, thickness, hl.ALUMINIUM_6061, clamped, highest_frequency=HIGHEST_FREQUENCY)
+    plate = hl.mindlin_plate(SIDE, SIDE, thickness, MATERIAL, EDGES[CORNER], highest_frequency=HIGHEST_FREQUENCY)
     return hl.reduce(plate.at(distance, SIDE / 2.0), UNTIL, REDUCTION)
 
 
@@ -87,8 +80,8 @@ def table(data: xr.Dataset) -> list[Row]:
     nearest, farthest = (1e3 * float(data.edge_distance[place]) for place in (0, -1))
     for edge in data.edge.values:
         near, far = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).values[[0, -1]].tolist()
-        ours = "no wave" if isnan(near) else near
-        rows.append(row("edge", ours, farthest, _shown(far), edge=edge, distance=nearest))
+        shown = "no wave" if isnan(far) else f"{far:.3f}"
+        rows.append(row("edge", "no wave" if isnan(near) else near, farthest, shown, edge=edge, distance=nearest))
     distance = float(data.near[-1])
     for thickness, bead in product(data.wall.values, data.small_bead.values):
         at = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=distance)
@@ -96,11 +89,6 @@ def table(data: xr.Dataset) -> list[Row]:
         named = Named(distance=1e3 * distance, diameter=1e3 * bead, thickness=1e3 * thickness)
         rows.append(row("Mindlin", thick, thin, 100.0 * (1.0 - thick / thin), **named))
     return rows
-
-
-def _shown(ratio: float) -> str:
-    """Return AR, or that there is no wave."""
-    return "no wave" if isnan(ratio) else f"{ratio:.3f}"
 
 
 def figure(data: xr.Dataset) -> draw.Figure:

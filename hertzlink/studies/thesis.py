@@ -53,7 +53,9 @@ PARTS = (*CHECKED, *STUDIED)
 # These parts start first, so that no process waits for them at the end.
 LONGEST_FIRST = ("edges of plates (6.2.2)", "deformable chain (3.3, 3.4)", "contact laws (3.3.1, 5.3)")
 NOTHING = ("", "not given", "figure only")  # What a row says where the thesis prints no number.
-PART_FILE = "{name}.json"
+HEADS = {"confirmed": "confirmed", CONDITION: "conditional", "refuted": "refuted", UNKNOWN: "unknown"}  # in a terminal
+SHADES = {"confirmed": draw.COLOURS[0], CONDITION: draw.COLOURS[2], "refuted": draw.COLOURS[1], UNKNOWN: "0.75"}
+LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
 
 
 def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **parameters: Any) -> xr.Dataset:
@@ -73,14 +75,14 @@ def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, 
         if keep is None or not finished:
             raise
         raise Stopped(f"{len(finished)} of {len(PARTS)} parts kept in {keep}; run again to continue") from None
-    return _dataset({name: finished[name] for name in PARTS})
+    return _dataset([(name, row) for name in PARTS for row in finished[name]])
 
 
 def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[tuple[str, list[Row]]]:
     """Yield each part and its rows, as they are finished."""
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     parallel = joblib.Parallel(min(count, len(PARTS)), return_as="generator_unordered")
-    done = parallel(joblib.delayed(_named_rows)(part, quick) for part in parts)
+    done = parallel(joblib.delayed(lambda part: (part, rows_of(part, quick)))(part) for part in parts)
     try:
         yield from done
     except BaseException:
@@ -90,10 +92,6 @@ def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[t
             done.close()
             get_reusable_executor().shutdown(wait=True, kill_workers=True)
         raise
-
-
-def _named_rows(part: str, quick: bool) -> tuple[str, list[Row]]:
-    return part, rows_of(part, quick)
 
 
 def rows_of(part: str, quick: bool) -> list[Row]:
@@ -109,42 +107,38 @@ def rows_of(part: str, quick: bool) -> list[Row]:
 
 def source(part: str) -> str:
     """Return the command that repeats a part."""
-    return f"hertzlink study {STUDIED[part]}" if part in STUDIED else "hertzlink study thesis"
+    return f"hertzlink study {STUDIED.get(part, 'thesis')}"
 
 
 def _kept(folder: Path | None, part: str, quick: bool) -> list[Row] | None:
     """Return the rows of a part that an earlier run of this version kept."""
-    file = _file(folder, part)
-    if file is None or not file.is_file():
+    if folder is None or not (file := _file(folder, part)).is_file():
         return None
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
-        if data["made"] != _made(part, quick):
-            return None
-        return [_row(**values) for values in data["rows"]]
+        return [Row(**values) for values in data["rows"]] if data["made"] == _made(part, quick) else None
     except (ValueError, KeyError, TypeError):
         return None  # what is damaged is computed again
 
 
 def _keep(folder: Path | None, part: str, quick: bool, rows: list[Row]) -> None:
-    if (file := _file(folder, part)) is not None:
-        file.parent.mkdir(exist_ok=True)
+    if folder is not None:
+        folder.mkdir(exist_ok=True)
         data = {"made": _made(part, quick), "rows": [_plain(row) for row in rows]}
-        write_whole(file, json.dumps(data, ensure_ascii=False).encode())
+        write_whole(_file(folder, part), json.dumps(data, ensure_ascii=False).encode())
 
 
 def forget(folder: Path) -> None:
     """Remove the kept parts, and the folder if nothing else lies in it."""
     for part in PARTS:
-        if (file := _file(folder, part)) is not None:
-            file.unlink(missing_ok=True)
+        _file(folder, part).unlink(missing_ok=True)
     if folder.is_dir() and not any(folder.iterdir()):
         folder.rmdir()
 
 
-def _file(folder: Path | None, part: str) -> Path | None:
+def _file(folder: Path, part: str) -> Path:
     words = "".join(letter if letter.isalnum() else " " for letter in part.partition("(")[0]).split()
-    return None if folder is None else folder / PART_FILE.format(name="-".join(words))
+    return folder / f"{'-'.join(words)}.json"
 
 
 def _made(part: str, quick: bool) -> dict[str, Any]:
@@ -155,13 +149,8 @@ def _plain(row: Row) -> dict[str, Any]:
     return row._asdict() | {"otherwise": dict(row.otherwise)}
 
 
-def _row(**fields: Any) -> Row:
-    return Row(**fields)
-
-
-def _dataset(parts: dict[str, list[Row]]) -> xr.Dataset:
-    """Return one entry for each row."""
-    rows = [(part, row) for part, of in parts.items() for row in of]
+def _dataset(rows: list[tuple[str, Row]]) -> xr.Dataset:
+    """Return one entry for each row of each part."""
     said = [verdict(row) for _, row in rows]
     columns = {
         "part": [part for part, _ in rows],
@@ -180,30 +169,26 @@ def _dataset(parts: dict[str, list[Row]]) -> xr.Dataset:
 
 def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, Verdict]]:
     """Yield the part, row and verdict of each entry."""
-    for part, text, word, condition in zip(
-        *(data[name].values for name in ("part", "row", "verdict", "condition")), strict=True
-    ):
-        yield str(part), _row(**json.loads(str(text))), Verdict(str(word), str(condition))
+    columns = (data[name].values for name in ("part", "row", "verdict", "condition"))
+    for part, text, word, condition in zip(*columns, strict=True):
+        yield str(part), Row(**json.loads(str(text))), Verdict(str(word), str(condition))
+
+
+def _counts(data: xr.Dataset, part: str = "") -> dict[str, int]:
+    """Return the number of verdicts of each kind in a part, or in all."""
+    return counted(said for name, _, said in judged(data) if part in ("", name))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The counts, then each part under its name; a row's reason begins with its verdict."""
-    entries = list(judged(data))
-    counts = counted(verdict for _, _, verdict in entries)
-    rows = [
-        Row(f"{len(entries)} numbers and statements", "", "", reason=f"{_in_words(counts)}. {' '.join(RULE.split())}")
-    ]
+    """Return the counts, then each part under its name; a row's reason begins with its verdict."""
+    rules = f"{_in_words(_counts(data))}. {' '.join(RULE.split())}"
+    rows = [Row(f"{data.sizes['entry']} numbers and statements", "", "", reason=rules)]
     for part in PARTS:
-        entries_of_part = [(row, said) for name, row, said in entries if name == part]
-        rows.append(
-            Row(
-                part.upper(),
-                "",
-                "",
-                reason=f"{_in_words(counted(said for _, said in entries_of_part))}; {source(part)}",
-            )
-        )
-        rows += [row._replace(reason=_with_verdict(row, said)) for row, said in entries_of_part]
+        rows.append(Row(part.upper(), "", "", reason=f"{_in_words(_counts(data, part))}; {source(part)}"))
+        for name, row, said in judged(data):
+            if name == part:
+                verdict = said.word.upper() + (f" ({said.condition})" if said.condition else "")
+                rows.append(row._replace(reason=verdict + (f": {row.reason}" if row.reason else "")))
     return rows
 
 
@@ -211,83 +196,45 @@ def _in_words(counts: dict[str, int]) -> str:
     return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
 
 
-def _with_verdict(row: Row, said: Verdict) -> str:
-    condition = f" ({said.condition})" if said.condition else ""
-    return f"{said.word.upper()}{condition}" + (f": {row.reason}" if row.reason else "")
-
-
-# The verdicts, short enough for the columns of a terminal.
-HEADS = {"confirmed": "confirmed", CONDITION: "conditional", "refuted": "refuted", UNKNOWN: "unknown"}
-
-
 def summary(data: xr.Dataset) -> str:
-    """The counts of each part, for the terminal."""
-    entries = list(judged(data))
+    """Return the counts of each part, for the terminal."""
     width = max(map(len, PARTS)) + 2
     lines = [" " * width + "".join(f"{HEADS[word]:>{len(HEADS[word]) + 2}}" for word in VERDICTS), "-" * WIDTH]
     for part in (*PARTS, ""):
-        counts = counted(said for name, _, said in entries if part in ("", name))
+        counts = _counts(data, part)
         cells = "".join(f"{counts[word] or '':>{len(HEADS[word]) + 2}}" for word in VERDICTS)
         lines.append(f"{part or 'all':<{width}}{cells}".rstrip())
-    lines += [
-        "",
-        *fill(RULE, WIDTH).splitlines(),
-        "",
-        "table.txt and report.html hold each number, its verdict and the reason.",
-    ]
-    return "\n".join(lines)
+    more = "table.txt and report.html hold each number, its verdict and the reason."
+    return "\n".join([*lines, "", *fill(RULE, WIDTH).splitlines(), "", more])
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return how many verdicts of each kind every part has; and ours over the thesis's number, by part."""
-    return {"verdicts": _bars(data), "ratios": _ratios(data)}
-
-
-# Colours of the verdicts, by their place in the palette; grey for the last.
-SHADES = {"confirmed": 0, CONDITION: 2, "refuted": 1, UNKNOWN: None}
-
-
-def _colour(word: str) -> str:
-    place = SHADES[word]
-    return "0.75" if place is None else draw.COLOURS[place]
-
-
-def _bars(data: xr.Dataset) -> draw.Figure:
-    figure, (axis,) = draw.panels(1, width=7.0, height=4.6)
-    left = np.zeros(len(PARTS))
+    bars, (axis,) = draw.panels(1, width=7.0, height=4.6)
+    counts, left = [_counts(data, part) for part in PARTS], np.zeros(len(PARTS))
     for word in VERDICTS:
-        counts = [counted(said for name, _, said in judged(data) if name == part)[word] for part in PARTS]
-        axis.barh(range(len(PARTS)), counts, left=left, color=_colour(word), label=word, height=0.7)
-        left += counts
+        widths = [of_part[word] for of_part in counts]
+        axis.barh(range(len(PARTS)), widths, left=left, color=SHADES[word], label=word, height=0.7)
+        left += widths
     axis.set_axisbelow(True)
-    axis.set(xlabel="numbers and statements", ylim=(len(PARTS) - 0.4, -0.6))
-    axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
-    axis.legend(ncols=4, loc="lower center", bbox_to_anchor=(0.4, 1.0))
-    return figure
-
-
-def _ratios(data: xr.Dataset) -> draw.Figure:
-    figure, (axis,) = draw.panels(1, width=7.0, height=4.6)
+    axis.set(xlabel="numbers and statements")
+    ratios, (scale,) = draw.panels(1, width=7.0, height=4.6)
     for word in VERDICTS[:-1]:
-        points = [
-            (ratio, PARTS.index(part))
-            for part, row, said in judged(data)
-            if said.word == word and (ratio := _ratio(row)) is not None
-        ]
+        entries = [(PARTS.index(part), _ratio(row)) for part, row, said in judged(data) if said.word == word]
+        points = [(place, ratio) for place, ratio in entries if ratio is not None]
         if points:
-            ratios, places = zip(*points, strict=True)
-            axis.plot(np.clip(ratios, *LIMITS), places, "o", color=_colour(word), alpha=0.7, label=word)
-    axis.axvline(1.0, color="0.4", linewidth=0.8, zorder=0)
-    axis.set(xlabel="hertzlink / thesis; beyond the ends at the ends", ylim=(len(PARTS) - 0.4, -0.6), xscale="log")
+            places, values = zip(*points, strict=True)
+            scale.plot(np.clip(values, *LIMITS), places, "o", color=SHADES[word], alpha=0.7, label=word)
+    scale.axvline(1.0, color="0.4", linewidth=0.8, zorder=0)
+    scale.set(xlabel="hertzlink / thesis; beyond the ends at the ends", xscale="log")
     ticks = (0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.minorticks_off()
-    axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
-    axis.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.4, 1.0))
-    return figure
-
-
-LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
+    scale.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    scale.minorticks_off()
+    for drawn, columns in ((axis, 4), (scale, 3)):
+        drawn.set_ylim(len(PARTS) - 0.4, -0.6)
+        drawn.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
+        drawn.legend(ncols=columns, loc="lower center", bbox_to_anchor=(0.4, 1.0))
+    return {"verdicts": bars, "ratios": ratios}
 
 
 def _ratio(row: Row) -> float | None:

@@ -1,7 +1,7 @@
 """Beads that yield (thesis, chapter 7): which impacts of the thesis are beyond it, and what that changes."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,10 +16,8 @@ from structures.caution import collected
 
 row = Rows("yielding")
 LAWS: dict[str, hl.laws.YieldingLaw | None] = {
-    "elastic": None,
-    "Thornton": hl.laws.Thornton(),
-    "Jackson–Green": hl.laws.JacksonGreen(),
-}
+    "elastic": None, "Thornton": hl.laws.Thornton(), "Jackson–Green": hl.laws.JacksonGreen(),
+}  # fmt: skip
 SENSOR, RADIUS, BEADS = struck.SENSOR, 4.76e-3, 20
 SAVED = 1e-6  # s.
 SPEEDS = tuple(np.geomspace(0.01, 1.0, 17))
@@ -30,75 +28,45 @@ PAIRS = {
     "aluminium 6061": (hl.STEEL_440C, hl.ALUMINIUM_6061),
     "brass 360": (hl.STEEL_440C, hl.BRASS_360),
 }
-LONG = 3e-3  # s, records of the sweep: at the lowest speeds waves need 2 ms to come back.
+LONG, LONGEST = 3e-3, 4e-3  # s, records of the sweep: at the lowest speeds waves need 2 ms to come back; and of all.
 
 
-@dataclass(frozen=True)
-class Impact:
+class Impact(NamedTuple):
     """A chain of the thesis, as it is elastic; on a structure, or on nothing; the length of its record, s."""
 
     section: str
-    chain: Callable[[], hl.Chain]
-    structure: Callable[[], hl.Structure | None]
+    chain: hl.Chain
+    structure: hl.Structure | None
     until: float
 
 
-def _spheres(radius: float, material: hl.Material, beads: int, speed: float) -> Callable[[], hl.Chain]:
+def spheres(radius: float, material: hl.Material, beads: int, speed: float) -> hl.Chain:
+    """Return a chain of equal beads."""
     bead = hl.Sphere(radius, material)
-    return lambda: hl.Chain([bead] * beads, bead, speed)
+    return hl.Chain([bead] * beads, bead, speed)
 
 
-def _thesis_chain() -> hl.Chain:
-    """Return the chain of section 6.1, with gravity and the dashpot."""
-    return struck.THESIS.chain()
-
-
-def _struck(material: hl.Material) -> Impact:
-    """Return section 6.1.1."""
-    return Impact(
-        f"rod of {material.name} (6.1.1)",
-        _thesis_chain,
-        lambda: hl.reduce(hl.rod(rod_stiffness.Conditions().layers(material)), 1.5e-3),
-        1.5e-3,
-    )
-
-
-def _layered() -> hl.Structure:
-    layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 19.1e-3 / 2.0), hl.Layer(hl.PTFE, 25.4e-3, 19.1e-3 / 2.0)]
-    return hl.reduce(hl.rod(layers), 1.5e-3)
-
-
-def _plate(thickness: float, diameter: float, until: float) -> Impact:
-    """Return section 6.2, away from all edges."""
-    return Impact(
-        f"plate {1e3 * thickness:.2f} mm, beads {1e3 * diameter:.2f} mm (6.2)",
-        _spheres(0.5 * diameter, hl.STEEL_440C, on_plates.BEADS, on_plates.IMPACT_SPEED),
-        lambda: hl.infinite_plate(thickness, hl.ALUMINIUM_6061),
-        until,
-    )
-
-
-IMPACTS = (
-    Impact(
-        "spheres of steel 316 (3.4)",
-        _spheres(2.38e-3, hl.STEEL_316, 20, 0.5),
-        lambda: hl.half_space(hl.STEEL_316),
-        1e-3,
-    ),
-    Impact(
-        "70 spheres of steel 316 (4)",
-        _spheres(dissipation.RADIUS, hl.STEEL_316, dissipation.BEADS, dissipation.IMPACT_SPEED),
-        lambda: None,
-        1e-3,
-    ),
-    _struck(hl.STEEL_440C),
-    _struck(hl.ALUMINIUM_6061),
-    _struck(hl.PTFE),
-    Impact("steel on PTFE (6.1.3)", _thesis_chain, _layered, 1.5e-3),
-    _plate(4.83e-3, 4.76e-3, 1e-3),
-    _plate(4.83e-3, 9.53e-3, 2e-3),
-    _plate(4.83e-3, 19.05e-3, 4e-3),
-)
+def impacts() -> list[Impact]:
+    """Return the impacts of the thesis by section: spheres, rods with gravity and dashpot, plates away from edges."""
+    steel, thin, thick = hl.STEEL_316, spheres(2.38e-3, hl.STEEL_316, 20, 0.5), hl.half_space(hl.STEEL_316)
+    long = spheres(dissipation.RADIUS, steel, dissipation.BEADS, dissipation.IMPACT_SPEED)
+    chain, until, metals = struck.THESIS.chain(), struck.UNTIL, (hl.STEEL_440C, hl.ALUMINIUM_6061, hl.PTFE)
+    rods = {f"rod of {m.name} (6.1.1)": rod_stiffness.Conditions().layers(m) for m in metals}
+    rods["steel on PTFE (6.1.3)"] = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.55e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.55e-3)]
+    plate = hl.infinite_plate(4.83e-3, hl.ALUMINIUM_6061)
+    on_plate = ((4.76e-3, 1e-3), (9.53e-3, 2e-3), (19.05e-3, LONGEST))
+    return [
+        Impact("spheres of steel 316 (3.4)", thin, thick, 1e-3),
+        Impact("70 spheres of steel 316 (4)", long, None, 1e-3),
+        *(Impact(name, chain, hl.reduce(hl.rod(layers), until), until) for name, layers in rods.items()),
+        *(
+            Impact(
+                f"plate 4.83 mm, beads {1e3 * diameter:.2f} mm (6.2)",
+                spheres(0.5 * diameter, hl.STEEL_440C, on_plates.BEADS, on_plates.IMPACT_SPEED), plate, record,
+            )
+            for diameter, record in on_plate
+        ),
+    ]  # fmt: skip
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -106,52 +74,46 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     quick: every fourth speed. jobs: always one process, because runs take some 20 ms.
     """
-    speeds = SPEEDS[::4] if quick else SPEEDS
+    speeds, struck_bodies = SPEEDS[::4] if quick else SPEEDS, impacts()
+
+    def swept(beads: hl.Material, body: hl.Material) -> xr.Dataset:
+        wall = hl.half_space(body)
+        struck = [Impact("", spheres(RADIUS, beads, BEADS, speed), wall, LONG) for speed in speeds]
+        return xr.concat([_by_law(impact).drop_vars("force") for impact in struck], "impact_speed")
+
     with collected():  # that elastic contacts are beyond yield is what the table says
-        results = [xr.concat([_measured(impact, law) for law in LAWS.values()], "law") for impact in watched(IMPACTS)]
-        over = [_over_speed(*pair, speeds) for pair in watched(PAIRS.values())]
-    data = xr.concat(results, "impact").assign_coords(impact=[impact.section for impact in IMPACTS], law=list(LAWS))
-    swept = xr.concat(over, "pair").assign_coords(
-        pair=list(PAIRS), law=list(LAWS), impact_speed=("impact_speed", list(speeds), {"units": "m/s"})
-    )
-    return data.merge(waves.named(swept, "swept"))
+        results = xr.concat([_by_law(impact) for impact in watched(struck_bodies)], "impact")
+        over = xr.concat([swept(*pair) for pair in watched(PAIRS.values())], "pair")
+    data = results.assign_coords(impact=[impact.section for impact in struck_bodies], law=list(LAWS))
+    over = over.assign_coords(pair=list(PAIRS), law=list(LAWS), impact_speed=list(speeds))
+    return data.merge(waves.named(waves.with_units(over, impact_speed="m/s"), "swept"))
 
 
-def _over_speed(beads: hl.Material, body: hl.Material, speeds: tuple[float, ...]) -> xr.Dataset:
-    """Return the waves in chains of a metal on a half-space of one."""
-    wall = hl.half_space(body)
-
-    def at(speed: float) -> xr.Dataset:
-        impact = Impact(body.name, _spheres(RADIUS, beads, BEADS, speed), lambda: wall, LONG)
-        return xr.concat([_measured(impact, law).drop_vars("force") for law in LAWS.values()], "law")
-
-    return xr.concat([at(speed) for speed in speeds], "impact_speed")
+def _by_law(impact: Impact) -> xr.Dataset:
+    return xr.concat([_measured(impact, law) for law in LAWS.values()], "law")
 
 
 def _measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
     """Return what is kept of a run. first_yield: speed, m/s, by Hertz's forces, which grow with its power 6/5."""
-    chain = replace(impact.chain(), law=law)
-    simulation = hl.CoSimulation(chain, impact.structure())
+    chain = replace(impact.chain, law=law)
+    simulation = hl.CoSimulation(chain, impact.structure)
     result = simulation.run(impact.until, SAVED)
-    waves = hl.reflections(result, SENSOR)
-    peaks = result.contact_force.max("time").values
+    seen, peaks = hl.reflections(result, SENSOR), result.contact_force.max("time").values
     limits = [
         np.inf if pair is None or (contact := hl.laws.Thornton().contact(*pair)) is None else contact.yield_force
         for pair in simulation.chain.pairs
     ]
-    dent = float(result.dent.max()) if "dent" in result else 0.0
-    times = np.arange(0.0, max(impact.until for impact in IMPACTS) + 0.5 * SAVED, SAVED)
+    times = np.arange(0.0, LONGEST + 0.5 * SAVED, SAVED)
     force = np.interp(times, result.time.values, hl.sensor_force(result, SENSOR).values, right=np.nan)
-    lost = float(result.dissipated_energy[-1] / result.impact_energy)
-    first, back = waves.incident, waves.primary
+    first, back = seen.incident, seen.primary
     values = {
         "amplitude_ratio": (back.amplitude_ratio if back else np.nan, "1"),
         "time_of_flight": (back.time_of_flight if back else np.nan, "s"),
         "incident": (first.amplitude if first else np.nan, "N"),
         "first_yield": (chain.speed * float((peaks / limits).max()) ** (-5.0 / 6.0), "m/s"),
         "speed": (chain.speed, "m/s"),
-        "dent": (dent, "m"),
-        "lost": (lost, "1"),
+        "dent": (float(result.dent.max()) if "dent" in result else 0.0, "m"),
+        "lost": (float(result.dissipated_energy[-1] / result.impact_energy), "1"),
     }
     return xr.Dataset(
         {name: ((), value, {"units": unit}) for name, (value, unit) in values.items()}
@@ -161,7 +123,7 @@ def _measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the thesis names plasticity as future work (chapter 7), and prints no numbers for it."""
+    """Compare the laws: the thesis names plasticity as future work (chapter 7), and prints no numbers for it."""
     rows = []
     for section in data.impact.values:
         of_impact = data.sel(impact=section)
@@ -205,11 +167,11 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         above = draw.Look(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         axis.legend(title=title, title_fontsize="small", fontsize="x-small", **above)
     figure, axes = draw.panels(2, width=3.7, height=3.2, sharey=False)
-    for axis, section in zip(axes, (IMPACTS[2].section, IMPACTS[7].section), strict=True):
+    for axis, section in zip(axes, data.impact.values[[2, 7]], strict=True):
         part = data.force.sel(impact=section)
         for width, (law, style) in zip((2.0, 1.6, 1.2), styles.items(), strict=True):  # curves lie on one another
             axis.plot(1e6 * data.time, part.sel(law=law), style, linewidth=width, label=law)
-        axis.set(title=section.rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
+        axis.set(title=str(section).rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
     axes[0].set_ylabel("force at bead 7 (N)")
     axes[0].legend()
     return {"speed": over, "waves": figure}

@@ -350,5 +350,5 @@ def test_a_damaged_part_is_computed_again(damage: Callable[[str], str], tmp_path
 
 def test_a_row_travels_through_a_file() -> None:
     row = Row("TOF", "about 0.1", float("nan"), "µs", "why", "1/6", 0.01, {"γ": "1 to 2"}, True)
-    again = thesis._row(**json.loads(json.dumps(thesis._plain(row))))
+    again = Row(**json.loads(json.dumps(thesis._plain(row))))
     assert repr(again) == repr(row._replace(otherwise={"γ": "1 to 2"}))
