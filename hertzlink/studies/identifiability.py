@@ -89,7 +89,7 @@ def edges(
     widths = cases.relative(dims, _over(axes, _each(parallel, errors, *axes)), "half of the 95 % interval")
     data = xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
     values = (*axes, cases.STEPS, of.record, cases.MEASURED, cases.EDGE_FREE, cases.EDGE_UNKNOWNS)
-    return data.assign_coords(cases.coordinates(**dict(zip(dims, values, strict=True))))
+    return data.assign_coords(cases.coordinates(**Named(zip(dims, values, strict=True))))
 
 
 def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Dataset:
@@ -121,7 +121,7 @@ def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequ
     values = _over(axes, _each(parallel, cases.bond_errors, *axes))
     data = xr.Dataset({"bond_error": cases.relative(dims, values, "half of the 95 % interval")})
     places = (*axes, cases.BOND_MEASURED, cases.BOND_FREE, cases.BOND_UNKNOWNS)
-    return data.assign_coords(cases.coordinates(**dict(zip(dims, places, strict=True))))
+    return data.assign_coords(cases.coordinates(**Named(zip(dims, places, strict=True))))
 
 
 def table(data: xr.Dataset) -> list[Row]:

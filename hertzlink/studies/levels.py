@@ -6,8 +6,10 @@ from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
+import xarray as xr
 
 import hertzlink as hl
+from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from structures.caution import collected
 
@@ -37,8 +39,13 @@ class Body:
         """Return the reduced body, with a factor of its stiffness."""
         raise NotImplementedError
 
-    def measured(self, levels: Sequence[float], steps: Sequence[float]) -> dict[str, Any]:
+    def scales(self, levels: np.ndarray) -> dict[str, Any]:
+        """Return the levels, Pa, and what they are compared with, as variables."""
+        raise NotImplementedError
+
+    def measured(self, quick: bool, steps: Sequence[float]) -> xr.Dataset:
         """Return AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
+        levels = np.array(self.levels[::2] if quick else self.levels)
         built, bead = cache(self.built), hl.Sphere(0.5 * self.diameter, hl.STEEL_440C)  # half the bodies come again
 
         def at(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
@@ -50,19 +57,40 @@ class Body:
             def build(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
                 return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
 
-            unknowns = {"level": 1.0, "stiffness": 1.0, "impact_speed": self.speed}
             with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
-                estimate = hl.identifiability(build, NOISE, sensors=[self.sensor], until=self.until, **unknowns)
+                estimate = hl.identifiability(
+                    build, NOISE, sensors=[self.sensor], until=self.until,
+                    level=1.0, stiffness=1.0, impact_speed=self.speed,
+                )  # fmt: skip
             return float(estimate.bounds["level"] * self.near * part)
 
-        runs = [at(level, 1.0, self.speed).run(self.until) for level in levels]
+        runs = [at(level, 1.0, self.speed).run(self.until) for level in levels.tolist()]
+        ratios, flights = ([float(read(run, self.sensor)) for run in runs] for read in MEASURES)
         least, other = (bound(part) if part else np.nan for part in steps)
-        return {
-            "amplitude_ratio": ("case", [float(hl.amplitude_ratio(run, self.sensor)) for run in runs], {"units": "1"}),
-            "time_of_flight": ("case", [float(hl.time_of_flight(run, self.sensor)) for run in runs], {"units": "s"}),
-            "deviation": ((), least, {"units": "Pa", "long_name": "least standard deviation"}),
-            "deviation_by_twice_the_step": ((), other, {"units": "Pa"}),
-        }
+        return xr.Dataset(
+            {
+                **self.scales(levels),
+                "amplitude_ratio": ("case", ratios, {"units": "1"}),
+                "time_of_flight": ("case", flights, {"units": "s"}),
+                "deviation": ((), least, {"units": "Pa", "long_name": "least standard deviation"}),
+                "deviation_by_twice_the_step": ((), other, {"units": "Pa"}),
+            },
+            {"case": range(levels.size)},
+        )
+
+
+MEASURES = (hl.amplitude_ratio, hl.time_of_flight)
+
+
+def over_bodies(axis: str, bodies: Sequence[Body], quick: bool, steps: Sequence[float]) -> xr.Dataset:
+    """Return what is measured on each body, along an axis; NaN where one has fewer levels than others.
+
+    quick: every second level. steps: as of `measured`.
+    """
+    with collected():  # that contacts yield, or are wide, is said elsewhere
+        parts = [body.measured(quick, steps) for body in watched(bodies)]
+    names = [body.name for body in bodies]
+    return xr.concat(parts, axis, join="outer").assign_coords({axis: names}).drop_vars("case")
 
 
 def figure(

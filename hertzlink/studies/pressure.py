@@ -7,12 +7,10 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, levels
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.levels import NOISE, TOLERANCE
 from hertzlink.studies.table import Row, span
-from structures.caution import collected
 
 row = Rows("pressure")
 QUICK_CELLS = 2  # Cells of the quick study's meshes, instead of four.
@@ -22,9 +20,7 @@ RUBBER = hl.Material(4e6, 0.49, 1100.0, "rubber")
 
 @dataclass(frozen=True)
 class Shell(levels.Body):
-    """A spherical shell on its seat. radius and thickness: m. mesh, reduction: more arguments of the builder and of
-    `reduce`.
-    """
+    """A spherical shell on its seat. radius, thickness: m. mesh, reduction: for the builder and `reduce`."""
 
     radius: float
     thickness: float
@@ -41,6 +37,16 @@ class Shell(levels.Body):
         material = replace(self.material, youngs_modulus=factor * self.material.youngs_modulus)
         shell = hl.spherical_shell(self.radius, self.thickness, material, level, **self.mesh)
         return hl.reduce(shell, self.until, TOLERANCE, **self.reduction)
+
+    def scales(self, levels: np.ndarray) -> dict[str, Any]:
+        """Return the pressures, Pa, and those over the one outside that would buckle the shell."""
+        buckling = hl.theory.shell_buckling_pressure(self.radius, self.thickness, self.material)
+        relative = {"units": "1", "long_name": "pressure over buckling's"}
+        return {
+            "pressure": ("case", levels, {"units": "Pa"}),
+            "relative_pressure": ("case", levels / buckling, relative),
+            "buckling_pressure": ((), buckling, {"units": "Pa"}),
+        }
 
 
 # A rubber ball as soft and as large as a tennis ball, and a thin tank and a thick vessel of hard steel.
@@ -65,27 +71,12 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: three pressures of each shell on a coarser mesh, and the error by one step of its derivatives. jobs: always
     one process.
     """
-    with collected():  # that Hertz's contact on soft rubber is wide is said in the docs
-        parts = [_measured(coarser(shell) if quick else shell, quick) for shell in watched(SHELLS)]
-    return xr.concat(parts, "shell").assign_coords(shell=[shell.name for shell in SHELLS])
-
-
-def _measured(shell: Shell, quick: bool) -> xr.Dataset:
-    pressures = np.array(shell.levels[::2] if quick else shell.levels)
-    buckling = hl.theory.shell_buckling_pressure(shell.radius, shell.thickness, shell.material)
-    relative = {"units": "1", "long_name": "pressure over buckling's"}
-    return xr.Dataset(
-        {
-            "pressure": ("case", pressures, {"units": "Pa"}),
-            "relative_pressure": ("case", pressures / buckling, relative),
-            "buckling_pressure": ((), buckling, {"units": "Pa"}),
-            **shell.measured(pressures.tolist(), (0.5, 0.0 if quick else 1.0)),
-        }
-    )
+    shells = [coarser(shell) if quick else shell for shell in SHELLS]
+    return levels.over_bodies("shell", shells, quick, (0.5, 0.0 if quick else 1.0))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The thesis does not name shells under pressure."""
+    """Compare shells: the thesis does not name any under pressure."""
     rows = []
     for shell in SHELLS:
         at = data.sel(shell=shell.name)

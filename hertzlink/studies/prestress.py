@@ -2,17 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, levels
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.levels import NOISE, TOLERANCE
 from hertzlink.studies.table import Row, span
-from structures.caution import collected
 
 row = Rows("prestress")
 HAMMER = 2.8  # K: the error of the neutral temperature of rails that is reported for tests with a hammer.
@@ -22,16 +21,22 @@ MEGA = 1e6
 
 @dataclass(frozen=True)
 class Body(levels.Body):
-    """A body under stress. stress_of_kelvin: Pa of a fall by 1 K where it is held. build: of the stress, Pa, and of a
-    factor of the bending stiffness.
-    """
+    """A body under stress. stress_of_kelvin: Pa of a fall by 1 K where it is held."""
 
     stress_of_kelvin: float
-    build: Callable[[float, float], hl.Structure]
+    build: Callable[[float, float], hl.Structure]  # of the stress, Pa, and of a factor of the bending stiffness
 
     def built(self, level: float, factor: float) -> hl.Structure:
         """Return the reduced body."""
         return hl.reduce(self.build(level, factor), self.until, TOLERANCE)
+
+    def scales(self, levels: np.ndarray) -> dict[str, Any]:
+        """Return the stresses, Pa, and the fall of the temperature, K, that makes them."""
+        return {
+            "stress": ("case", levels, {"units": "Pa"}),
+            "colder_by": ("case", levels / self.stress_of_kelvin, {"units": "K"}),
+            "stress_of_kelvin": ((), self.stress_of_kelvin, {"units": "Pa/K"}),
+        }
 
 
 def _plate(stress: float, factor: float) -> hl.Structure:
@@ -80,36 +85,19 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     quick: three stresses of each body. jobs: always one process.
     """
-    with collected():  # that aluminium yields under steel beads is the study of yield's
-        parts = [_measured(body, quick) for body in watched(BODIES)]
-    return xr.concat(parts, "body", join="outer").assign_coords(body=[body.name for body in BODIES]).drop_vars("case")
-
-
-def _measured(body: Body, quick: bool) -> xr.Dataset:
-    """Return what is kept of a body's runs. The number of stresses differs: NaN where there is none."""
-    stresses = np.array(body.levels[::2] if quick else body.levels)
-    data = xr.Dataset(
-        {
-            "stress": ("case", stresses, {"units": "Pa"}),
-            "colder_by": ("case", stresses / body.stress_of_kelvin, {"units": "K"}),
-            **body.measured(stresses.tolist(), (0.5, 1.0)),
-            "stress_of_kelvin": ((), body.stress_of_kelvin, {"units": "Pa/K"}),
-        }
-    )
-    return data.assign_coords(case=range(stresses.size))
+    return levels.over_bodies("body", BODIES, quick, (0.5, 1.0))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The thesis names neither stress nor temperature."""
+    """Compare bodies: the thesis names neither stress nor temperature."""
     rows = []
     for body in BODIES:
         at = data.sel(body=body.name).dropna("case")
         stress, ratio = at.stress.values / MEGA, at.amplitude_ratio.values
         sigma, other = float(at.deviation) / MEGA, float(at.deviation_by_twice_the_step) / MEGA
-        unit = body.stress_of_kelvin / MEGA
-        kelvin, reach = sigma / unit, "less" if sigma / unit < HAMMER else "more"
-        blind = kelvin > BLIND
-        said = body.sensor, 100 * NOISE, body.near / MEGA, other
+        unit, said = body.stress_of_kelvin / MEGA, (body.sensor, 100 * NOISE, body.near / MEGA, other)
+        kelvin, blind = sigma / unit, sigma / unit > BLIND
+        reach = "less" if kelvin < HAMMER else "more"
         rows += [
             row("AR", span(ratio), stress[0], stress[-1], ratio.min(), ratio.max(), body=body.name),
             row("TOF", span(1e6 * at.time_of_flight.values, ".1f"), body=body.name),

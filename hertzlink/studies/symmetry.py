@@ -30,7 +30,7 @@ BEAD, BEADS, SENSORS = hl.Sphere(2.38e-3, hl.STEEL_316), 20, (7, 16)
 IMPACT_SPEED = 0.5  # m/s, of section 3.4; section 3.5 does not print its own.
 UNTIL, SAVED = 350e-6, 700  # s, until the echo has passed bead 7; and intervals.
 LARGEST_APPROACH = 5e-6  # Largest approach of the laws, m: the wall presses half a contact by 2.3 µm.
-APPROACHES = tuple(np.geomspace(0.5e-6, 5e-6, 11))
+APPROACHES = np.geomspace(0.5e-6, 5e-6, 11)
 MODES = 8
 # Size of the cells in three dimensions for the quick study, m: for modes, and at the pole for the law.
 COARSE, COARSE_AT_POLE = 0.25 * BEAD.radius, 20e-6
@@ -72,14 +72,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: larger cells in three dimensions. jobs: always one process, because there are only three runs.
     """
     chosen = models(quick)
-    data = xr.concat([measure(model.run()) for model in watched(chosen.values())], "model").assign_coords(
-        model=list(chosen)
-    )
-    laws = [model.law.force(np.array(APPROACHES)) for model in chosen.values()]
+    waves = xr.concat([measure(model.run()) for model in watched(chosen.values())], "model")
+    laws = [model.law.force(APPROACHES) for model in chosen.values()]
     frequencies = [model.vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi) for model in chosen.values()]
-    data["law"] = (("model", "approach"), laws, {"units": "N", "long_name": "contact law"})
-    data["frequency"] = (("model", "mode"), frequencies, {"units": "Hz", "long_name": "frequency of a free bead"})
-    return data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}), mode=np.arange(1, MODES))
+    return waves.assign(
+        law=(("model", "approach"), laws, {"units": "N", "long_name": "contact law"}),
+        frequency=(("model", "mode"), frequencies, {"units": "Hz", "long_name": "frequency of a free bead"}),
+    ).assign_coords(model=list(chosen), approach=("approach", APPROACHES, {"units": "m"}), mode=np.arange(1, MODES))
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -102,28 +101,27 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return figure 3.10 prints no numbers: one model compared with the other."""
-    flat, solid = data.sel(model=AXISYMMETRIC), data.sel(model=SOLID)
-    law = 100.0 * (solid.law / flat.law - 1.0)
-    apart = 100.0 * (solid.frequency / flat.frequency - 1.0)
-    speeds = [float(speed / flat.wave_speed) for speed in (solid.wave_speed, data.wave_speed.sel(model=MIXED))]
+    """Compare one model with the other; figure 3.10 prints no numbers."""
+    flat, solid, mixed = (data.sel(model=name) for name in (AXISYMMETRIC, SOLID, MIXED))
+    law, apart = (100.0 * (solid[name] / flat[name] - 1.0) for name in ("law", "frequency"))
+    speeds = [float(model.wave_speed) for model in (solid, flat)]
+    wide, modes = (float(model.wave_speed / flat.wave_speed) for model in (solid, mixed))
     rows = [
         row("full, half and quarter sphere", "the same", holds=True),
-        row("wave speed, three dimensions over two", speeds[0], float(solid.wave_speed), float(flat.wave_speed),
-            holds=abs(speeds[0] - 1.0) < SIMULATED),
-        row("wave speed, modes alone in three dimensions", speeds[1], holds=abs(speeds[1] - 1.0) < SIMULATED),
-    ]  # fmt: skip
+        row("wave speed, three dimensions over two", wide, *speeds, holds=abs(wide - 1.0) < SIMULATED),
+        row("wave speed, modes alone in three dimensions", modes, holds=abs(modes - 1.0) < SIMULATED),
+    ]
     for sensor, wave in ((7, "incident"), (16, "incident"), (16, "echo"), (7, "echo")):
-        first, second = (model.sel(sensor=sensor, wave=wave) for model in (solid, flat))
-        ratio = float(first.amplitude / second.amplitude)
-        rows.append(
-            row("peak force", ratio, float(first.amplitude), float(second.amplitude), float(first.arrival) * 1e6,
-                float(second.arrival) * 1e6, holds=abs(ratio - 1.0) < SIMULATED, sensor=sensor, wave=wave)
-        )  # fmt: skip
+        both = [model.sel(sensor=sensor, wave=wave) for model in (solid, flat)]
+        first, second = (float(model.amplitude) for model in both)
+        said = first, second, *(float(model.arrival) * 1e6 for model in both)
+        holds = abs(first / second - 1.0) < SIMULATED
+        rows.append(row("peak force", first / second, *said, holds=holds, sensor=sensor, wave=wave))
+    highest = 1.0 + 0.01 * float(apart.max())
     return [
         *rows,
         row("contact law, three dimensions over two", float((solid.law / flat.law).mean()), *ends(law)),
-        row("frequencies, three dimensions over two", 1.0 + 0.01 * float(apart.max()), *ends(apart), MODES - 1),
+        row("frequencies, three dimensions over two", highest, *ends(apart), MODES - 1),
     ]
 
 

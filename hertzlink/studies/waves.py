@@ -170,7 +170,8 @@ def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, job
     data = hl.sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
     forces = data.peak_force.values
     powers = [curve.fit(*_ends(peaks)) for curve, peaks in zip(curves, forces, strict=True)]
-    approach = np.geomspace(*(float(curves[0].law.approach(np.array(end))) for end in _ends(forces)), 21)
+    ends = curves[0].law.approach(np.array(_ends(forces)))
+    approach = np.geomspace(float(ends[0]), float(ends[1]), 21)
     data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
     over, each = ("curve", "striker"), list(zip(curves, powers, forces, strict=True))
     speeds = [curve.theory(power).wave_speed_from_force(peaks) for curve, power, peaks in each]
