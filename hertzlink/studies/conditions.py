@@ -72,8 +72,7 @@ class Option:
         return self.kind.unit if isinstance(self.kind, hl.quantities.Quantity) else ""
 
     def read(self, name: str, value: object) -> Any:
-        """Return the value from text, a number, or for several values a sequence of these; a WrongValue if it is not
-        right."""
+        """Return the value from text or a number, several from a sequence of these; raise a WrongValue for others."""
         if not self.several:
             return self._one(name, value)
         items = list(_items(value))

@@ -308,8 +308,7 @@ def _line(data: xr.Dataset, name: str, label: str) -> draw.Line:
 
 
 def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
-    """Return the force over approach of two hemispheres, with the line fitted in logarithms, and the ratio to Hertz's
-    force."""
+    """Return the force over approach of two hemispheres, with the fitted line, and its ratio to Hertz's force."""
     figure, (laws, shares) = draw.panels(2, width=3.7, height=3.4, sharey=False)
     fit = data.sel(contact=SPHERES, fit="0.2 to 10 µm, relative")
     approach, force = data.approach.values, data.force.sel(contact=SPHERES).values
@@ -338,8 +337,7 @@ def _figure_of_cylinders(data: xr.Dataset) -> draw.Figure:
 
 
 def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
-    """Return the exponents over the angle between cylinders, for each fitted range; hollow markers where half-spaces
-    only repeat Hertz."""
+    """Return the exponents over the angle, by fitted range; hollow markers where half-spaces only repeat Hertz."""
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     names = [SOLID, *(crossed(angle) for angle in ANGLES)]
     angles = np.array([0.0, *ANGLES])

@@ -357,8 +357,7 @@ def critical_distance(data: xr.Dataset) -> draw.Figure:
 
 
 def jumps(data: xr.Dataset) -> draw.Figure:
-    """Return AR minus its far value near a simply supported edge, where an oscillation exceeds the tolerance; and c
-    over λ there."""
+    """Return AR less its far value at a simple edge, where an oscillation exceeds the tolerance; and c over λ there."""
     figure, (left, right) = draw.panels(2, width=3.6, height=3.2, sharey=False)
     for parameter in JUMP_PARAMETERS:
         left.plot(*edge_difference("simple", MAIN.stiffness_ratio, parameter), "-", label=f"λ = {parameter:g}")
@@ -385,8 +384,7 @@ def _bounds(axis: draw.Axes, x: xr.DataArray, law: xr.DataArray, number: int, al
 
 
 def materials(data: xr.Dataset) -> draw.Figure:
-    """Return the remaining difference at equal λ and d/ℓ: deviation from steel on aluminium over the ratio of contact
-    stiffnesses."""
+    """Return the difference that is left at equal λ and d/ℓ, over the ratio of contact stiffnesses."""
     labels = draw.Look(xlabel="stiffness, bead on plate / bead on bead", yscale="log", ylim=(1e-5, 0.2))
     shown = data.drop_dims(["edge"]).rename(other_edge="edge")
     figure, axes = _by_edge(shown, "largest deviation of AR, d ≥ 0.6 ℓ", 3.0, **labels)

@@ -21,13 +21,11 @@ GRID_HALF_WIDTH = 0.78
 
 
 def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
-    """Return the law of the thesis's cylinders at an angle, degrees, up to an approach, m, for reference points at
-    infinity.
+    """Return the law at an angle, degrees, up to an approach, m, for reference points at infinity.
 
     Boundary elements, as in `laws.computed_law`: two half-spaces, which touch only in the area that both cylinders
     cover. At such small angles their ends face each other. The ends are therefore less compliant than free ends, and
-    the approach of the mid-planes would be smaller. error: estimated with half as many cells along each side of the
-    grid.
+    the approach of the mid-planes would be smaller. error: estimated with half as many cells along each side.
     """
     steps = np.geomspace(SMALLEST_APPROACH, approach, APPROACH_STEPS)
     fine, coarse = (np.array([_force(angle, step, count) for step in steps]) for count in (cells, cells // 2))
@@ -37,8 +35,7 @@ def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
 
 
 def loss_at_ends(angle: float, approach: float, cells: int = CELLS) -> float:
-    """Return the fraction of Hertz's force that cylinders at an angle, degrees, lose at an approach, m, because they
-    end."""
+    """Return the part of Hertz's force that cylinders at an angle, degrees, lose at an approach, m, as they end."""
     return 1.0 - _force(angle, approach, cells) / float(_theory(angle).force(np.array(approach)))
 
 
@@ -61,8 +58,7 @@ def _theory(angle: float) -> hl.ContactLaw:
 
 
 def _force(angle: float, approach: float, cells: int) -> float:
-    """Return the force at an approach, N, m. The grid follows the cylinders, and stops at their ends, or outside the
-    contact."""
+    """Return the force, N, at an approach, m. The grid follows the cylinders to their ends, or out of the contact."""
     flat, sharp = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)
     modulus, longest = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * cylinders.LENGTH
     extent = longest if flat * longest**2 < 2.0 * approach else sqrt(2.0 * approach / flat)

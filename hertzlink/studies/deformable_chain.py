@@ -343,7 +343,8 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 def _figure_of_section(
     mean: xr.DataArray, section: xr.DataArray, averaged: xr.DataArray, centre: xr.DataArray
 ) -> draw.Figure:
-    figure, axes = draw.panels(2, width=3.8, height=3.8, sharey=False)
+    labels = ("force at bead 10 (N)", "central section minus mean (N)")
+    figure, axes = draw.panels(2, width=3.8, height=3.8, sharey=False, xlabel="time (µs)", ylabels=labels)
     time = mean.shape_time.values * 1e6
     axes[0].plot(time, section, "-", color=draw.COLOURS[1], label="central section")
     axes[0].plot(time, mean, "--", color=draw.COLOURS[0], label="mean of the contacts")
@@ -351,36 +352,35 @@ def _figure_of_section(
     draw.theory_line(axes[0], time, centre, "theory of long waves, at the centre", ":")
     axes[1].plot(time, section - mean, "-", color=draw.COLOURS[1])
     middle = float(time[int(mean.values.argmax())])
-    for axis, label in zip(axes, ("force at bead 10 (N)", "central section minus mean (N)"), strict=True):
-        axis.set(xlabel="time (µs)", ylabel=label, xlim=(middle - 30.0, middle + 30.0))
+    for axis in axes:
+        axis.set_xlim(middle - 30.0, middle + 30.0)
     draw.legend_above(figure, axes[0], 2)
     return figure
 
 
 def _figure_of_sensors(data: xr.Dataset) -> draw.Figure:
-    figure, axes = draw.panels(2, width=3.4)
-    for axis, model, title in zip(axes, MODELS, NAMES, strict=True):
+    labels = draw.Look(titles=NAMES, xlabel="time (µs)", ylabels=["mean of the contacts (N)"])
+    figure, axes = draw.panels(2, width=3.4, **labels)
+    for axis, model in zip(axes, MODELS, strict=True):
         for sensor, style in zip(data.sensor.values, ("-", "--"), strict=True):
             force = data.sensor_force.sel(beads=model, sensor=sensor)
             axis.plot(data.shape_time * 1e6, force, style, label=f"bead {sensor}")
-        axis.set(title=title, xlabel="time (µs)")
-    axes[0].set_ylabel("mean of the contacts (N)")
     draw.legend_above(figure, axes[0], 2)
     return figure
 
 
 def _figure_of_speeds(data: xr.Dataset) -> draw.Figure:
     """Return the wave speed over peak force, and relative to theory."""
-    figure, axes = draw.panels(2, width=3.6, sharey=False)
+    labels = draw.Look(xlabel="peak contact force (N)", ylabels=("wave speed (m/s)", "wave speed over theory"))
+    figure, axes = draw.panels(2, width=3.6, sharey=False, **labels)
     force = data.speed_peak_force
     fine = np.geomspace(float(force.min()), float(force.max()), 200)
-    speeds = (data.speed_wave_speed, by_force(fine), "wave speed (m/s)")
-    ratios = (data.speed_wave_speed / data.speed_theory, np.ones(fine.size), "wave speed over theory")
-    for axis, (values, theory, label) in zip(axes, (speeds, ratios), strict=True):
+    speeds = (data.speed_wave_speed, by_force(fine))
+    ratios = (data.speed_wave_speed / data.speed_theory, np.ones(fine.size))
+    for axis, (values, theory) in zip(axes, (speeds, ratios), strict=True):
         draw.theory_line(axis, fine, theory, "theory of long waves")
         for i, model in enumerate(MODELS):
             draw.points(axis, force.sel(beads=model).values, values.sel(beads=model).values, i, NAMES[i])
-        axis.set(xlabel="peak contact force (N)", ylabel=label)
         axis.set_xlim(left=0.0)
     axes[0].set_ylim(bottom=0.0)
     draw.legend_above(figure, axes[0], 3)
@@ -392,14 +392,14 @@ def _figure_of_contacts(data: xr.Dataset) -> draw.Figure:
     marked = CONTACTS[1]
     shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
     shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
-    figure, axes = draw.panels(len(shown), width=2.9)
-    for axis, (model, title) in zip(axes, shown.items(), strict=True):
+    labels = draw.Look(xlabel="time (µs)", ylabels=["contact force (N)"])
+    figure, axes = draw.panels(len(shown), width=2.9, titles=shown.values(), **labels)
+    for axis, model in zip(axes, shown, strict=True):
         for contact in data.contact.values:
             force = data.contact_force.sel(model=model, contact=contact)
             colour, width = (draw.COLOURS[1], 1.2) if contact == marked else (draw.COLOURS[0], 0.6)
             axis.plot(data.time * 1e6, force, "-", color=colour, linewidth=width)
-        axis.set(title=title, xlabel="time (µs)", xlim=(0.0, float(data.time[-1]) * 1e6))
-    axes[0].set_ylabel("contact force (N)")
+        axis.set_xlim(0.0, float(data.time[-1]) * 1e6)
     axes[0].lines[0].set_label("each contact")
     axes[0].lines[marked - 1].set_label(f"contact {marked}, between beads {marked - 1} and {marked}")
     draw.legend_above(figure, axes[0], 2)
@@ -436,13 +436,13 @@ def _level(axis: draw.Axes, value: xr.DataArray, style: str, colour: str, label:
 
 def _figure_of_modes(data: xr.Dataset) -> draw.Figure:
     """Return the peak force and wave speed over the number of modes."""
-    figure, axes = draw.panels(2, width=3.4, sharey=False)
+    xlabel = "modes of a bead, with the rigid one"
+    figure, axes = draw.panels(2, width=3.4, sharey=False, xlabel=xlabel, ylabels=LABELS)
     explicit = f"explicit, {float(data.spacing[-1]) * 1e6:.3g} µm cells"
-    for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):
+    for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
         _level(axis, data[what].sel(model="point masses"), "-", "black", "point masses")
         _level(axis, data[f"explicit_{what}"][-1], "--", "grey", explicit)
         axis.plot(data.modes, data[f"modes_{what}"], "s-", color=draw.COLOURS[1], label="deformable beads")
         axis.set_xticks([1, 2, 4, 6, 8, 12, 16])
-        axis.set(xlabel="modes of a bead, with the rigid one", ylabel=label)
     draw.legend_above(figure, axes[0], 3)
     return figure

@@ -1,6 +1,6 @@
 """Panels and curves that the figures of several studies share."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
@@ -40,14 +40,33 @@ def blank(figsize: tuple[float, float], dpi: int) -> Figure:
     return Figure(figsize=figsize, layout="constrained", dpi=dpi)
 
 
-def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = True) -> tuple[Figure, list[Axes]]:
-    """Return a row of panels. The curves of a panel take COLOURS and MARKERS in order; the style "-" has no marker."""
+def panels(
+    count: int, width: float = 3.4, height: float = 3.2, sharey: bool = True,
+    titles: Iterable[str] = (), ylabels: Iterable[str] = (), **labels: Any,
+) -> tuple[Figure, list[Axes]]:  # fmt: skip
+    """Return a row of panels. The curves of a panel take COLOURS and MARKERS in order; the style "-" has no marker.
+
+    titles, ylabels: of the first panels; labels: of all, as of `Axes.set`.
+    """
     figure = blank(figsize=(width * count + 0.6, height), dpi=200)
     axes = figure.subplots(1, count, sharey=sharey, squeeze=False)[0]
     for axis in axes:
         axis.grid(alpha=0.25, linewidth=0.5)
         axis.set_prop_cycle(color=COLOURS, marker=MARKERS)
+        axis.set(**labels)
+    for name, texts in (("title", titles), ("ylabel", ylabels)):
+        for axis, text in zip(axes, texts, strict=False):
+            axis.set(**{name: text})
     return figure, list(axes)
+
+
+def each(
+    data: xr.Dataset, name: str, title: Callable[[Any], str], **how: Any
+) -> tuple[Figure, list[tuple[Axes, xr.Dataset]]]:
+    """Return a panel for each value of a coordinate, under a title, with the data there. how: as of `panels`."""
+    values = data[name].values
+    figure, axes = panels(len(values), titles=map(title, values), **how)
+    return figure, [(axis, data.sel({name: value})) for axis, value in zip(axes, values, strict=True)]
 
 
 def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
@@ -59,12 +78,9 @@ def over_distance(
     data: xr.Dataset, edge: str, ylabel: str, tolerance: float, sharey: bool = True
 ) -> tuple[Figure, list[tuple[Axes, xr.Dataset]]]:
     """Return a figure over the distance from the edge, and its panels with the data of each bead."""
-    figure, axes = panels(data.sizes["diameter"], sharey=sharey)
-    for axis, diameter in zip(axes, data.diameter.values, strict=True):
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
-    axes[0].set_ylabel(ylabel)
+    labels = Look(xlabel=f"distance from the {edge} edge (mm)", ylabels=[ylabel])
     at = data.sel(within=tolerance)
-    return figure, [(axis, at.isel(diameter=i)) for i, axis in enumerate(axes)]
+    return each(at, "diameter", lambda d: f"D = {d * 1e3:.2f} mm", sharey=sharey, **labels)
 
 
 def thick(thickness: float) -> str:

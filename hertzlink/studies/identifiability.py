@@ -257,14 +257,14 @@ def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> st
 
 def _own_figure(data: xr.Dataset) -> draw.Figure:
     """Return the half-widths of the distance over the distance: a panel for each plate; data: of one bead."""
-    figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
-    for axis, thickness in zip(axes, data.thickness.values, strict=True):
-        at = data.edge_error.sel(thickness=thickness, unknown="distance", free="all").isel(record=0)
+    bead, record = f"D = {float(data.diameter) * 1e3:.2f} mm", f"{1e3 * float(data.record[0]):g} ms"
+    labels = draw.Look(xlabel="distance to the edge (mm)", ylabels=[f"half-width of the distance (%), {record}"])
+    figure, plates = draw.each(data, "thickness", lambda t: f"{bead}, t = {t * 1e3:.2f} mm", height=3.6, **labels)
+    for axis, plate in plates:
+        at = plate.edge_error.sel(unknown="distance", free="all").isel(record=0)
         for what in (name for name in data.measured.values if name != FEATURES):
             axis.plot(data.distance * 1e3, 100.0 * at.sel(measured=what), label=str(what))
         axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
-        title = f"D = {float(data.diameter) * 1e3:.2f} mm, t = {thickness * 1e3:.2f} mm"
-        axis.set(title=title, xscale="log", yscale="log", xlabel="distance to the edge (mm)")
-    axes[0].set_ylabel(f"half-width of the distance (%), {1e3 * float(data.record[0]):g} ms")
-    axes[0].legend()
+        axis.set(xscale="log", yscale="log")
+    plates[0][0].legend()
     return figure

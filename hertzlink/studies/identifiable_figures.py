@@ -17,8 +17,7 @@ GREY, HATCH = "0.85", "////"
 
 
 def distances(data: xr.Dataset) -> draw.Figure:
-    """Draw half-widths of the distance over distance and thickness, for each way to measure and each bead; data: of one
-    record."""
+    """Draw half-widths of the distance over distance and thickness, by way to measure and bead; data: of one record."""
     figure = draw.blank(figsize=(11.5, 4.6), dpi=150)
     axes = figure.subplots(data.diameter.size, len(cases.MEASURED), sharex=True, sharey=True, squeeze=False)
     for place, (row, diameter) in enumerate(zip(axes, data.diameter.values, strict=True)):
@@ -40,8 +39,7 @@ def distances(data: xr.Dataset) -> draw.Figure:
 
 
 def bonds(data: xr.Dataset) -> draw.Figure:
-    """Draw half-widths of the bond over its stiffness and the upper layer's thickness, for both materials and ways to
-    measure."""
+    """Draw half-widths of the bond over stiffness and the upper layer's thickness, by material and what is measured."""
     figure = draw.blank(figsize=(9.5, 6.2), dpi=150)
     axes = figure.subplots(data.upper.size, data.bond_measured.size, sharex=True, sharey=True, squeeze=False)
     for place, (row, upper) in enumerate(zip(axes, data.upper.values, strict=True)):

@@ -97,11 +97,9 @@ def figure(
     lines: Iterable[tuple[str, Any, Any, Any]], xlabel: str, ylabels: tuple[str, str]
 ) -> tuple[draw.Figure, list[draw.Axes]]:
     """Draw changes of AR and TOF over the level. lines: name, level and both changes of each body."""
-    drawn, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
+    drawn, axes = draw.panels(2, width=3.7, height=3.4, sharey=False, xlabel=xlabel, ylabels=ylabels)
     for name, level, *changes in lines:
         for axis, change in zip(axes, changes, strict=True):
             axis.plot(level, change, label=name)
-    for axis, ylabel in zip(axes, ylabels, strict=True):
-        axis.set(xlabel=xlabel, ylabel=ylabel)
     axes[1].legend(loc="lower left")
     return drawn, axes

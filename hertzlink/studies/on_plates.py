@@ -148,8 +148,7 @@ class OnPlate(Conditions):
 
 
 def theirs(diameter: float) -> hl.Sphere:
-    """Return the bead of this diameter, m, with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 of
-    6.2.2."""
+    """Return the bead with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 mm of 6.2.2."""
     return hl.Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)
 
 

@@ -93,14 +93,14 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def figure(data: xr.Dataset) -> draw.Figure:
     """Return AR against the distance for each kind of edge, one panel for each bead."""
-    drawn, axes = draw.panels(data.sizes["edge_bead"], width=3.6)
-    for axis, bead in zip(axes, data.edge_bead.values, strict=True):
+    thick = f"t = {THICKNESS * 1e3:.2f} mm"
+    labels = draw.Look(xlabel="distance from the edge (mm); ×: no wave", ylabels=["amplitude ratio AR"])
+    drawn, beads = draw.each(data, "edge_bead", lambda d: f"D = {d * 1e3:.2f} mm, {thick}", width=3.6, **labels)
+    for axis, bead in beads:
         for i, edge in enumerate(data.edge.values):
-            curve = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=bead)
+            curve = bead.edge_amplitude_ratio.sel(edge=edge)
             draw.mark_missing(axis, data.edge_distance.values[curve.isnull().values] * 1e3, i)
             axis.plot(data.edge_distance * 1e3, curve, color=draw.COLOURS[i], marker=draw.MARKERS[i], label=str(edge))
-        axis.set(title=f"D = {bead * 1e3:.2f} mm, t = {THICKNESS * 1e3:.2f} mm", ylim=(0.0, 1.0))
-        axis.set_xlabel("distance from the edge (mm); ×: no wave")
-    axes[0].set_ylabel("amplitude ratio AR")
-    axes[-1].legend()
+        axis.set_ylim(0.0, 1.0)
+    axis.legend()
     return drawn

@@ -9,8 +9,7 @@ row = Rows("plate_waves")
 
 
 def impact_frequency(diameter: float) -> float:
-    """Return the frequency, Hz, of the impact of a bead of this diameter, m: one half-period in its contact with a
-    half-space, 1/(2T_c)."""
+    """Return the frequency, Hz, of a bead's impact: one half-period in its contact with a half-space, 1/(2T_c)."""
     return 0.5 / OnPlate().contact_time(diameter)
 
 

@@ -293,26 +293,23 @@ def _over_modulus(data: xr.Dataset) -> draw.Figure:
 
 
 def _histories(data: xr.Dataset) -> draw.Figure:
-    figure, axes = draw.panels(data.sizes["wall"], width=3.9, height=3.0)
-    for axis, wall in zip(axes, data.wall.values, strict=True):
-        draw.histories(axis, data.wall_sensor_force.sel(wall=wall))
-        axis.set_title(f"against {wall}")
-    axes[0].set_ylabel("force above the preload (N)")
-    axes[0].legend()
+    labels = draw.Look(width=3.9, height=3.0, ylabels=["force above the preload (N)"])
+    figure, panels = draw.each(data, "wall", "against {}".format, **labels)
+    for axis, wall in panels:
+        draw.histories(axis, wall.wall_sensor_force)
+    panels[0][0].legend()
     return figure
 
 
 def _displacements(data: xr.Dataset) -> draw.Figure:
-    figure, axes = draw.panels(data.sizes["wall"], width=3.9, height=3.4)
-    for axis, wall in zip(axes, data.wall.values, strict=True):
-        draw.displacements(axis, data.wall_displacement.sel(wall=wall), SENSOR)
-        axis.set_title(f"against {wall}")
+    figure, panels = draw.each(data, "wall", "against {}".format, width=3.9, height=3.4)
+    for axis, wall in panels:
+        draw.displacements(axis, wall.wall_displacement, SENSOR)
     last, look = data.wall_displacement.isel(wall=-1).sel(bead=BEADS) * 1e6, draw.Look(markerfacecolor="none")
     for time, marker, which in zip(collisions(data)[1:], ("o", "s"), ("first", "second"), strict=False):
-        at = float(last.sel(time=time))
-        label = f"{which} collision"
-        axes[-1].plot(time * 1e6, at, marker, color="black", markersize=6.0, label=label, **look)
+        at, label = float(last.sel(time=time)), f"{which} collision"
+        axis.plot(time * 1e6, at, marker, color="black", markersize=6.0, label=label, **look)
     top = float(data.wall_displacement.max()) * 1e6
-    axes[0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
-    axes[-1].legend()
+    panels[0][0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
+    axis.legend()
     return figure

@@ -132,12 +132,11 @@ def ends(values: xr.DataArray) -> tuple[float, float]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return figure 3.10: force at the centres of beads 7 and 16 over time, in both chains."""
-    figure, axes = draw.panels(2, width=3.7, height=3.2)
-    titles = {AXISYMMETRIC: "axisymmetric", SOLID: "three-dimensional"}
-    for axis, (model, title) in zip(axes, titles.items(), strict=True):
-        draw.histories(axis, data.force.sel(model=model))
-        axis.set(title=title, xlim=(0.0, UNTIL * 1e6))
-    axes[0].set_ylabel("force at the centre (N)")
-    axes[0].set_ylim(0.0, 19.0)
-    axes[0].legend(loc="upper left", ncols=2)
+    labels = draw.Look(width=3.7, ylabels=["force at the centre (N)"])
+    figure, panels = draw.each(data.sel(model=[AXISYMMETRIC, SOLID]), "model", str, **labels)
+    for axis, model in panels:
+        draw.histories(axis, model.force)
+        axis.set_xlim(0.0, UNTIL * 1e6)
+    panels[0][0].set_ylim(0.0, 19.0)
+    panels[0][0].legend(loc="upper left", ncols=2)
     return {"waves": figure}

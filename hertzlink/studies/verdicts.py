@@ -57,8 +57,7 @@ class Verdict(NamedTuple):
 
 
 def printed(value: float | str) -> Interval | None:
-    """Return what a printed number may stand for, from its last digit, its scatter, or words such as "about" and
-    "below"."""
+    """Return what a printed number may stand for, from its last digit, its scatter, or words such as "about"."""
     said = value.strip() if isinstance(value, str) else _digits(value)
     said = said.removesuffix("%").removesuffix("times").strip()
     for form, pattern in FORMS.items():
@@ -138,8 +137,7 @@ def _number(said: str) -> float:
 
 
 def _cut(value: float | str, ours: Interval) -> bool:
-    """Return whether ours gives a plain printed number when its further digits are cut off, as the thesis does
-    sometimes."""
+    """Return whether ours gives a plain printed number if further digits are cut off, as the thesis does at times."""
     match = FORMS["plain"].fullmatch(value.strip() if isinstance(value, str) else _digits(value))
     if not match:
         return False

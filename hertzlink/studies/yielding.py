@@ -166,12 +166,11 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.set(xlabel="impact speed (m/s)", ylabel=says, ylim=(0.0, 1.05), xlim=(speeds[0], speeds[-1]))
         above = draw.Look(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         axis.legend(title=title, title_fontsize="small", fontsize="x-small", **above)
-    figure, axes = draw.panels(2, width=3.7, height=3.2, sharey=False)
-    for axis, section in zip(axes, data.impact.values[[2, 7]], strict=True):
-        part = data.force.sel(impact=section)
+    labels = draw.Look(width=3.7, sharey=False, xlabel="time (µs)", ylabels=["force at bead 7 (N)"])
+    figure, shown_impacts = draw.each(data.isel(impact=[2, 7]), "impact", lambda s: s.rpartition(" (")[0], **labels)
+    for axis, impact in shown_impacts:
         for width, (law, style) in zip((2.0, 1.6, 1.2), styles.items(), strict=True):  # curves lie on one another
-            axis.plot(1e6 * data.time, part.sel(law=law), style, linewidth=width, label=law)
-        axis.set(title=str(section).rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
-    axes[0].set_ylabel("force at bead 7 (N)")
-    axes[0].legend()
+            axis.plot(1e6 * data.time, impact.force.sel(law=law), style, linewidth=width, label=law)
+        axis.set_xlim(0.0, 900.0)
+    shown_impacts[0][0].legend()
     return {"speed": over, "waves": figure}
