@@ -110,7 +110,7 @@ def uniform(cells_per_wavelength: float) -> Strike:
     def shared(thickness: float) -> hl.Plate:
         whole = study.THESIS.plate(thickness)
         cells = round(study.THESIS.side / 2.0 / whole.shortest_wavelength * cells_per_wavelength)
-        supports = replace(study.THESIS.supports(), top="symmetry")
+        supports = hl.Supports("clamped", "clamped", top="symmetry")
         half = Rectangle(study.THESIS.side, study.THESIS.side / 2.0, cells=(2 * cells, cells))
         return replace(whole, shape=half, supports=supports)
 

@@ -163,10 +163,9 @@ class Conditions:
 
     def remark(self) -> str:
         """Return what differs from the thesis, in words; empty if nothing does."""
-        options = self.options()
-        shown = {name: options[name].shown for name in self.differing()}
+        shown = {name: self.options()[name].shown for name in self.differing()}
         parts = [
-            f"{_words(name)} {show(getattr(self, name))} (thesis: {show(self.thesis(name))})"
+            f"{name.replace('_', ' ')} {show(getattr(self, name))} (thesis: {show(self.thesis(name))})"
             for name, show in shown.items()
         ]
         return f"own parameters: {'; '.join(parts)}" if parts else ""
@@ -198,13 +197,8 @@ def _plain(value: Any) -> Any:
 
 
 def _named(value: hl.Material) -> str:
-    return (
-        value.name or f"E {value.youngs_modulus * 1e-9:.4g} GPa, ν {value.poisson_ratio:g}, ρ {value.density:g} kg/m³"
-    )
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
+    modulus = value.youngs_modulus * 1e-9
+    return value.name or f"E {modulus:.4g} GPa, ν {value.poisson_ratio:g}, ρ {value.density:g} kg/m³"
 
 
 def _number(text: str, unit: str) -> float:

@@ -9,6 +9,7 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies.on_plates import ALUMINIUM_STIFFNESS_RATIO, BEADS, RECORD, SENSOR
+from hertzlink.studies.waves import long_waves
 from plates.critical_distance import edge_length
 from plates.theory.impact import wall_stiffness
 
@@ -45,7 +46,7 @@ class Pair:
     @property
     def stiffness_ratio(self) -> float:
         """Stiffness of the contact between bead and plate over that between two beads."""
-        return self._wall_stiffness / hl.theory.hertz_stiffness(self.bead.surface, self.bead.surface)
+        return self._wall_stiffness / long_waves(self.bead).stiffness
 
     def plate(self, inelasticity: float) -> hl.Plate:
         """Return a plate of the thickness that gives λ."""

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
+from hertzlink.studies import waves
 from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, Conditions, WrongValue
 from plates.critical_distance import edge_length
 from plates.theory.impact import THESIS_IMPACT, wall_stiffness
@@ -51,8 +52,7 @@ class OnPlate(Conditions):
     beads: Annotated[int, hl.quantities.Count(2, 200), "Number of beads"] = BEADS
     sensor: Annotated[int, hl.quantities.Count(1, 199), "Bead whose force is read, from the struck end"] = SENSOR
 
-    shortest_side: ClassVar[float] = 0.0
-    """In units of ℓ."""
+    shortest_side: ClassVar[float] = 0.0  # in units of ℓ
 
     def check(self) -> None:
         """Require a sensor within the chain, no more values than colours, and a plate that a mesh can resolve."""
@@ -71,8 +71,7 @@ class OnPlate(Conditions):
         self._check_mesh()
 
     def _check_mesh(self) -> None:
-        thinnest = min(self.thickness)
-        across = CELLS_PER_WAVELENGTH * self.side / self.plate(thinnest).shortest_wavelength
+        across = CELLS_PER_WAVELENGTH * self.side / self.plate(min(self.thickness)).shortest_wavelength
         unknowns = 4.0 * (across + 1.0) ** 2
         if unknowns > MOST_UNKNOWNS:
             most = self.side * (MOST_UNKNOWNS / unknowns) ** 0.5
@@ -90,21 +89,14 @@ class OnPlate(Conditions):
         bead = self.sphere(diameter)
         return hl.Chain([bead] * self.beads, striker=bead, impact_speed=self.impact_speed)
 
-    def supports(self) -> hl.Supports:
-        """Return the supports of the four edges."""
-        return hl.Supports(left=self.support, right=self.support, bottom="free", top="free")
-
     def plate(self, thickness: float) -> hl.Plate:
         """Return the square plate."""
-        return hl.kirchhoff_plate(
-            self.side, self.side, thickness, self.material, self.supports(), highest_frequency=self.highest_frequency
-        )
+        supports, highest = hl.Supports(left=self.support, right=self.support), self.highest_frequency
+        return hl.kirchhoff_plate(self.side, self.side, thickness, self.material, supports, highest_frequency=highest)
 
     def contact_time(self, diameter: float) -> float:
         """Return T_c, s: of one bead on a half-space at the striker's speed."""
-        bead = self.sphere(diameter)
-        stiffness = hl.theory.hertz_stiffness(bead.surface, hl.Surface(self.material))
-        return float(hl.theory.hertz_contact_time(bead.mass, stiffness, self.impact_speed))
+        return waves.contact_time(self.sphere(diameter), self.material, self.impact_speed)
 
     @property
     def highest_frequency(self) -> float:
@@ -124,9 +116,7 @@ class OnPlate(Conditions):
         if not self.own:
             return UNTIL
         bead = self.sphere(max(self.bead))
-        ratio = wall_stiffness(bead, self.plate(self.thickness[0])) / hl.theory.hertz_stiffness(
-            bead.surface, bead.surface
-        )
+        ratio = wall_stiffness(bead, self.plate(self.thickness[0])) / waves.long_waves(bead).stiffness
         longer = max(1.0, (ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4, self.beads / BEADS)
         return float(RECORD * longer * self.contact_time(max(self.bead)))
 

@@ -14,7 +14,7 @@ from hertzlink.studies import draw, plate_edges, plate_waves
 from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
 from hertzlink.studies.table import Row, bracketed
-from hertzlink.studies.waves import with_units
+from hertzlink.studies.waves import contact_time, with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.reduced import Range, covers
 from plates.section import point_rigidity
@@ -169,9 +169,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _contact(diameter: float) -> Row:
     """Return T_c on a half-space, µs, and with the data of section 6.2.1."""
-    sphere = theirs(diameter)
-    stiffness = hl.theory.hertz_stiffness(sphere.surface, hl.Surface(hl.ALUMINIUM_6061))
-    printed = float(hl.theory.hertz_contact_time(sphere.mass, stiffness, THESIS_IMPACT.striker_speed)) * 1e6
+    printed = contact_time(theirs(diameter), hl.ALUMINIUM_6061, THESIS_IMPACT.striker_speed) * 1e6
     otherwise = {"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": printed}
     ours = THESIS.contact_time(diameter) * 1e6
     return row(f"contact time, half-space, D {diameter * 1e3:.2f}", ours, otherwise=otherwise)
@@ -181,10 +179,8 @@ def _coefficients() -> list[Row]:
     """Return the printed factors of equations 6.39 and 6.42, by a sphere on a half-space with unit quantities."""
     with collected():
         material = hl.Material(1.0, 0.0, 1.0)
-        sphere = hl.Sphere(0.5, material)
-    stiffness = hl.theory.hertz_stiffness(sphere.surface, hl.Surface(material))
-    # Both bodies have equal compliances of one, so their sum is two.
-    striker = hl.theory.hertz_contact_time(sphere.mass, stiffness, 1.0) / 2.0**0.4
+        # Both bodies have equal compliances of one, so their sum is two.
+        striker = contact_time(hl.Sphere(0.5, material), material, 1.0) / 2.0**0.4
     wave = striker * PARTICLE_TO_STRIKER_SPEED**-0.2
     names = {"factor of τ_c, equation 6.39": HERTZ_COLLISION, "factor of the critical distance, equation 6.42": 2.0}
     said = "speed of the bead in the wave, 0.682 of the striker's"

@@ -73,12 +73,12 @@ class Striking(Conditions):
 
     def time_of_flight(self, wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
         """Return TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
-        pair, mass = hl.theory.hertz_stiffness(self.sphere.surface, self.sphere.surface), self.sphere.mass
+        pair, mass = waves.long_waves(self.sphere).stiffness, self.sphere.mass
         return np.asarray(hl.theory.primary_time_of_flight(BEADS - SENSOR, mass, pair, wall, self.speed, restitution))
 
     def contact_time(self, material: hl.Material) -> float:
         """Return the contact time of one bead on a half-space at the striker's speed, s (equation 6.8)."""
-        return float(hl.theory.hertz_contact_time(self.sphere.mass, self.wall(material), self.speed))
+        return waves.contact_time(self.sphere, material, self.speed)
 
     def stacks(self) -> Iterable[Sequence[hl.Layer]]:
         """Return the cylinders of the study at their longest."""

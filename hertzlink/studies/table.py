@@ -62,8 +62,7 @@ def text(rows: Sequence[Row], thesis: bool = True) -> str:
     """Return the rows as a plain table of 80 columns, each with its reason below it.
 
     The column of theory exists only if a row has one. The difference is relative to the thesis's number, or to that of
-    theory if the thesis prints none; the latter differences carry a mark. thesis: False leaves out its column, and the
-    mark.
+    theory, with a mark, if the thesis prints none. thesis: False leaves out its column, and the mark.
     """
     head, cells = head_and_cells(rows, thesis)
     widths = [min(NUMBER_WIDTH, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
@@ -86,7 +85,11 @@ def footnotes(rows: Sequence[Row], thesis: bool = True) -> list[str]:
 def head_and_cells(rows: Sequence[Row], thesis: bool = True) -> tuple[list[str], list[list[str]]]:
     """Return the names of the columns, and the text of each cell of each row, without reasons. thesis: see `text`."""
     head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
-    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
+    cells = [
+        [", ".join(filter(None, (r.quantity, r.unit))), _number(r.thesis, 6), _number(r.theory), _number(r.computed)]
+        + [_difference(r)]
+        for r in rows
+    ]
     if not any(line[2] for line in cells):
         for line in (head, *cells):
             del line[2]
@@ -106,17 +109,9 @@ def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:
     ]
 
 
-def _with_unit(row: Row) -> str:
-    return f"{row.quantity}, {row.unit}" if row.unit else row.quantity
-
-
-def _printed(value: float | str) -> str:
-    """Return the thesis's digits, at most six."""
-    return value if isinstance(value, str) else f"{value:.6g}"
-
-
-def _number(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.4g}"
+def _number(value: float | str, digits: int = 4) -> str:
+    """Return a number with at most so many digits; those of the thesis have up to six."""
+    return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 def _difference(row: Row) -> str:

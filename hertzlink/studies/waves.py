@@ -89,6 +89,12 @@ def long_waves(bead: hl.Bead, stiffness: float | None = None, exponent: float = 
     return hl.theory.UniformChain(bead.size, bead.mass, stiffness, exponent)
 
 
+def contact_time(bead: hl.Sphere, wall: hl.Material, speed: float) -> float:
+    """Return T_c, s, of a bead that hits a half-space at this speed, m/s (equation 6.8)."""
+    stiffness = hl.theory.hertz_stiffness(bead.surface, hl.Surface(wall))
+    return float(hl.theory.hertz_contact_time(bead.mass, stiffness, speed))
+
+
 def widths(wider: float) -> dict[str, float]:
     """Return the other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
     of_theory = hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0
