@@ -31,7 +31,7 @@ def _long_waves() -> list[Row]:
         row("factor of the speed with preload, equation 1.9", float(chain.sound_speed(1.0)) / group),
         row("factor of the speed without preload, equation 1.10", float(chain.wave_speed_from_force(1.0)) / group),
         row("width of the wave, equation 1.8", chain.width / bead.size),
-    ]  # fmt: skip
+    ]
 
 
 def _force(approach: float) -> float:
@@ -54,7 +54,7 @@ def _contact() -> list[Row]:
         row("factor of τ_t, equation 6.39", (np.pi / 2.0) ** 0.4 * one_way),
         row("smallest dimensionless contact time τ_c, equation 6.38", collision),
         row("speed of the striker after a drop of 10 mm", hl.drop_speed(0.01)),
-    ]  # fmt: skip
+    ]
 
 
 def _particle_speed() -> float:

@@ -289,13 +289,11 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     }
 
 
-def _by_edge(data: xr.Dataset, ylabel: str, width: float = 3.3, **labels: Any) -> tuple[draw.Figure, list[draw.Axes]]:
-    """Return a panel for each edge."""
-    figure, axes = draw.panels(data.sizes["edge"], width=width, height=3.5)
-    for axis, edge in zip(axes, data.edge.values, strict=True):
-        axis.set(title=f"{edge} edge", **labels)
-    axes[0].set_ylabel(ylabel)
-    return figure, axes
+def _by_edge(
+    data: xr.Dataset, ylabel: str, width: float = 3.3, **labels: Any
+) -> tuple[draw.Figure, list[tuple[draw.Axes, xr.Dataset]]]:
+    """Return a panel for each edge, and the data there."""
+    return draw.each(data, "edge", "{} edge".format, width=width, height=3.5, ylabels=[ylabel], **labels)
 
 
 SCALED = draw.Look(xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0))
@@ -305,13 +303,13 @@ def of_pair(data: xr.Dataset) -> draw.Figure:
     """Return AR of a user's own beads and plates against d/ℓ for each edge and λ."""
     from matplotlib import colormaps
 
-    figure, axes = _by_edge(data, "amplitude ratio AR", 3.6, **SCALED)
+    figure, edges = _by_edge(data, "amplitude ratio AR", 3.6, **SCALED)
     colours = colormaps["viridis"](np.linspace(0.0, 0.95, max(2, data.sizes["inelasticity"])))
-    for axis, edge in zip(axes, data.edge.values, strict=True):
+    for axis, edge in edges:
         for colour, inelasticity in zip(colours, data.inelasticity.values, strict=False):
-            curve = data.amplitude_ratio.sel(edge=edge, inelasticity=inelasticity)
+            curve = edge.amplitude_ratio.sel(inelasticity=inelasticity)
             axis.plot(data.scaled_distance, curve, ".-", color=colour, label=f"λ = {inelasticity:g}")
-    axes[0].legend()
+    edges[0][0].legend()
     return figure
 
 
@@ -319,32 +317,34 @@ def collapse(data: xr.Dataset) -> draw.Figure:
     """Return AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds."""
     from matplotlib import colormaps
 
-    figure, axes = _by_edge(data, "amplitude ratio AR", **SCALED)
+    figure, edges = _by_edge(data, "amplitude ratio AR", **SCALED)
     parameters = [p for p in data.inelasticity.values if p in SHOWN_PARAMETERS] or list(data.inelasticity.values)
     same = [name for name in data.pair.values if name in SAME_MATERIALS]
-    hollow = draw.Look(markersize=4.5, markerfacecolor="none")
-    for axis, edge in zip(axes, data.edge.values, strict=True):
+    hollow, first = draw.Look(markersize=4.5, markerfacecolor="none"), edges[0][0]
+    for axis, edge in edges:
         for i, parameter in enumerate(parameters):
-            colour = colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1))
-            case = data.sel(edge=edge, inelasticity=parameter)
+            colour, case = (
+                colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1)),
+                edge.sel(inelasticity=parameter),
+            )
             axis.plot(data.scaled_distance, case.amplitude_ratio, "-", color=colour, label=f"λ = {parameter:g}")
             for k, name in enumerate(same):
                 if parameter in data.other_inelasticity.values:
-                    other = data.other_difference.sel(pair=name, other_edge=edge, other_inelasticity=parameter)
+                    other = case.other_difference.sel(pair=name, other_edge=case.edge, other_inelasticity=parameter)
                     axis.plot(data.other_distance, other + case.far_ratio, draw.MARKERS[k], color=colour, **hollow)
     for k, name in enumerate(same):
-        axes[0].plot([], [], draw.MARKERS[k], color="black", label=str(name), **hollow)
-    draw.legend_above(figure, axes[0], 5)
+        first.plot([], [], draw.MARKERS[k], color="black", label=str(name), **hollow)
+    draw.legend_above(figure, first, 5)
     return figure
 
 
 def critical_distance(data: xr.Dataset) -> draw.Figure:
     """Return c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
     label = f"critical distance c = $d_c$ / ℓ (AR ± {FIGURE_TOLERANCE})"
-    figure, axes = _by_edge(data, label, xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
+    figure, edges = _by_edge(data, label, xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
     x = data.law_inelasticity
-    for axis, edge in zip(axes, data.edge.values, strict=True):
-        at = data.sel(edge=edge, within=FIGURE_TOLERANCE)
+    for axis, edge in edges:
+        at = edge.sel(within=FIGURE_TOLERANCE)
         _bounds(axis, x, at.law, 5, 0.35, "bounds of the law")
         axis.plot(x, at.law.sel(estimate="value"), "-", label="law")
         axis.plot(data.inelasticity, at.simulated, "o", color="black", markerfacecolor="none", label="simulated")
@@ -352,26 +352,25 @@ def critical_distance(data: xr.Dataset) -> draw.Figure:
             path = f"path of the {line} wave during a contact"
             draw.theory_line(axis, x, data.scaled_line.sel(line=line), path, style)
         _plain_ticks(axis)
-    draw.legend_above(figure, axes[0], 5)
+    draw.legend_above(figure, edges[0][0], 5)
     return figure
 
 
 def jumps(data: xr.Dataset) -> draw.Figure:
     """Return AR less its far value at a simple edge, where an oscillation exceeds the tolerance; and c over λ there."""
-    figure, (left, right) = draw.panels(2, width=3.6, height=3.2, sharey=False)
+    labels = ("AR minus AR far away", "c, simple edge")
+    figure, (left, right) = draw.panels(2, width=3.6, sharey=False, ylabels=labels)
     for parameter in JUMP_PARAMETERS:
         left.plot(*edge_difference("simple", MAIN.stiffness_ratio, parameter), "-", label=f"λ = {parameter:g}")
     for sign in (-1.0, 1.0):
         left.axhline(sign * FIGURE_TOLERANCE, color="black", linewidth=0.8, linestyle=":")
-    left.set(xlim=(0.6, 2.6), ylim=(-0.04, 0.06))
-    left.set(xlabel="distance from a simple edge, d / ℓ", ylabel="AR minus AR far away")
+    left.set(xlim=(0.6, 2.6), ylim=(-0.04, 0.06), xlabel="distance from a simple edge, d / ℓ")
     left.legend()
     for i, within in enumerate(data.within.values):
         law = data.law.sel(edge="simple", within=within)
         right.plot(data.law_inelasticity, law.sel(estimate="value"), "-", label=f"± {within:g}")
         _bounds(right, data.law_inelasticity, law, i, 0.2)
-    right.set(xscale="log", xlim=(0.05, 0.9), ylim=(0.0, 2.2))
-    right.set(xlabel="inelasticity parameter λ", ylabel="c, simple edge")
+    right.set(xscale="log", xlim=(0.05, 0.9), ylim=(0.0, 2.2), xlabel="inelasticity parameter λ")
     _plain_ticks(right)
     right.legend(title="tolerance")
     return figure
@@ -387,16 +386,16 @@ def materials(data: xr.Dataset) -> draw.Figure:
     """Return the difference that is left at equal λ and d/ℓ, over the ratio of contact stiffnesses."""
     labels = draw.Look(xlabel="stiffness, bead on plate / bead on bead", yscale="log", ylim=(1e-5, 0.2))
     shown = data.drop_dims(["edge"]).rename(other_edge="edge")
-    figure, axes = _by_edge(shown, "largest deviation of AR, d ≥ 0.6 ℓ", 3.0, **labels)
-    for axis, edge in zip(axes, shown.edge.values, strict=True):
+    figure, edges = _by_edge(shown, "largest deviation of AR, d ≥ 0.6 ℓ", 3.0, **labels)
+    for axis, edge in edges:
         for i, parameter in enumerate(data.other_inelasticity.values):
-            part = abs(shown.sel(edge=edge, other_inelasticity=parameter)).max("other_distance")
+            part = abs(edge.sel(other_inelasticity=parameter)).max("other_distance")
             for values, hollow, label in (
                 (part.material_deviation, False, "from steel on aluminium"),
                 (part.other_error, True, "from the table for its own ratio"),
             ):
                 draw.points(axis, data.stiffness_ratio.values, values.values, i, f"λ = {parameter:g}, {label}", hollow)
-    draw.legend_above(figure, axes[0], 2)
+    draw.legend_above(figure, edges[0][0], 2)
     return figure
 
 
