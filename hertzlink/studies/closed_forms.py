@@ -5,8 +5,7 @@ from math import sqrt
 import numpy as np
 
 import hertzlink as hl
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 
 row = Rows("closed_forms")
 # Beads of a chain, a bead at which the wave has its final form, the striker's speed, m/s, which dents no bead, and the

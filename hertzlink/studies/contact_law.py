@@ -14,8 +14,7 @@ import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import MEASURED, SIMULATED, Row
+from hertzlink.studies.table import MEASURED, SIMULATED, Row, Rows
 from particles.laws.computed import ComputedLaw
 from particles.laws.power_fit import PowerFit
 from particles.solitary import HERTZ
@@ -204,35 +203,37 @@ def _over_theory(data: xr.Dataset, name: str) -> tuple[float, str]:
     return _at(ratio, 5.0), ", ".join(f"{value:+z.1f} % at {micron:g} µm" for micron, value in differences.items())
 
 
+def _compared(data: xr.Dataset, name: str, label: str) -> Row:
+    ratio, said = _over_theory(data, name)
+    return row(f"F over Hertz's at 5 µm, {label}", ratio, said, holds=abs(ratio - 1.0) < SIMILAR)
+
+
 def _spheres(data: xr.Dataset) -> list[Row]:
     """Return figures 3.2 and 5.3."""
-    others = _exponents(data, SPHERES, LIKE_TABLE_5_1, BY_FORCE)
-    compared = {name: _over_theory(data, name) for name in (SPHERES, *ELLIPSOIDS)}
-    first, *rest = [
-        row(f"F over Hertz's at 5 µm, {'steel ' * (name == SPHERES)}{name}", *said, holds=abs(said[0] - 1.0) < SIMILAR)
-        for name, said in compared.items()
+    others, stiffness = _exponents(data, SPHERES, LIKE_TABLE_5_1, BY_FORCE), _at(data.force.sel(contact=MAJOR), 1.0)
+    return [
+        row("exponent n, steel spheres", _exponent(data, SPHERES, RELATIVE), RELATIVE, others),
+        _compared(data, SPHERES, "steel spheres"),
+        row("k, major axes", stiffness / 1e-6**1.5 * 1e-9),
+        *(_compared(data, name, name) for name in ELLIPSOIDS),
     ]
-    stiffness = _at(data.force.sel(contact=MAJOR), 1.0) / 1e-6**1.5 * 1e-9
-    exponent = row("exponent n, steel spheres", _exponent(data, SPHERES, RELATIVE), RELATIVE, others)
-    return [exponent, first, row("k, major axes", stiffness), *rest]
 
 
 def _cylinders(data: xr.Dataset) -> list[Row]:
     """Return figure 5.7."""
     ratios = {name: _over_theory(data, name)[0] for name in (SOLID, STRAIN, STRESS)}
-    rows = [
-        row(f"exponent n, {name}", _exponent(data, name, BY_FORCE), BY_FORCE, *said)
-        for name, *said in (
-            (STRAIN, _exponents(data, STRAIN, LIKE_TABLE_5_1, WIDE)),
-            (STRESS,),
-            (SOLID, _exponents(data, SOLID, LIKE_TABLE_5_1, WIDE)),
-        )
-    ]
+    exponents = {name: _exponent(data, name, BY_FORCE) for name in ratios}
+    others = {name: _exponents(data, name, LIKE_TABLE_5_1, WIDE) for name in ratios}
     differs = abs(ratios[SOLID] - 1.0) > SIMULATED
-    rows.append(row(f"F over equation 5.8 at 5 µm, {SOLID}", *ratios.values(), holds=differs))
     small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))  # from the length of the cylinders
-    limit = row("angle above which Hertz's law holds", f"{small:.1f} to {large:.1f}", 1e6 * approach_of_ends(30.0))
-    return [*rows, *(_crossed(data, angle) for angle in ANGLES), limit]
+    return [
+        row(f"exponent n, {STRAIN}", exponents[STRAIN], BY_FORCE, others[STRAIN]),
+        row(f"exponent n, {STRESS}", exponents[STRESS], BY_FORCE),
+        row(f"exponent n, {SOLID}", exponents[SOLID], BY_FORCE, others[SOLID]),
+        row(f"F over equation 5.8 at 5 µm, {SOLID}", *ratios.values(), holds=differs),
+        *(_crossed(data, angle) for angle in ANGLES),
+        row("angle above which Hertz's law holds", f"{small:.1f} to {large:.1f}", 1e6 * approach_of_ends(30.0)),
+    ]
 
 
 def _crossed(data: xr.Dataset, angle: float) -> Row:

@@ -6,9 +6,8 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw
-from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import IMPACT_SPEED, SENSOR, OnPlate, measure
-from hertzlink.studies.table import Row, bracketed
+from hertzlink.studies.table import Row, Rows, bracketed
 from plates.critical_distance import edge_length
 
 row = Rows("corner")

@@ -10,9 +10,8 @@ from scipy.special import lambertw
 
 import hertzlink as hl
 from hertzlink.studies import ellipsoids
-from hertzlink.studies.expected import Rows
 from hertzlink.studies.struck_cylinders import THESIS
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from plates.theory import impact, zener
 from structures.elasticity import shear_modulus
 

@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
-from hertzlink.studies.expected import Named, Rows
-from hertzlink.studies.table import Row, span
+from hertzlink.studies.table import Named, Row, Rows, span
 from plates.additions import Addition
 from structures.caution import collected
 

@@ -14,9 +14,8 @@ import hertzlink as hl
 from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
 from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, SAME_MATERIALS, Pair, measure
-from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Named, Row, Rows
 from plates.critical_distance import DECAYING, edge_difference, last_crossing, scaled_critical_distance
 from plates.half_plane import EDGES
 from structures.caution import collected

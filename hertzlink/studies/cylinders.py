@@ -12,8 +12,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import MEASURED, Row
+from hertzlink.studies.table import MEASURED, Row, Rows
 from particles.bead import STANDARD_GRAVITY
 from particles.solitary import CONTACT_TO_CENTRE_FORCE
 from structures.structure import Vector

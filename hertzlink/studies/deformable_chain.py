@@ -15,8 +15,7 @@ from numpy.polynomial import Polynomial
 import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, waves
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import SIMULATED, Row
+from hertzlink.studies.table import SIMULATED, Row, Rows
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.solitary import HERTZ

@@ -14,8 +14,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
-from hertzlink.studies.expected import Named, Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Named, Row, Rows
 from particles.moving import STEPS_PER_CONTACT
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector

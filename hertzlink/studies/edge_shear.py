@@ -8,8 +8,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.edge_cases import Pair, measure
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from structures.structure import Vector
 
 row = Rows("edge_shear")

@@ -11,8 +11,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, FORCE, WrongValue
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import SIMULATED, Row
+from hertzlink.studies.table import SIMULATED, Row, Rows
 from particles.bead import STANDARD_GRAVITY
 
 row = Rows("ellipsoids")

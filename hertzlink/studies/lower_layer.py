@@ -11,8 +11,7 @@ import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import MEASURED, Row
+from hertzlink.studies.table import MEASURED, Row, Rows
 from hertzlink.studies.upper_layer import THESIS, TwoLayers, theory_lines
 from structures.structure import Vector
 

@@ -11,9 +11,8 @@ import xarray as xr
 import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, plate_edges, plate_waves
-from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
-from hertzlink.studies.table import Row, bracketed
+from hertzlink.studies.table import Named, Row, Rows, bracketed
 from hertzlink.studies.waves import contact_time, with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.reduced import Range, covers

@@ -8,9 +8,8 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw
-from hertzlink.studies.expected import Named, Rows
 from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Named, Row, Rows
 from hertzlink.studies.waves import with_units
 
 row = Rows("plate_edges")

@@ -1,9 +1,8 @@
 """Thesis section 6.2.2: speeds of the Rayleigh wave and the A0 Lamb wave, and their travel to the edge and back."""
 
 import hertzlink as hl
-from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import DIAMETERS, SIDE, THICKNESSES, OnPlate
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 
 row = Rows("plate_waves")
 

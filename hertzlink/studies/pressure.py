@@ -8,9 +8,8 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw, levels
-from hertzlink.studies.expected import Rows
 from hertzlink.studies.levels import NOISE, TOLERANCE
-from hertzlink.studies.table import Row, span
+from hertzlink.studies.table import Row, Rows, span
 
 row = Rows("pressure")
 QUICK_CELLS = 2  # Cells of the quick study's meshes, instead of four.

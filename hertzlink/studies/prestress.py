@@ -9,9 +9,8 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw, levels
-from hertzlink.studies.expected import Rows
 from hertzlink.studies.levels import NOISE, TOLERANCE
-from hertzlink.studies.table import Row, span
+from hertzlink.studies.table import Row, Rows, span
 
 row = Rows("prestress")
 HAMMER = 2.8  # K: the error of the neutral temperature of rails that is reported for tests with a hammer.

@@ -10,9 +10,8 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, table_2_1, waves
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.expected import Rows
 from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from structures.quantities import Likely
 
 row = Rows("rod_stiffness")

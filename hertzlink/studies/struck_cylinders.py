@@ -13,8 +13,7 @@ import hertzlink as hl
 from coupling.inference.prediction import high_passed
 from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from particles.bead import STANDARD_GRAVITY
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.reduction import DEFAULT_PULSE

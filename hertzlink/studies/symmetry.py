@@ -18,8 +18,7 @@ import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies.deformable_chain import WALL
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import SIMULATED, Row
+from hertzlink.studies.table import SIMULATED, Row, Rows
 from particles.deformable.solid_vibration import vibration_of_solid
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem

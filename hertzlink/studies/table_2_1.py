@@ -1,8 +1,7 @@
 """The thesis's Table 2.1, densities and elastic constants, compared with those of hertzlink."""
 
 import hertzlink as hl
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 
 row = Rows("table_2_1")
 

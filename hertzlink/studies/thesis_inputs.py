@@ -18,8 +18,7 @@ from hertzlink.studies import (
     struck_cylinders,
     upper_layer,
 )
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 
 row = Rows("thesis_inputs")
 

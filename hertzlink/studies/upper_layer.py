@@ -11,8 +11,7 @@ import hertzlink as hl
 from hertzlink.studies import draw, waves
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from structures.structure import Vector
 
 row = Rows("upper_layer")

@@ -11,8 +11,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions, WrongValue
-from hertzlink.studies.expected import Named, Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Named, Row, Rows
 from particles.chain import LawOfPair
 from particles.laws.power_fit import PowerFit
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED

@@ -10,8 +10,7 @@ import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, waves
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from structures.caution import collected
 
 row = Rows("yielding")

@@ -8,8 +8,7 @@ import pytest
 from printed import PRINTED, check
 
 from hertzlink.studies import STUDIES, plate_waves, table_2_1
-from hertzlink.studies.expected import SCATTER, Rows, expected
-from hertzlink.studies.table import TIMED, Row
+from hertzlink.studies.table import SCATTER, TIMED, Row, Rows, expected
 from structures.material import MATERIALS
 
 

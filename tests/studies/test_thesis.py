@@ -11,8 +11,7 @@ from matplotlib import pyplot
 
 from coupling.sweeps.progress import Stopped
 from hertzlink.studies import STUDIES, LongStudy, corrected_equations, study, thesis
-from hertzlink.studies.expected import Rows
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, Rows
 from hertzlink.studies.verdicts import VERDICTS, verdict
 
 THESIS = study("thesis")
