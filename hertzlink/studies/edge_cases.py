@@ -9,9 +9,8 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies.on_plates import ALUMINIUM_STIFFNESS_RATIO, BEADS, RECORD, SENSOR
-from hertzlink.studies.waves import long_waves
+from hertzlink.studies.waves import contact_time, long_waves, wall_stiffness
 from plates.critical_distance import edge_length
-from plates.theory.impact import wall_stiffness
 
 STEPS_PER_CONTACT = 450  # Steps of the chain in a contact time. The default of 1800 changes AR by 1e-6.
 HIGHEST_PHASE = 3.3  # Highest frequency of the half-plane times the contact time. Twice this value changes AR by 2e-5.
@@ -37,16 +36,12 @@ class Pair:
     @cached_property
     def contact_time(self) -> float:
         """T_c, s: Hertz's contact time of a bead on a half-space at the striker speed."""
-        return float(hl.theory.hertz_contact_time(self.bead.mass, self._wall_stiffness, self.speed))
-
-    @property
-    def _wall_stiffness(self) -> float:
-        return float(wall_stiffness(self.bead, self._plate(1e-3)))
+        return contact_time(self.bead, self.wall, self.speed)
 
     @property
     def stiffness_ratio(self) -> float:
         """Stiffness of the contact between bead and plate over that between two beads."""
-        return self._wall_stiffness / long_waves(self.bead).stiffness
+        return wall_stiffness(self.bead, self.wall) / long_waves(self.bead).stiffness
 
     def plate(self, inelasticity: float) -> hl.Plate:
         """Return a plate of the thickness that gives λ."""

@@ -11,7 +11,7 @@ import hertzlink as hl
 from hertzlink.studies import waves
 from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, Conditions, WrongValue
 from plates.critical_distance import edge_length
-from plates.theory.impact import THESIS_IMPACT, wall_stiffness
+from plates.theory.impact import THESIS_IMPACT
 from structures.reduction import DEFAULT_PULSE
 
 SIDE, IMPACT_SPEED = 0.914, 0.31
@@ -116,7 +116,7 @@ class OnPlate(Conditions):
         if not self.own:
             return UNTIL
         bead = self.sphere(max(self.bead))
-        ratio = wall_stiffness(bead, self.plate(self.thickness[0])) / waves.long_waves(bead).stiffness
+        ratio = waves.wall_stiffness(bead, self.material) / waves.long_waves(bead).stiffness
         longer = max(1.0, (ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4, self.beads / BEADS)
         return float(RECORD * longer * self.contact_time(max(self.bead)))
 

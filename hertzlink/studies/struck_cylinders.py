@@ -68,7 +68,7 @@ class Striking(Conditions):
 
     def wall(self, material: hl.Material) -> float:
         """Return k of a bead on a half-space, N/m^1.5."""
-        return hl.theory.hertz_stiffness(self.sphere.surface, hl.Surface(material))
+        return waves.wall_stiffness(self.sphere, material)
 
     def time_of_flight(self, wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
         """Return TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""

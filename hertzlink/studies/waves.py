@@ -88,10 +88,14 @@ def long_waves(bead: hl.Bead, stiffness: float | None = None, exponent: float = 
     return hl.theory.UniformChain(bead.size, bead.mass, stiffness, exponent)
 
 
-def contact_time(bead: hl.Sphere, wall: hl.Material, speed: float) -> float:
+def wall_stiffness(bead: hl.Bead, wall: hl.Material) -> float:
+    """Return k of a bead on a half-space, N/m^1.5."""
+    return hl.theory.hertz_stiffness(bead.surface, hl.Surface(wall))
+
+
+def contact_time(bead: hl.Bead, wall: hl.Material, speed: float) -> float:
     """Return T_c, s, of a bead that hits a half-space at this speed, m/s (equation 6.8)."""
-    stiffness = hl.theory.hertz_stiffness(bead.surface, hl.Surface(wall))
-    return float(hl.theory.hertz_contact_time(bead.mass, stiffness, speed))
+    return float(hl.theory.hertz_contact_time(bead.mass, wall_stiffness(bead, wall), speed))
 
 
 def widths(wider: float) -> dict[str, float]:
