@@ -1,8 +1,8 @@
 """One tap on a body under a stress or a pressure: what this level changes, and how well one trace gives it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,6 +16,7 @@ from structures.caution import collected
 NOISE = 0.01  # Part of a trace's peak.
 # Of reductions: with the usual one the basis changes with the level by so much that bounds change by 50 %.
 TOLERANCE = 1e-4
+MEASURES = (hl.amplitude_ratio, hl.time_of_flight)
 
 
 @dataclass(frozen=True)
@@ -43,30 +44,34 @@ class Body:
         """Return the levels, Pa, and what they are compared with, as variables."""
         raise NotImplementedError
 
+    @cached_property
+    def _built(self) -> Callable[[float, float], hl.Structure]:
+        return cache(self.built)  # half the runs are of a body that another one had
+
+    def tap(self, level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
+        """Return the chain on the body; stiffness: a factor of its own."""
+        bead = hl.Sphere(0.5 * self.diameter, hl.STEEL_440C)
+        return hl.CoSimulation(hl.Chain([bead] * self.beads, bead, impact_speed), self._built(level, stiffness))
+
+    def bound(self, part: float) -> float:
+        """Return the Cramér–Rao bound of the level, Pa, from one trace, by a part of the usual step."""
+
+        def build(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
+            return self.tap(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
+
+        with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
+            estimate = hl.identifiability(
+                build, NOISE, sensors=[self.sensor], until=self.until,
+                level=1.0, stiffness=1.0, impact_speed=self.speed,
+            )  # fmt: skip
+        return float(estimate.bounds["level"] * self.near * part)
+
     def measured(self, quick: bool, steps: Sequence[float]) -> xr.Dataset:
         """Return AR and TOF over the levels, and the bounds by parts of the usual step, NaN for a part of 0."""
         levels = np.array(self.levels[::2] if quick else self.levels)
-        built, bead = cache(self.built), hl.Sphere(0.5 * self.diameter, hl.STEEL_440C)  # half the bodies come again
-
-        def at(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
-            return hl.CoSimulation(hl.Chain([bead] * self.beads, bead, impact_speed), built(level, stiffness))
-
-        def bound(part: float) -> float:
-            """Return the Cramér–Rao bound of the level, Pa, from one trace."""
-
-            def build(level: float, stiffness: float, impact_speed: float) -> hl.CoSimulation:
-                return at(self.near * (1.0 + part * (level - 1.0)), stiffness, impact_speed)
-
-            with collected():  # that elastic contacts are beyond yield, or wide, is said elsewhere
-                estimate = hl.identifiability(
-                    build, NOISE, sensors=[self.sensor], until=self.until,
-                    level=1.0, stiffness=1.0, impact_speed=self.speed,
-                )  # fmt: skip
-            return float(estimate.bounds["level"] * self.near * part)
-
-        runs = [at(level, 1.0, self.speed).run(self.until) for level in levels.tolist()]
+        runs = [self.tap(level, 1.0, self.speed).run(self.until) for level in levels.tolist()]
         ratios, flights = ([float(read(run, self.sensor)) for run in runs] for read in MEASURES)
-        least, other = (bound(part) if part else np.nan for part in steps)
+        least, other = (self.bound(part) if part else np.nan for part in steps)
         return xr.Dataset(
             {
                 **self.scales(levels),
@@ -77,9 +82,6 @@ class Body:
             },
             {"case": range(levels.size)},
         )
-
-
-MEASURES = (hl.amplitude_ratio, hl.time_of_flight)
 
 
 def over_bodies(axis: str, bodies: Sequence[Body], quick: bool, steps: Sequence[float]) -> xr.Dataset:
