@@ -1,8 +1,8 @@
 """Verdicts on numbers of the thesis: a verdict on a row of a study, computed from its numbers."""
 
 import re
-from collections.abc import Iterable
-from math import inf, isnan, nan
+from collections.abc import Callable, Iterable
+from math import inf, isnan
 from typing import NamedTuple
 
 from hertzlink.studies.table import Row
@@ -19,15 +19,7 @@ each way is a row of its own."""
 SIMULATION_ERROR = 1e-3
 ABOUT = 0.1  # Of a number that the thesis calls approximate.
 NUMBER = r"([-+−]?\d[\d ,]*\.?\d*(?:e[-+]?\d+)?)"
-FORMS = {
-    "fraction": re.compile(r"([-−]?\d+)\s*/\s*(\d+)"),
-    "band": re.compile(rf"{NUMBER}\s*±\s*{NUMBER}"),
-    "range": re.compile(rf"{NUMBER}\s*to\s*{NUMBER}"),
-    "below": re.compile(rf"(?:<|below)\s*{NUMBER}"),
-    "above": re.compile(rf"(?:>|above)\s*{NUMBER}"),
-    "about": re.compile(rf"about\s*{NUMBER}"),
-    "plain": re.compile(NUMBER),
-}
+PLAIN, RANGE = re.compile(NUMBER), re.compile(rf"{NUMBER}\s*to\s*{NUMBER}")
 
 
 class Interval(NamedTuple):
@@ -58,23 +50,21 @@ class Verdict(NamedTuple):
 
 def printed(value: float | str) -> Interval | None:
     """Return what a printed number may stand for, from its last digit, its scatter, or words such as "about"."""
-    said = value.strip() if isinstance(value, str) else _digits(value)
-    said = said.removesuffix("%").removesuffix("times").strip()
-    for form, pattern in FORMS.items():
+    said = _bare(value.strip() if isinstance(value, str) else f"{value:.10g}")
+    for pattern, meaning in FORMS:
         if match := pattern.fullmatch(said):
-            return _interval(form, match.groups())
+            return meaning(*match.groups())
     return None
 
 
 def exact(value: float | str) -> Interval | None:
     """Return a number of ours, or a range of ours, as it stands."""
-    said = repr(float(value)) if not isinstance(value, str) else value.strip()
-    said = said.removesuffix("%").removesuffix("times").strip()
-    if match := FORMS["range"].fullmatch(said):
-        return Interval(*sorted(_number(text) for text in match.groups()))
-    if match := FORMS["plain"].fullmatch(said):
-        return Interval(_number(match[1]), _number(match[1]))
-    return None
+    said = _bare(value.strip() if isinstance(value, str) else repr(float(value)))
+    match = RANGE.fullmatch(said) or PLAIN.fullmatch(said)
+    if match is None:
+        return None
+    ends = sorted(_number(text) for text in match.groups())
+    return Interval(ends[0], ends[-1])
 
 
 def verdict(row: Row) -> Verdict:
@@ -108,47 +98,45 @@ def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
     return {word: words.count(word) for word in VERDICTS}
 
 
-def _interval(form: str, texts: tuple[str, ...]) -> Interval:
-    numbers = [_number(text) for text in texts]
-    if form == "fraction":
-        value = numbers[0] / numbers[1]
-        return Interval(value, value).widened(1e-2) if value > 0.0 else Interval(1.01 * value, 0.99 * value)
-    if form == "band":
-        return Interval(numbers[0] - numbers[1], numbers[0] + numbers[1])
-    if form == "range":
-        low, high = sorted(zip(numbers, texts, strict=True))
-        return Interval(_rounded(*low).low, _rounded(*high).high)
-    if form == "below":
-        return Interval(-inf, numbers[0])
-    if form == "above":
-        return Interval(numbers[0], inf)
-    if form == "about":
-        return Interval(numbers[0], numbers[0]).widened(ABOUT)
-    return _rounded(numbers[0], texts[0])
-
-
-def _digits(value: float) -> str:
-    """Return a printed number that was written as a float: the digits that it needs."""
-    return f"{value:.10g}" if value == value else str(nan)
+def _bare(said: str) -> str:
+    return said.removesuffix("%").removesuffix("times").strip()
 
 
 def _number(said: str) -> float:
     return float(said.replace("−", "-").replace(" ", "").replace(",", ""))
 
 
+def _rounded(said: str) -> Interval:
+    """Return the numbers that give these digits when rounded."""
+    mantissa, _, power = said.replace(" ", "").replace(",", "").partition("e")
+    half = 0.5 * 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+    return _around(_number(said), half)
+
+
+def _around(value: float, half: float) -> Interval:
+    return Interval(value - half, value + half)
+
+
+def _range(first: str, second: str) -> Interval:
+    low, high = sorted((first, second), key=_number)
+    return Interval(_rounded(low).low, _rounded(high).high)
+
+
 def _cut(value: float | str, ours: Interval) -> bool:
     """Return whether ours gives a plain printed number if further digits are cut off, as the thesis does at times."""
-    match = FORMS["plain"].fullmatch(value.strip() if isinstance(value, str) else _digits(value))
+    match = PLAIN.fullmatch(value.strip() if isinstance(value, str) else f"{value:.10g}")
     if not match:
         return False
     number = _number(match[1])
-    unit = 2.0 * (_rounded(number, match[1]).high - number)
-    return number <= ours.low and ours.high < number + unit
+    return number <= ours.low and ours.high < number + 2.0 * (_rounded(match[1]).high - number)
 
 
-def _rounded(value: float, said: str) -> Interval:
-    """Return the numbers that give these digits when rounded."""
-    mantissa, _, power = said.replace(" ", "").replace(",", "").partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    unit = 10.0 ** (int(power or 0) - decimals)
-    return Interval(value - 0.5 * unit, value + 0.5 * unit)
+FORMS: tuple[tuple[re.Pattern[str], Callable[..., Interval]], ...] = (
+    (re.compile(r"([-−]?\d+)\s*/\s*(\d+)"), lambda a, b: _around(_number(a) / _number(b), 0.0).widened(1e-2)),
+    (re.compile(rf"{NUMBER}\s*±\s*{NUMBER}"), lambda value, half: _around(_number(value), _number(half))),
+    (RANGE, _range),
+    (re.compile(rf"(?:<|below)\s*{NUMBER}"), lambda most: Interval(-inf, _number(most))),
+    (re.compile(rf"(?:>|above)\s*{NUMBER}"), lambda least: Interval(_number(least), inf)),
+    (re.compile(rf"about\s*{NUMBER}"), lambda value: _around(_number(value), 0.0).widened(ABOUT)),
+    (PLAIN, _rounded),
+)
