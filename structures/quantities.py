@@ -7,6 +7,7 @@ that is perhaps in another unit, its entry in case files, its unit in reports an
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isfinite, pi
+from numbers import Real
 from typing import Annotated
 
 from structures.caution import caution
@@ -97,7 +98,8 @@ class Quantity:
                 raise ValueError(f"{name} = {value!r}: must lie {range_}")
             return number
         if self.or_zero and self.low > 0.0:
-            return 0.0 if value == 0.0 else within(name, value, self.low, self.high, self.unit)
+            none = isinstance(value, Real) and value == 0.0  # an array has no truth value
+            return 0.0 if none else within(name, value, self.low, self.high, self.unit)
         if self.or_zero and self.high < inf:
             return between(name, value, 0.0, self.high, self.unit)
         if self.or_zero:

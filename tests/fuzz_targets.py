@@ -763,7 +763,7 @@ def _measures() -> dict[str, Target]:
             hl.numerical_error,
             {"build": against, "until": 1e-4, "sensor": 2, "speed": 0.3},
             lambda one: one,
-            {"speed": (0.0, -0.3, np.nan, "x"), "sensor": HUGE[0], "until": (1e-12, 1.0)},
+            {"speed": (0.0, -0.3, np.nan, "x"), "sensor": (0, 99, *HUGE), "until": (1e-12, 1.0)},
             LONG,
             infinite=True,
         ),

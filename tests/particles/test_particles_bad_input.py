@@ -63,6 +63,8 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
         (CHAIN, {"beads": None}, "beads = None"),
         (CHAIN, {"beads": BALL}, "beads = Sphere"),
         (CHAIN, {"impact_speed": 10**400}, "impact_speed = "),
+        (CHAIN, {"impact_speed": np.ones((2, 2))}, "impact_speed = .*must be a finite number of m/s"),
+        (CHAIN, {"impact_speed": np.array([])}, "impact_speed = .*must be a finite number of m/s"),
         (CHAIN, {"beads": ["steel"]}, r"beads\[0\] = 'steel': must be a bead"),
         (CHAIN, {"beads": [body(mass=None)]}, r"beads\[0\]: mass = None: must be a finite number of kg"),
         (CHAIN, {"beads": [body(mass="3 g")]}, r"beads\[0\]: mass = '3 g': must be a finite number of kg"),
