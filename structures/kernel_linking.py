@@ -41,12 +41,13 @@ class Called(JITCodeLibrary):  # type: ignore[misc]
     """The code of a kernel that Python calls. The part that takes its arguments from Python runs once a call, but is
     long, so it is not optimised."""
 
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Add code that is not optimised yet."""
+        for function in ir_module.functions:
             if function.name.startswith(FROM_PYTHON) and not function.is_declaration:
-                function.add_function_attribute("noinline")
-                function.add_function_attribute("optnone")
-        super()._optimize_final_module()
+                function.attributes.add("noinline")
+                function.attributes.add("optnone")
+        super().add_ir_module(ir_module)
 
 
 class Codegen(JITCPUCodegen):  # type: ignore[misc]
