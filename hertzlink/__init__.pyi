@@ -7,6 +7,8 @@ from coupling.inference.identify import identify as identify
 from coupling.inference.information import best_sensors as best_sensors
 from coupling.inference.information import identifiability as identifiability
 from coupling.inference.numerical_error import numerical_error as numerical_error
+from coupling.inference.sensitivities import sensitivities as sensitivities
+from coupling.inference.uncertainty import uncertainty as uncertainty
 from coupling.interface import ContactPoint as ContactPoint
 from coupling.participant import Participant as Participant
 from coupling.ports.fmu import write_fmu as write_fmu

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from structures.kernel_cache import inner
+from structures.kernels.duals import value_of
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -133,7 +134,7 @@ class Hertz(NamedTuple):
 @inner(forceinline=True)
 def bucket(overlap: float) -> int:
     """Return which cubic holds an overlap: exponent and leading bits of a float count the buckets."""
-    bits: Any = np.float64(overlap).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
+    bits: Any = np.float64(value_of(overlap)).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
     return min(max(bits - ((EXPONENT_BIAS + LOWEST) << BUCKET_BITS), 0), BUCKETS * OCTAVES - 1)
 
 

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
+from structures.kernels.duals import Lane, Lanes, as_duals
 from structures.kernels.pieces import OPTIONS, Function
 from structures.structure import Vector
 
@@ -52,6 +53,8 @@ def _text(kind: Any, place: str, pieces: dict[str, Any]) -> str:
         return f"{place}.values[run * {place}.step]"
     if piece is Columns:
         return f"{place}.values[{':, ' * (kind.types[0].ndim - 1)}run]"
+    if piece in (Lanes, Lane):
+        return f"as_duals({place}.values, run){'[0]' if piece is Lane else ''}"
     if not hasattr(kind, "types"):
         return place
     parts = ", ".join(_text(part, f"{place}[{i}]", pieces) for i, part in enumerate(kind.types))
@@ -66,7 +69,7 @@ def _choose(family: Any, run: Any) -> Function:
     Numba builds a tuple of several types only where the source writes each of its parts; and a function that counts no
     references returns arrays within a tuple only.
     """
-    pieces: dict[str, Any] = {}
+    pieces: dict[str, Any] = {"as_duals": as_duals}
     exec(f"def build(family, run):\n    return {_text(family, 'family', pieces)}", pieces)
     build: Function = pieces["build"]
     return build

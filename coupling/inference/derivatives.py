@@ -1,0 +1,301 @@
+"""Exact derivatives of a run by the parameters of the function that builds it.
+
+A parameter changes the numbers that a run is made of: masses, stiffnesses, oscillators. These are smooth functions of
+it, so differences of order four give their derivatives to some eleven digits. The run's own derivative, through
+thousands of steps and through contacts that open and close, is exact: dual numbers carry it along with the run.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from math import ceil
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from coupling.cosimulation import CoSimulation
+from coupling.engine import Engine, structure_piece
+from coupling.interface import FIRST
+from coupling.kernels.agreement import Contacts
+from coupling.kernels.records import Run
+from coupling.kernels.tangents import Model, Moving, Tangents
+from coupling.loops import UNBROKEN, is_compiled
+from coupling.plan import Plan
+from coupling.recording.frames import Frames, Kept
+from coupling.schemes.windows import Adaptive
+from particles.kernels.motion import WORK_ROWS
+from structures.checks import instance
+from structures.kernels.duals import DIRECTIONS, LANES, Lane, Lanes
+from structures.kernels.linear import Oscillators
+from structures.structure import Vector
+
+Build: TypeAlias = Callable[..., CoSimulation]
+
+STEP = 1e-4
+"""Of a parameter, of its value: the step of the differences."""
+
+PLACES = (-2.0, -1.0, 1.0, 2.0)
+"""Of the differences, in steps."""
+
+WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+"""Of the differences of order four."""
+
+NUDGE = 1e-9
+"""Part of its value by which a parameter is moved that gives a run of another kind at this value alone."""
+
+ROUNDING = 1e-12
+"""Part of a number by which it changes without reason."""
+
+
+class Numbers(NamedTuple):
+    """What a run is made of: pieces of its chains, of its structures over a window, and its start."""
+
+    chains: tuple[Any, ...]
+    structure: Any
+    compliance: Vector
+    static: Vector
+    y: Vector
+    v: Vector
+
+
+class _Parameter(NamedTuple):
+    """The numbers of runs at the places around a parameter's value, and the step between them."""
+
+    name: str
+    around: list[CoSimulation]
+    step: float
+
+
+class Derivatives(NamedTuple):
+    """Derivatives of what was kept, for each parameter."""
+
+    force: dict[str, Vector]
+    """Saved times × contacts, N per unit of the parameter."""
+    velocity: dict[str, Vector]
+    """Saved times × bodies, m/s per unit."""
+    doubt: dict[str, float]
+    """Part of the largest derivative of a force by which differences of lower order change it."""
+
+
+def differentiate(
+    simulation: CoSimulation, build: Build, parameters: Mapping[str, float], plan: Plan, kept: Kept
+) -> tuple[Frames, Derivatives]:
+    """Do a run and return its frames, and their derivatives by the parameters of the function that builds it."""
+    check_differentiable(simulation)
+    around = parameters_around(build, parameters)
+    nudged = {
+        name: value * (1.0 + NUDGE) if _kinds(runs.around[0]) != _kinds(simulation) else value
+        for (name, value), runs in zip(parameters.items(), around, strict=True)
+    }
+    usual = simulation
+    if nudged != parameters:
+        # A law that is Hertz's at this value only is a table next to it, for all parameters.
+        usual, around = build(**nudged), parameters_around(build, nudged)
+    frames = Frames(simulation.interface, plan.rows, kept)
+    engine = TangentEngine(simulation, usual, plan, frames, around)
+    run, row = engine.start(), 0
+    effort = sum(chain.steps(plan.length) * chain.rest.size for chain in simulation.interface.chains)
+    rows = max(1, int(UNBROKEN / effort / (1 + len(engine.groups))) // plan.stride)
+    while row < plan.rows - 1:
+        last = min(row + rows, plan.rows - 1)
+        engine.advance(run, row * engine.stride, last * engine.stride)
+        row = last
+    return frames, engine.derivatives(list(parameters))
+
+
+def _kinds(simulation: CoSimulation) -> list[str]:
+    """Return the kinds of pieces of which the chains of a run are made."""
+    return [repr(_types(chain.model)) for chain in simulation.interface.chains]
+
+
+def _types(piece: Any) -> Any:
+    return type(piece), tuple(map(_types, piece)) if isinstance(piece, tuple) else ()
+
+
+def check_differentiable(simulation: Any) -> None:
+    """Raise a ValueError for a co-simulation whose derivatives dual numbers do not carry."""
+    simulation = instance("build(...)", simulation, CoSimulation, "a CoSimulation")
+    if isinstance(simulation.window, Adaptive):
+        raise ValueError("build(...): has adaptive windows, which jump with a parameter; give a window in s, or none")
+    if not is_compiled(simulation.interface, simulation.scheme) or simulation.interface.closing is not None:
+        raise ValueError(
+            f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), and structures that are linear, "
+            "small (use reduce) and without gaps"
+        )
+
+
+def parameters_around(build: Build, parameters: Mapping[str, float]) -> list[_Parameter]:
+    """Return the co-simulations around the value of each parameter, by which the numbers of runs are differentiated."""
+    around = []
+    for name, value in parameters.items():
+        step = STEP * abs(value)
+        runs = [build(**{**parameters, name: value + place * step}) for place in PLACES]
+        runs = [instance("build(...)", run, CoSimulation, "a CoSimulation") for run in runs]
+        around.append(_Parameter(name, runs, step))
+    return around
+
+
+def numbers_of(simulation: CoSimulation, length: float) -> Numbers:
+    """Return what a run with windows of a length, s, is made of."""
+    interface = simulation.interface
+    starts = [chain.start() for chain in interface.chains]
+    return Numbers(
+        tuple(chain.model for chain in interface.chains),
+        *structure_piece(interface, interface.structures, length),
+        interface.static,
+        np.concatenate([state.position for state in starts]),
+        np.concatenate([state.velocity for state in starts]),
+    )
+
+
+def aligned(piece: Any, usual: Any) -> Any:
+    """Return oscillators with the signs of others: the sign of a mode is arbitrary."""
+    if not isinstance(piece, Oscillators) or piece.contact.shape != usual.contact.shape:
+        return piece
+    sign = np.where((piece.contact * usual.contact).sum(axis=0) < 0.0, -1.0, 1.0)
+    return piece._replace(contact=piece.contact * sign, response=piece.response * np.tile(sign, 2))
+
+
+def over_leaves(function: Callable[..., Any], *pieces: Any) -> Any:
+    """Return a piece whose arrays and numbers a function makes from those of pieces of the same type."""
+    first = pieces[0]
+    if isinstance(first, tuple):
+        parts = [over_leaves(function, *parts) for parts in zip(*pieces, strict=True)]
+        return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+    return function(*pieces)
+
+
+def _is_number(leaf: Any) -> bool:
+    return isinstance(leaf, float) or (isinstance(leaf, np.ndarray) and leaf.dtype == float)
+
+
+def _shape(piece: Any) -> Any:
+    """Return types and shapes of all that a piece holds."""
+    if isinstance(piece, tuple):
+        return type(piece), tuple(map(_shape, piece))
+    return np.shape(piece) if _is_number(piece) else (np.shape(piece), np.asarray(piece).tobytes())
+
+
+def rates_of(name: str, around: Sequence[Numbers], step: float) -> tuple[Numbers, Numbers]:
+    """Return the derivatives of numbers from those around, and by how much those of order two differ from them.
+
+    Raises a ValueError where the numbers change their kind or count.
+    """
+    if len({repr(_shape(numbers)) for numbers in around}) > 1:
+        raise ValueError(
+            f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
+            "may; fix the mesh (cells), or reduce with another tolerance"
+        )
+
+    def rate(*leaves: Any) -> Any:
+        if not _is_number(leaves[0]):
+            return leaves[0]
+        values = np.array(leaves)
+        moves = np.ptp(values, axis=0) > ROUNDING * abs(values).max(axis=0)
+        return np.where(moves, np.tensordot(WEIGHTS, values, 1) / step, 0.0)
+
+    def doubt(fine: Any, *leaves: Any) -> Any:
+        return np.where(fine != 0.0, fine - (leaves[2] - leaves[1]) / (2.0 * step), 0.0) if _is_number(fine) else fine
+
+    rates = over_leaves(rate, *around)
+    return rates, over_leaves(doubt, rates, *around)
+
+
+def zeros(*shape: int) -> Vector:
+    """Return dual numbers that are zero, each within a line of the cache: they take half the time."""
+    memory = np.zeros(int(np.prod(shape)) * LANES + LANES)
+    start = -memory.ctypes.data % (memory.itemsize * LANES) // memory.itemsize
+    return memory[start : start + memory.size - LANES].reshape(*shape, LANES)
+
+
+class TangentEngine(Engine):
+    """The compiled loop with a recorder that carries derivatives along."""
+
+    def __init__(
+        self, simulation: CoSimulation, usual: CoSimulation, plan: Plan, frames: Frames, parameters: list[_Parameter]
+    ) -> None:
+        scheme: Any = simulation.scheme
+        super().__init__(simulation.interface, scheme, plan, frames.saved)
+        self.simulation, self.parameters, self.frames = usual, parameters, frames
+        directions = self.interface.size + 2 * len(parameters)
+        self.groups = range(ceil(directions / DIRECTIONS))
+        self.moving = self._moving(*self._rates(self.length))
+        rows, groups = plan.rows, len(self.groups)
+        self.force = zeros(groups, rows, frames.sensors.force.shape[1])
+        self.velocity = zeros(groups, rows, frames.sensors.velocity.shape[1])
+        self._recorders: dict[float, Tangents] = {}
+
+    def _rates(self, length: float) -> tuple[Numbers, list[Numbers]]:
+        """Return the numbers of the run; and for each parameter their derivatives, and the doubt about these."""
+        usual, rates = numbers_of(self.simulation, length), list[Numbers]()
+        for name, simulations, step in self.parameters:
+            around = [numbers_of(simulation, length) for simulation in simulations]
+            around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
+            rates += rates_of(name, around, step)
+        return usual, rates
+
+    def _dual(self, usual: Any, rates: Sequence[Any]) -> Any:
+        """Return a piece in dual numbers."""
+
+        def dual(value: Any, *slopes: Any) -> Any:
+            if not _is_number(value):
+                return value
+            values = self._lanes(np.atleast_1d(np.asarray(value)), [np.atleast_1d(slope) for slope in slopes])
+            return Lane(values) if np.ndim(value) == 0 else Lanes(values)
+
+        return over_leaves(dual, usual, *rates)
+
+    def _lanes(self, value: Vector, slopes: Sequence[Vector]) -> Vector:
+        """Return dual numbers as groups × shape × LANES. The first directions are those of the surfaces."""
+        lanes = zeros(len(self.groups), *value.shape)
+        lanes[..., 0] = value
+        for number, slope in enumerate(slopes, self.interface.size):
+            lanes[number // DIRECTIONS, ..., 1 + number % DIRECTIONS] = slope
+        return lanes
+
+    def _moving(self, usual: Numbers, rates: Sequence[Numbers]) -> Moving:
+        """Return the start of the run in dual numbers."""
+        groups, contacts, coordinates = len(self.groups), self.interface.size, usual.y.size
+        state, saved = np.zeros(self._state_size), self.frames.sensors.force.shape[1]
+        return Moving(
+            self._lanes(usual.y, [rate.y for rate in rates]),
+            self._lanes(usual.v, [rate.v for rate in rates]),
+            self._lanes(state, []),
+            self._lanes(state, []),
+            zeros(groups, 3, contacts),
+            zeros(groups, 2, contacts),
+            zeros(1, WORK_ROWS, coordinates),
+            zeros(1, saved),
+        )
+
+    def recorder_of(self, length: float) -> Tangents:
+        """Return the recorder for windows of a length, s."""
+        if length not in self._recorders:
+            usual, rates = self._rates(length)
+            model = Model(
+                self._dual(usual.chains, [rate.chains for rate in rates]),
+                self._dual(usual.structure, [rate.structure for rate in rates]),
+                self._dual(usual.compliance, [rate.compliance for rate in rates]),
+                self._dual(usual.static, [rate.static for rate in rates]),
+            )
+            contacts = self.interface.size
+            _, plan = self.of_length(length)
+            behind = np.array([contact.end == FIRST for contact in self.interface.contacts])
+            plan = Contacts(plan.static, plan.compliance, plan.steps, behind, self.interface.begin, self.quadratic)
+            self._recorders[length] = Tangents(
+                self.frames.saved, self.frames.sensors, plan, model, self.moving, np.zeros((contacts, contacts)),
+                np.zeros(contacts), self.force, self.velocity,
+            )  # fmt: skip
+        return self._recorders[length]
+
+    def _move(self, run: Run, length: float, windows: tuple[int, int, int, int]) -> Any:
+        pieces = run, self.chains, *self.of_length(length), self.search, self.recorder_of(length), self.trial
+        return self.kernel(*pieces, self.interface.begin, length, windows)
+
+    def derivatives(self, names: Sequence[str]) -> Derivatives:
+        """Return what was kept, by parameter."""
+        force, velocity, doubt = dict[str, Vector](), dict[str, Vector](), dict[str, float]()
+        for number, name in enumerate(names):
+            (group, lane), (other, beside) = (divmod(self.interface.size + 2 * number + i, DIRECTIONS) for i in (0, 1))
+            force[name], velocity[name] = self.force[group, ..., 1 + lane], self.velocity[group, ..., 1 + lane]
+            largest = float(abs(force[name]).max())
+            doubt[name] = float(abs(self.force[other, ..., 1 + beside]).max()) / largest if largest > 0.0 else 0.0
+        return Derivatives(force, velocity, doubt)

@@ -1,0 +1,252 @@
+"""Uncertainty budgets: what the uncertainties of parameters do to AR and TOF.
+
+References
+----------
+JCGM 100:2008, Guide to the Expression of Uncertainty in Measurement (GUM), equations 10 and 11a; JCGM 101:2008, its
+supplement on the propagation of distributions by sampling.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from inspect import Parameter, signature
+from math import isfinite, sqrt
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.inference.derivatives import Build
+from coupling.inference.identification import LINE
+from coupling.inference.sensitivities import Measure, sensitivities, waves_at
+from coupling.results.findings import warn
+from coupling.sweeps.batch import batch
+from structures.checks import finite, positive, short, whole
+from structures.html_table import html_table
+from structures.structure import Vector
+from structures.units import in_si, readable
+
+SEED = 0
+
+CURVED = 0.05
+"""Part by which a sampled standard uncertainty differs from the propagated one where a measure is not linear."""
+
+SURE = 2.0
+"""Standard errors of the sampled standard uncertainty that such a difference must exceed."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """The uncertainty budget of AR, TOF or another measure; returned by `uncertainty`.
+
+    Parameters
+    ----------
+    value : dict
+        The measure at the values of the parameters, by name.
+    standard : dict
+        Its standard uncertainty by the law of propagation.
+    shares : dict
+        For each parameter its part of the variance of each measure, from 0 to 1.
+    inputs : dict
+        Value and standard uncertainty of each parameter, in SI units.
+    sampled : dict
+        Mean and standard deviation of each measure over the sampled runs; empty where none were asked for.
+    units : dict
+        Of the measures.
+    warnings : list of str
+        What the user must know.
+
+    Examples
+    --------
+    >>> from coupling.inference.uncertainty import Uncertainty
+    >>> budget = Uncertainty({"AR": 0.5}, {"AR": 0.01}, {"radius": {"AR": 1.0}}, {"radius": (4.76e-3, 1e-5)})
+    >>> print(budget)
+    AR = 0.5 ± 0.01
+      100 %  radius = 0.00476 ± 1e-05
+    """
+
+    value: dict[str, float]
+    standard: dict[str, float]
+    shares: dict[str, dict[str, float]]
+    inputs: dict[str, tuple[float, float]]
+    sampled: dict[str, tuple[float, float]] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def _shown(self, name: str, number: float, digits: int) -> str:
+        unit = self.units.get(name, "")
+        return readable(number, unit, digits) if unit not in ("", "1") else f"{number:.{digits}g}"
+
+    def __str__(self) -> str:
+        lines = []
+        for name, value in self.value.items():
+            sampled = ""
+            if name in self.sampled:
+                sampled = f"  (sampled: ± {self._shown(name, self.sampled[name][1], 2)})"
+            lines.append(
+                f"{name} = {self._shown(name, value, 4)} ± {self._shown(name, self.standard[name], 2)}{sampled}"
+            )
+            for parameter in sorted(self.inputs, key=lambda one: -self.shares[one][name]):
+                number, spread = self.inputs[parameter]
+                lines.append(
+                    f"  {100.0 * self.shares[parameter][name]:3.0f} %  {parameter} = {number:.4g} ± {spread:.2g}"
+                )
+        lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{self._shown(name, value, 4)} ± {self._shown(name, self.standard[name], 2)}")
+                for name, value in self.value.items()]  # fmt: skip
+        return html_table("Uncertainty", rows)
+
+
+def uncertainty(
+    build: Build, until: float, sensor: int, measure: Measure | None = None, draws: int = 0, seed: int = SEED,
+    **spreads: float | str,
+) -> Uncertainty:  # fmt: skip
+    """Return the standard uncertainty of AR and TOF that follows from those of parameters, and the share of each.
+
+    Parameters
+    ----------
+    build : callable
+        Takes the parameters by name, each with its value as default, and returns a CoSimulation; see `sensitivities`.
+    until : float
+        Length of the run, s.
+    sensor : int
+        Number of the bead whose AR and TOF are asked for.
+    measure : callable, optional
+        Another measure, as for `sensitivities`; it returns one number for each run.
+    draws : int
+        Runs with parameters drawn from normal distributions, which show whether the measure is linear over the
+        uncertainties. By default none.
+    seed : int
+        Of the draws.
+    **spreads : float or str
+        Standard uncertainty of each parameter: in SI units, with a unit as "0.01 mm", or as part of the value, "2 %".
+
+    Returns
+    -------
+    Uncertainty
+        Value, standard uncertainty and shares; ``print`` shows the budget.
+
+    Raises
+    ------
+    ValueError
+        For a parameter without a default value, an uncertainty that is none, and as `sensitivities`.
+
+    Warns
+    -----
+    HertzlinkWarning
+        Where the sampled standard uncertainty differs from the propagated one, because the measure is not linear; and
+        as `sensitivities`.
+
+    Notes
+    -----
+    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ².
+
+    References
+    ----------
+    JCGM 100:2008, equation 10.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus=3e9, impact_speed=0.3):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 12, bead, impact_speed), wall)
+    >>> print(hl.uncertainty(build, until=6e-4, sensor=6, modulus="5 %", impact_speed="0.01 m/s"))
+    amplitude_ratio = 0.9165 ± 0.00063
+      100 %  modulus = 3e+09 ± 1.5e+08
+        0 %  impact_speed = 0.3 ± 0.01
+    time_of_flight = 376.8 µs ± 4.3 µs
+       66 %  modulus = 3e+09 ± 1.5e+08
+       34 %  impact_speed = 0.3 ± 0.01
+    """
+    values = _defaults(build, spreads)
+    inputs = {name: (value, _spread(name, spreads[name], value)) for name, value in values.items()}
+    measure = measure or _of_sensor(sensor)
+    run = sensitivities(build, until, [sensor], measure=measure, **values)
+    names = [
+        str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in ("contact_force", "velocity")
+    ]
+    deviations = np.array([spread for _, spread in inputs.values()])
+    value, standard = dict[str, float](), dict[str, float]()
+    shares: dict[str, dict[str, float]] = {name: {} for name in inputs}
+    for name in names:
+        parts = (_single(name, run[f"{name}_derivative"].values) * deviations) ** 2
+        value[name], standard[name] = float(run[name].values.item()), sqrt(float(parts.sum()))
+        for parameter, part in zip(inputs, parts, strict=True):
+            shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
+    notes = [line for line in run.attrs.get("warnings", "").splitlines() if line]
+    sampled = dict[str, tuple[float, float]]()
+    if draws:
+        sampled = _sampled(build, until, sensor, measure, inputs, whole("draws", draws), seed, names)
+        curved = [_curved(name, standard[name], sampled[name][1], draws) for name in names]
+        warn(curved := [note for note in curved if note])
+        notes += curved
+    units = {name: str(run[name].attrs.get("units", "1")) for name in names}
+    return Uncertainty(value, standard, shares, inputs, sampled, units, notes)
+
+
+def _of_sensor(sensor: int) -> Measure:
+    measure = waves_at([sensor])
+    return lambda runs: measure(runs).isel(sensor=0, drop=True)
+
+
+def _defaults(build: Any, spreads: Mapping[str, Any]) -> dict[str, float]:
+    """Return the values of the parameters that are uncertain: the defaults of the function."""
+    if not spreads:
+        raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
+    if not callable(build):
+        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
+    parameters, values = signature(build).parameters, dict[str, float]()
+    for name in spreads:
+        if name not in parameters:
+            raise ValueError(f"{name}: is no parameter of build, which takes {', '.join(parameters) or 'nothing'}")
+        if parameters[name].default is Parameter.empty:
+            raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
+        values[name] = finite(name, parameters[name].default)
+    return values
+
+
+def _spread(name: str, text: Any, value: float) -> float:
+    """Return a standard uncertainty in SI units."""
+    if not isinstance(text, str):
+        return positive(name, text)
+    part = text.strip()
+    number = in_si(part.removesuffix("%")) * abs(value) / 100.0 if part.endswith("%") else in_si(part)
+    if not (isfinite(number) and number > 0.0):
+        raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
+    return number
+
+
+def _single(name: str, slopes: Vector) -> Vector:
+    if slopes.ndim > 1:
+        raise ValueError(f"measure(runs): {name} has the shape {slopes.shape[1:]} for each run; must be one number")
+    return slopes
+
+
+def _sampled(
+    build: Build, until: float, sensor: int, measure: Measure, inputs: Mapping[str, tuple[float, float]], draws: int,
+    seed: int, names: list[str],
+) -> dict[str, tuple[float, float]]:  # fmt: skip
+    """Return mean and standard deviation of each measure over runs with parameters drawn at random."""
+    random = np.random.default_rng(seed)
+    columns: dict[str, Any] = {
+        name: (value + spread * random.standard_normal(draws)).tolist() for name, (value, spread) in inputs.items()
+    }
+    runs = batch(build, until, sensors=[sensor], measure=measure, **columns)
+    tables = runs if isinstance(runs, xr.Dataset) else runs.to_dataset(name=names[0])
+    return {name: (float(np.nanmean(tables[name])), float(np.nanstd(tables[name], ddof=1))) for name in names}
+
+
+def _curved(name: str, standard: float, sampled: float, draws: int) -> str:
+    """Return what the user must know where a measure is not linear over the uncertainties, else nothing."""
+    away = abs(sampled / standard - 1.0) if standard > 0.0 else 0.0
+    if away < CURVED + SURE / sqrt(2.0 * draws):
+        return ""
+    return (
+        f"{name}: is not linear over these uncertainties; {draws} sampled runs give {sampled / standard:.2f} times the "
+        "standard uncertainty of the law of propagation"
+    )

@@ -1,0 +1,254 @@
+"""Derivatives of a run: dual numbers that follow each window on which chains and structures agree.
+
+A window's forces solve an equation, so their derivatives solve the linear equation that belongs to it. With F the mean
+forces, w the surfaces at the end and answer(w, p) what the chains answer, F = answer(w_free(p) + C(p) F, p):
+
+    (I − A C) dF = dA,   A = ∂answer/∂w,   dA = the answer's derivative where the forces are held.
+
+The chains therefore carry some directions more than were asked for: the surface of each contact at the window's end.
+These come first. Direction d lies in group d // DIRECTIONS, in entry 1 + d % DIRECTIONS of the dual numbers.
+
+References
+----------
+Griewank and Walther, Evaluating Derivatives, 2nd ed. (SIAM 2008), section 15.1: derivatives of implicit functions.
+"""
+
+from typing import Any, NamedTuple
+
+from coupling.kernels.agreement import PIECES
+from coupling.kernels.recorders import reads_structure, record
+from particles.kernels.motion import advance, contact_forces
+from structures.kernel_cache import inner
+from structures.kernels.arrays import solve
+from structures.kernels.duals import DIRECTIONS, Lanes, as_duals
+from structures.kernels.families import of_run
+from structures.kernels.linear import let_go, push, read
+from structures.kernels.pieces import for_each
+from structures.structure import Vector
+
+
+class Model(NamedTuple):
+    """What a run is made of, in dual numbers; the structure and the compliance are those of windows of one length."""
+
+    chains: Any
+    """ChainModels."""
+    structure: Any
+    compliance: Lanes
+    """K × K, m/N."""
+    static: Lanes
+    """K, N."""
+
+
+class Moving(NamedTuple):
+    """The state of a run in dual numbers, as plain numbers: groups × shape × LANES."""
+
+    y: Vector
+    """Coordinates of all chains, m; and velocities, m/s."""
+    v: Vector
+    body: Vector
+    """The state of the structures, without the response to the pending forces; and where no force acts, at the end."""
+    free: Vector
+    surface: Vector
+    """Rows of K displacements, m: at the end of the last window, of the one before it, and of the one that is tried."""
+    force: Vector
+    """Two rows of K: mean forces of the last window, pending; and what the chains answer to the surfaces, N."""
+    work: Vector
+    """Work space of chains."""
+    saved: Vector
+    """Forces of contacts, work space."""
+
+
+class Tangents(NamedTuple):
+    """A recorder that carries the derivatives along and keeps those of forces and velocities."""
+
+    values: Any
+    """The recorder of the run itself; and the Sensors in it."""
+    sensors: Any
+    plan: Any
+    """Contacts: numbers of steps, and which contact is behind."""
+    model: Any
+    moving: Any
+    matrix: Vector
+    """K × K, and K numbers: work space."""
+    right: Vector
+    force: Vector
+    """Groups × saved times × contacts × LANES, N per unit of each parameter."""
+    velocity: Vector
+    """Groups × saved times × bodies × LANES."""
+
+    @staticmethod
+    def reads_structure(recorder: Any, row: int) -> bool:
+        return reads_structure(recorder.values, row)
+
+    @staticmethod
+    def watch(recorder: Any, run: Any, trial: Any, t: float, window: float) -> None:
+        """Move the dual numbers on over a window that is agreed, before the run takes it over."""
+        for group in range(recorder.force.shape[0]):
+            move_group(recorder, group, run, trial, t, window)
+        join_groups(recorder, trial)
+
+    @staticmethod
+    def record(
+        recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
+    ) -> None:
+        record(recorder.values, row, t, run, chains, structure, begin, work)
+        for group in range(recorder.force.shape[0]):
+            save_group(recorder, group, row, t, run, begin)
+
+
+@inner()
+def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window: float) -> None:
+    """Move the dual numbers of a group on over a window whose forces are held, and its surfaces at the end."""
+    moving, plan, count = recorder.moving, recorder.plan, trial.contact.size
+    chains, structure = of_run(recorder.model.chains, group), of_run(recorder.model.structure, group)
+    compliance, static = (
+        as_duals(recorder.model.compliance.values, group),
+        as_duals(recorder.model.static.values, group),
+    )
+    body, free, force = as_duals(moving.body, group), as_duals(moving.free, group), as_duals(moving.force, group)
+    surface = as_duals(moving.surface, group)
+    for i in range(run.y.size):
+        moving.y[group, i, 0], moving.v[group, i, 0] = run.y[i], run.v[i]
+        for k in range(count if group == 0 else 0):
+            moving.y[0, i, 1 + k], moving.v[0, i, 1 + k] = 0.0, 0.0
+    for k in range(count):
+        push(structure, k, force[0, k], body)
+    let_go(structure, body, free)
+    for k in range(count):
+        place = read(structure, k, free)
+        for j in range(count):
+            place += compliance[k, j] * trial.contact[j].force
+        surface[2, k] = place
+        moving.surface[group, 2, k, 0], moving.surface[group, 0, k, 0] = (
+            trial.contact[k].surface,
+            run.contact[k].surface,
+        )
+        if group == 0:
+            moving.surface[0, 2, k, 1 + k] = 1.0
+        force[1, k] = 0.0
+    bends = plan.quadratic and run.totals[0].remembered > 0
+    last = run.window[0].length if bends else window
+    y, v, work = as_duals(moving.y, group), as_duals(moving.v, group), as_duals(moving.work, 0)
+    answer_chains(chains, 0, plan, t, window, last, bends, y, v, surface, static, force, work)
+    for i in range(body.size):
+        body[i] = free[i]
+
+
+@inner()
+def corner(surface: Any, k: int, part: float, window: float, last: float, bends: bool) -> Any:
+    """Return the displacement of a surface after a part of a window, along a straight line or a parabola."""
+    before, end = surface[0, k], surface[2, k]
+    place = before + part * (end - before)
+    if bends and part < 1.0:
+        bend = 2.0 * ((end - before) / window - (before - surface[1, k]) / last) / (window + last)
+        place += 0.5 * bend * window**2 * part * (part - 1.0)
+    return place
+
+
+@inner()
+def answer_chain(
+    chain: Any, c: int, plan: Any, t: float, window: float, last: float, bends: bool, y: Any, v: Any, surface: Any,
+    static: Any, force: Any, work: Any,
+) -> None:  # fmt: skip
+    """Move chain c against its surfaces, and put its answers into the second row of `force`."""
+    first, end, ahead, behind = plan.begin[c, 0], plan.begin[c + 1, 0], plan.begin[c, 1], plan.begin[c + 1, 1] - 1
+    back = behind if plan.behind[behind] else -1
+    pieces = PIECES if bends else 1
+    steps, y, v = plan.steps[c, 1 if bends else 0], y[first:end], v[first:end]
+    for p in range(pieces):
+        begin = corner(surface, ahead, p / pieces, window, last, bends)
+        place, after = corner(surface, ahead, (p + 1) / pieces, window, last, bends), begin
+        if back >= 0:
+            before = corner(surface, back, p / pieces, window, last, bends)
+            after = corner(surface, back, (p + 1) / pieces, window, last, bends)
+            y[0], v[0] = chain.rest - before, (before - after) * (pieces / window)
+        front, rear, _, _ = advance(
+            chain, y, v, work[:, first:end], t + p * window / pieces, window / pieces, begin, place, steps, 0
+        )
+        force[1, ahead] += (front - static[ahead]) / pieces
+        if back >= 0:
+            y[0] = chain.rest - after
+            force[1, back] += (rear - static[back]) / pieces
+
+
+answer_chains = for_each(answer_chain)
+
+
+@inner()
+def join_groups(recorder: Any, trial: Any) -> None:
+    """Let the forces and the surfaces of a window agree in all directions."""
+    moving, count, compliance = recorder.moving, trial.contact.size, recorder.model.compliance.values
+    matrix, right = recorder.matrix, recorder.right
+    for group in range(moving.y.shape[0]):
+        for lane in range(1, DIRECTIONS + 1):
+            if group > 0 or lane > count:
+                for k in range(count):
+                    right[k] = moving.force[group, 1, k, lane]
+                    for j in range(count):
+                        matrix[k, j] = 1.0 if j == k else 0.0
+                        for i in range(count):
+                            matrix[k, j] -= moving.force[0, 1, k, 1 + i] * compliance[0, i, j, 0]
+                solve(matrix, right, count)
+                correct(moving, group, lane, compliance[0], right)
+        for k in range(count):
+            for lane in range(DIRECTIONS + 1):
+                moving.surface[group, 1, k, lane] = moving.surface[group, 0, k, lane]
+                moving.surface[group, 0, k, lane] = moving.surface[group, 2, k, lane]
+            moving.force[group, 0, k, 0] = trial.contact[k].force
+            for lane in range(1, count + 1 if group == 0 else 1):
+                moving.surface[group, 0, k, lane] = 0.0
+
+
+@inner()
+def correct(moving: Any, group: int, lane: int, compliance: Vector, change: Vector) -> None:
+    """Add to a direction what the derivatives of the forces do to surfaces and chains."""
+    for k in range(change.size):
+        moving.force[group, 0, k, lane] = change[k]
+        way = 0.0
+        for j in range(change.size):
+            way += compliance[k, j, 0] * change[j]
+        moving.surface[group, 2, k, lane] += way
+        for i in range(moving.y.shape[1]):
+            moving.y[group, i, lane] += moving.y[0, i, 1 + k] * way
+            moving.v[group, i, lane] += moving.v[0, i, 1 + k] * way
+
+
+@inner()
+def save_group(recorder: Any, group: int, row: int, t: float, run: Any, begin: Vector) -> None:
+    """Keep the derivatives of forces and velocities at a saved time."""
+    moving, sensors = recorder.moving, recorder.sensors
+    chains, surface = of_run(recorder.model.chains, group), as_duals(moving.surface, group)
+    for i in range(run.y.size):
+        moving.y[group, i, 0], moving.v[group, i, 0] = run.y[i], run.v[i]
+    window = run.window[0].length if run.totals[0].remembered > 0 else 1.0
+    y, v, work, forces = (
+        as_duals(moving.y, group),
+        as_duals(moving.v, group),
+        as_duals(moving.work, 0),
+        as_duals(moving.saved, 0),
+    )
+    save_chains(chains, 0, sensors, t, window, y, v, surface, begin, forces, work)
+    for j in range(recorder.force.shape[2]):
+        for lane in range(1, DIRECTIONS + 1):
+            recorder.force[group, row, j, lane] = moving.saved[0, j, lane]
+    for c in range(begin.shape[0] - 1):
+        for j in range(sensors.begin[c, 1], sensors.begin[c + 1, 1]):
+            for lane in range(1, DIRECTIONS + 1):
+                recorder.velocity[group, row, j, lane] = moving.v[group, begin[c, 0] + sensors.body[j], lane]
+
+
+@inner()
+def save_chain(
+    chain: Any, c: int, sensors: Any, t: float, window: float, y: Any, v: Any, surface: Any, begin: Vector, forces: Any,
+    work: Any,
+) -> None:  # fmt: skip
+    """Put the forces of chain c at the contacts of sensors into `forces`."""
+    first, end, k, now, after = begin[c, 0], begin[c + 1, 0], begin[c, 1], sensors.begin[c, 0], sensors.begin[c + 1, 0]
+    rate = (surface[0, k] - surface[1, k]) / window
+    contact_forces(
+        chain, y[first:end], v[first:end], t, surface[0, k], rate, sensors.contact[now:after], forces[now:after],
+        work[:, first:end],
+    )  # fmt: skip
+
+
+save_chains = for_each(save_chain)

@@ -1,0 +1,326 @@
+"""Dual numbers in compiled code: a value, and its derivatives in several directions.
+
+The sum, the product and each function of dual numbers carry the derivatives along by the chain rule. A kernel that is
+compiled for them, from the source that serves plain numbers, computes the exact derivatives of what it computes.
+
+A dual number is one vector of the processor: entry 0 is the value, the others are derivatives. In an array of dual
+numbers the eight entries lie together, so Python fills it as an array of numbers with a last axis of eight.
+
+References
+----------
+Griewank and Walther, Evaluating Derivatives, 2nd ed. (SIAM 2008), section 3.1: forward mode in several
+directions.
+"""
+
+import math
+import operator
+from typing import Any, NamedTuple
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typeconv.castgraph import Conversion
+from numba.core.typing.templates import signature
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, overload, register_model, type_callable
+from numba.np.arrayobj import make_array, populate_array
+
+from structures.kernels.pieces import OPTIONS
+from structures.structure import Vector
+
+LANES = 8
+"""Entries of a dual number."""
+
+DIRECTIONS = LANES - 1
+"""Derivatives of a dual number."""
+
+
+class Lanes(NamedTuple):
+    """An array of dual numbers for each group of directions, as plain numbers."""
+
+    values: Vector
+    """Groups × shape of the array × LANES."""
+
+
+class Lane(NamedTuple):
+    """One dual number for each group of directions, as plain numbers."""
+
+    values: Vector
+    """Groups × 1 × LANES."""
+
+
+class Dual(types.Type):  # type: ignore[misc]
+    """Numba's type of a dual number."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"Dual{LANES}")
+
+    def can_convert_from(self, context: Any, other: Any) -> Any:
+        """Return how well a plain number becomes a dual one."""
+        return Conversion.safe if isinstance(other, types.Float | types.Integer) else None
+
+    def unify(self, context: Any, other: Any) -> Any:
+        """Return the type of a variable that holds a dual number here and a plain one there."""
+        return self if isinstance(other, types.Float | types.Integer) else None
+
+
+DUAL = Dual()
+DOUBLE = ir.DoubleType()
+VECTOR = ir.VectorType(DOUBLE, LANES)
+INDEX = ir.IntType(32)
+FUSED = ("contract",)
+"""Products and sums may be rounded together."""
+
+
+@register_model(Dual)
+class _Model(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, VECTOR)
+
+
+def _value(builder: Any, dual: Any) -> Any:
+    return builder.extract_element(dual, INDEX(0))
+
+
+def _with_value(builder: Any, dual: Any, value: Any) -> Any:
+    return builder.insert_element(dual, value, INDEX(0))
+
+
+def _filled(builder: Any, number: Any) -> Any:
+    """Return a vector with the same number in all entries."""
+    single = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), number, INDEX(0))
+    everywhere = ir.Constant(ir.VectorType(INDEX, LANES), [0] * LANES)
+    return builder.shuffle_vector(single, ir.Constant(VECTOR, ir.Undefined), everywhere)
+
+
+def _constant(builder: Any, number: Any) -> Any:
+    return _with_value(builder, ir.Constant(VECTOR, [0.0] * LANES), number)
+
+
+def _scaled(builder: Any, dual: Any, slope: Any, value: Any) -> Any:
+    """Return a function of a dual number, by its slope and its value."""
+    return _with_value(builder, builder.fmul(dual, _filled(builder, slope), FUSED), value)
+
+
+@lower_cast(types.Float, Dual)
+@lower_cast(types.Integer, Dual)
+def _cast(context: Any, builder: Any, source: Any, target: Any, number: Any) -> Any:
+    return _constant(builder, context.cast(builder, number, source, types.float64))
+
+
+def _multiplied(context: Any, builder: Any, a: Any, b: Any) -> Any:
+    first, second = _value(builder, a), _value(builder, b)
+    slopes = builder.fmul(_with_value(builder, a, DOUBLE(0.0)), _filled(builder, second), FUSED)
+    return builder.fadd(slopes, builder.fmul(b, _filled(builder, first), FUSED), FUSED)
+
+
+def _divided(context: Any, builder: Any, a: Any, b: Any) -> Any:
+    bottom = _value(builder, b)
+    ratio = builder.fdiv(_value(builder, a), bottom)
+    slopes = builder.fsub(a, builder.fmul(b, _filled(builder, ratio), FUSED), FUSED)
+    return _scaled(builder, slopes, builder.fdiv(DOUBLE(1.0), bottom), ratio)
+
+
+ARITHMETIC = {
+    operator.add: lambda context, builder, a, b: builder.fadd(a, b, FUSED),
+    operator.sub: lambda context, builder, a, b: builder.fsub(a, b, FUSED),
+    operator.truediv: _divided,
+}
+
+IN_PLACE = {
+    operator.add: operator.iadd,
+    operator.sub: operator.isub,
+    operator.truediv: operator.itruediv,
+}
+
+COMPARISONS = {
+    operator.lt: "<", operator.le: "<=", operator.gt: ">", operator.ge: ">=", operator.eq: "==", operator.ne: "!=",
+}  # fmt: skip
+
+
+def _root(context: Any, builder: Any, a: Any) -> Any:
+    """Return the square root; where the value is zero, the slope is that of an open contact."""
+    x, zero = _value(builder, a), DOUBLE(0.0)
+    root = builder.call(builder.module.declare_intrinsic("llvm.sqrt", [DOUBLE]), [x])
+    slope = builder.select(builder.fcmp_ordered(">", x, zero), builder.fdiv(DOUBLE(0.5), root), zero)
+    return _scaled(builder, a, slope, root)
+
+
+UNARY: dict[Any, Any] = {
+    math.exp: lambda x: math.exp(x),
+    math.log: lambda x: 1.0 / x,
+    math.sin: lambda x: math.cos(x),
+    math.cos: lambda x: -math.sin(x),
+    math.tanh: lambda x: 1.0 - math.tanh(x) ** 2,
+    math.atan: lambda x: 1.0 / (1.0 + x * x),
+}
+"""Functions of one number, and their slopes."""
+
+
+def _is_number(kind: Any) -> bool:
+    return isinstance(kind, Dual | types.Float | types.Integer)
+
+
+def _define_binary(function: Any, result: Any, lower: Any, convert: bool = True) -> None:
+    """Let a function of two numbers take dual ones; a plain one beside it has the derivatives zero.
+
+    convert: whether a plain number becomes a dual one; else another definition takes it.
+    """
+
+    @type_callable(function)  # type: ignore[untyped-decorator]
+    def choose(context: Any) -> Any:
+        def typer(a: Any, b: Any) -> Any:
+            duals = isinstance(a, Dual) + isinstance(b, Dual)
+            if duals == 0 or not (_is_number(a) and _is_number(b)):
+                return None
+            return signature(result, DUAL, DUAL) if duals == 2 or convert else _with_plain(a, b)
+
+        return typer
+
+    @lower_builtin(function, Dual, Dual)  # type: ignore[untyped-decorator]
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return lower(context, builder, *args)
+
+
+def _with_plain(a: Any, b: Any) -> Any:
+    return signature(DUAL, *(DUAL if isinstance(kind, Dual) else types.float64 for kind in (a, b)))
+
+
+def _define_product(function: Any) -> None:
+    """Let a product of a dual and a plain number cost one instruction."""
+    _define_binary(function, DUAL, _multiplied, convert=False)
+
+    @lower_builtin(function, Dual, types.Float)  # type: ignore[untyped-decorator]
+    @lower_builtin(function, types.Float, Dual)  # type: ignore[untyped-decorator]
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        dual, plain = args if isinstance(sig.args[0], Dual) else reversed(args)
+        return builder.fmul(dual, _filled(builder, plain), FUSED)
+
+
+def _define_unary(function: Any, lower: Any) -> None:
+    """Let a function of one number take a dual one."""
+
+    @type_callable(function)  # type: ignore[untyped-decorator]
+    def choose(context: Any) -> Any:
+        def typer(a: Any) -> Any:
+            return DUAL if isinstance(a, Dual) else None
+
+        return typer
+
+    @lower_builtin(function, Dual)  # type: ignore[untyped-decorator]
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return lower(context, builder, args[0])
+
+
+def _comparison(sign: str) -> Any:
+    def lower(context: Any, builder: Any, a: Any, b: Any) -> Any:
+        compare = builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered
+        return compare(sign, _value(builder, a), _value(builder, b))
+
+    return lower
+
+
+def _choice(sign: str) -> Any:
+    def lower(context: Any, builder: Any, a: Any, b: Any) -> Any:
+        return builder.select(builder.fcmp_ordered(sign, _value(builder, a), _value(builder, b)), a, b)
+
+    return lower
+
+
+def _power(x: float, exponent: float) -> tuple[float, float, float]:
+    """Return x^e, and its slopes over x and over e."""
+    if x == 0.0:
+        return x**exponent, 1.0 if exponent == 1.0 else 0.0, 0.0
+    value = x**exponent
+    return value, exponent * x ** (exponent - 1.0), value * math.log(x) if x > 0.0 else 0.0
+
+
+def _raised(context: Any, builder: Any, a: Any, b: Any) -> Any:
+    kind = types.UniTuple(types.float64, 3)
+    sig = signature(kind, types.float64, types.float64)
+    numbers = context.compile_internal(builder, _power, sig, [_value(builder, a), _value(builder, b)])
+    value, by_base, by_exponent = cgutils.unpack_tuple(builder, numbers, 3)
+    base = builder.fmul(a, _filled(builder, by_base), FUSED)
+    exponent = builder.fmul(b, _filled(builder, by_exponent), FUSED)
+    return _with_value(builder, builder.fadd(base, exponent, FUSED), value)
+
+
+def _smooth(function: Any, slope: Any) -> Any:
+    def lower(context: Any, builder: Any, a: Any) -> Any:
+        sig, x = signature(types.float64, types.float64), _value(builder, a)
+        value = context.compile_internal(builder, lambda x: function(x), sig, [x])
+        return _scaled(builder, a, context.compile_internal(builder, slope, sig, [x]), value)
+
+    return lower
+
+
+def _negative(context: Any, builder: Any, a: Any) -> Any:
+    return builder.fneg(a)
+
+
+def _size(context: Any, builder: Any, a: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", _value(builder, a), DOUBLE(0.0)), builder.fneg(a), a)
+
+
+for _function, _lower in ARITHMETIC.items():
+    _define_binary(_function, DUAL, _lower)
+    _define_binary(IN_PLACE[_function], DUAL, _lower)
+for _function in (operator.mul, operator.imul):
+    _define_product(_function)
+for _function, _sign in COMPARISONS.items():
+    _define_binary(_function, types.boolean, _comparison(_sign))
+for _function in (operator.pow, operator.ipow, pow):
+    _define_binary(_function, DUAL, _raised)
+_define_binary(max, DUAL, _choice(">"))
+_define_binary(min, DUAL, _choice("<"))
+for _function, _slope in UNARY.items():
+    _define_unary(_function, _smooth(_function, _slope))
+_define_unary(math.sqrt, _root)
+_define_unary(operator.neg, _negative)
+_define_unary(abs, _size)
+_define_unary(float, lambda context, builder, a: a)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _as_duals(context: Any, memory: Any, group: Any) -> Any:
+    """Return a group's dual numbers: an array that shares memory with numbers, groups × shape × LANES."""
+    kind = types.Array(DUAL, memory.ndim - 2, "C", aligned=False)
+
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        source, target = make_array(sig.args[0])(context, builder, args[0]), make_array(kind)(context, builder)
+        shape, strides = (cgutils.unpack_tuple(builder, part) for part in (source.shape, source.strides))
+        start = builder.mul(context.cast(builder, args[1], sig.args[1], types.intp), strides[0])
+        populate_array(
+            target,
+            data=cgutils.pointer_add(builder, source.data, start, target.data.type),
+            shape=shape[1:-1],
+            strides=strides[1:-1],
+            itemsize=context.get_constant(types.intp, 8 * LANES),
+            meminfo=None,
+        )
+        return target._getvalue()
+
+    return signature(kind, memory, group), build
+
+
+as_duals: Any = _as_duals
+"""The same for kernels: a function of the numbers and of the group."""
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _entry(context: Any, dual: Any) -> Any:
+    return signature(types.float64, dual), lambda context, builder, sig, args: _value(builder, args[0])
+
+
+entry_of: Any = _entry
+
+
+def value_of(number: Any) -> Any:
+    """Return the value of a number without its derivatives."""
+    return number
+
+
+@overload(value_of, OPTIONS | {"forceinline": True}, strict=False, target="generic")
+def _choose_value_of(number: Any) -> Any:
+    if isinstance(number, Dual):
+        return lambda number: entry_of(number)
+    return lambda number: number

@@ -1,0 +1,302 @@
+"""Exact derivatives of runs, against complex steps of a twin and against differences of runs."""
+
+from dataclasses import replace
+from functools import cache
+from math import cos, exp, sqrt
+
+import numpy as np
+import pytest
+from numba import njit
+
+import hertzlink as hl
+from coupling.inference import derivatives
+from coupling.inference.derivatives import differentiate, numbers_of
+from coupling.recording.frames import kept_at
+from structures.kernel_cache import entry
+from structures.kernels.duals import as_duals
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+BEADS, SENSOR = 6, 4
+WINDOW, STEPS = 2e-7, 10
+WINDOWS = 2000
+STEP = 1e-40
+"""Of complex steps: no digit of a value is lost."""
+
+
+def clamped(plate):
+    return plate.at(0.05, 0.04)
+
+
+def layers(depth, modulus):
+    soft = replace(hl.PTFE, youngs_modulus=modulus)
+    return [hl.Layer(soft, depth, 9.525e-3), hl.Layer(hl.STEEL_440C, 0.02, 9.525e-3)]
+
+
+def metal(modulus):
+    return replace(hl.ALUMINIUM_6061, youngs_modulus=modulus)
+
+
+SUPPORTS = hl.Supports(left="clamped")
+
+QUICK = "half-space", "mass on a spring and a soft layer", "layered rod"
+
+STRUCTURES = {
+    "half-space": (lambda depth, modulus: hl.half_space(metal(modulus)), 0.01, 7e10),
+    "mass on a spring": (
+        lambda depth, modulus: hl.Structure([[depth]], [[modulus]], None, [1.0], 0.0, hl.Surface(hl.STEEL_316)),
+        0.02, 1e7,
+    ),
+    "mass on a spring and a soft layer": (
+        lambda depth, modulus: hl.Structure([[0.02]], [[modulus]], None, [1.0], depth, hl.Surface(hl.STEEL_316)),
+        1e-8, 1e7,
+    ),
+    "rod": (lambda depth, modulus: hl.rod(layers(depth, modulus)[:1]), 0.05, 5e8),
+    "layered rod": (lambda depth, modulus: hl.rod(layers(depth, modulus)), 0.01, 5e8),
+    "cylinder": (lambda depth, modulus: hl.layered_cylinder(layers(depth, modulus)[:1], cells=2), 0.03, 5e8),
+    "plate": (
+        lambda depth, modulus: clamped(hl.kirchhoff_plate(0.1, 0.1, depth, metal(modulus), SUPPORTS)), 3e-3, 7e10,
+    ),
+    "thick plate": (
+        lambda depth, modulus: clamped(hl.mindlin_plate(0.1, 0.1, depth, metal(modulus), SUPPORTS)), 3e-3, 7e10,
+    ),
+    "beam": (
+        lambda depth, modulus: hl.beam(
+            0.2, modulus * 0.02 * depth**3 / 12.0, 54.0 * depth, metal(modulus), 0.08, ("clamped", "free")
+        ),
+        3e-3, 7e10,
+    ),
+    "long rod": (lambda depth, modulus: hl.rod([hl.Layer(metal(modulus), 0.5, depth)]), 9e-3, 7e10),
+}  # fmt: skip
+
+
+@cache
+def structure_of(name, depth, modulus):
+    made = STRUCTURES[name][0](depth, modulus)
+    return hl.reduce(made, until=4e-4) if made.size > 1 else made
+
+
+def builder(name):
+    """Return a function of six parameters: two of the structure, four of the chain."""
+
+    def build(depth, modulus, impact_speed, radius, density, youngs_modulus):
+        first = hl.Sphere(radius, BEAD.material)
+        rest = hl.Sphere(4.76e-3, replace(BEAD.material, density=density, youngs_modulus=youngs_modulus))
+        chain = hl.Chain([rest] * BEADS, first, impact_speed)
+        return hl.CoSimulation(
+            chain, structure_of(name, depth, modulus), hl.Condensed(tolerance=1e-14), WINDOW, WINDOW / STEPS, substeps=1
+        )
+
+    depth, modulus = STRUCTURES[name][1:]
+    values = {"depth": depth, "modulus": modulus, "impact_speed": 0.4, "radius": 4.5e-3}
+    return build, values | {"density": BEAD.material.density, "youngs_modulus": BEAD.material.youngs_modulus}
+
+
+@njit
+def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, compliance, y, v):  # pragma: no cover
+    """Return the forces at the sensor's two contacts of the coupled run, in complex numbers, after each window.
+
+    It is written for this test alone: one loop, one contact, the secant method in complex numbers.
+    """
+    bodies, size, dt = y.size, contact.size, WINDOW / STEPS
+    state, force, surface = np.zeros(2 * size, np.complex128), 0j, 0j
+    saved = np.zeros((windows, 2), np.complex128)
+    trial_y, trial_v = y.copy(), v.copy()
+    for number in range(windows):
+        free = np.zeros(2 * size, np.complex128)
+        for i in range(size):
+            free[i] = rows[0, i] * state[i] + rows[1, i] * state[size + i]
+            free[size + i] = rows[2, i] * state[i] + rows[3, i] * state[size + i]
+        at_rest, last_force, last_residual, slope = (contact * free[:size]).sum(), 0j, 0j, -1.0 + 0j
+        close = 0
+        for trial in range(60):
+            trial_y[:], trial_v[:] = y, v
+            place, impulse = at_rest + compliance * force, 0j
+            for step in range(STEPS + 1):
+                kick = dt if 0 < step < STEPS else 0.5 * dt
+                behind, last = 0j, 0j
+                for i in range(bodies):
+                    wall = surface + (place - surface) * step / STEPS
+                    approach = trial_y[i] - (trial_y[i + 1] if i + 1 < bodies else wall)
+                    ahead = 0j
+                    if approach.real > 1e-60:
+                        overlap = approach
+                        if i == bodies - 1 and spring != 0.0:
+                            for _ in range(50):
+                                root = np.sqrt(overlap)
+                                change = (overlap + spring * stiffness[i] * overlap * root - approach) / (
+                                    1.0 + 1.5 * spring * stiffness[i] * root
+                                )
+                                overlap -= change
+                                if abs(change) < 1e-17 * abs(overlap):
+                                    break
+                        ahead = stiffness[i] * overlap * np.sqrt(overlap)
+                    trial_v[i] += kick * inverse_mass[i] * (behind - ahead)
+                    behind, last = ahead, ahead
+                impulse += kick * last
+                if step < STEPS:
+                    trial_y += dt * trial_v
+            answer = impulse / WINDOW
+            residual = answer - force
+            if compliance == 0.0 or close == 4:
+                force = answer
+                break
+            # The slope of trials that hardly differ is rounding; with the last one the imaginary part converges, too.
+            if abs(residual) <= 1e-8 * abs(answer):
+                close += 1
+            elif trial > 0:
+                slope = (residual - last_residual) / (force - last_force)
+            last_force, last_residual = force, residual
+            force -= residual / slope
+        y[:], v[:] = trial_y, trial_v
+        for i in range(2 * size):
+            state[i] = free[i] + response[i] * force
+        surface = at_rest + compliance * force
+        for j in range(2):
+            approach = y[SENSOR - 1 + j] - y[SENSOR + j]
+            if approach.real > 1e-60:
+                saved[number, j] = stiffness[SENSOR - 1 + j] * approach * np.sqrt(approach)
+    return saved
+
+
+def numbers_with_step(usual, rates):
+    """Return what the twin takes, moved by a complex step along derivatives."""
+
+    def moved(value, rate):
+        return np.asarray(value) + 1j * STEP * np.asarray(rate)
+
+    chain, slope, structure, change = usual.chains[0], rates.chains[0], usual.structure, rates.structure
+    parts = [
+        moved(chain.inverse_mass, slope.inverse_mass), moved(chain.law.stiffness, slope.law.stiffness),
+        complex(moved(chain.springs[1], slope.springs[1])), moved(structure.rows, change.rows),
+        moved(structure.response[0], change.response[0]), moved(structure.contact[0], change.contact[0]),
+        complex(moved(usual.compliance[0, 0], rates.compliance[0, 0])), moved(usual.y, rates.y),
+        moved(usual.v, rates.v),
+    ]  # fmt: skip
+    return parts
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.thorough) for name in STRUCTURES],
+)
+def test_derivatives_agree_with_complex_steps_over_20_000_steps(name):
+    """Differentiate a run by six parameters, and compare each derivative with a complex step of the twin."""
+    build, values = builder(name)
+    simulation = build(**values)
+    plan = simulation.plan(WINDOWS * WINDOW, WINDOW)
+    assert (plan.length, simulation.chain.steps(plan.length)) == (WINDOW, STEPS)
+    _, rates = differentiate(simulation, build, values, plan, kept_at([SENSOR], BEADS))
+    usual = numbers_of(simulation, plan.length)
+    for parameter, runs, difference in derivatives.parameters_around(build, values):
+        numbers = [numbers_of(one, plan.length) for one in runs]
+        numbers = [one._replace(structure=derivatives.aligned(one.structure, usual.structure)) for one in numbers]
+        slopes, _ = derivatives.rates_of(parameter, numbers, difference)
+        step = twin(WINDOWS, *numbers_with_step(usual, slopes)).imag / STEP
+        carried = rates.force[parameter][1:, :2]
+        assert abs(step).max() > 0.0 or (name, parameter) == ("half-space", "depth")
+        assert abs(carried - step).max() <= 1e-10 * abs(step).max(), parameter
+
+
+@entry
+def of_duals(memory, other, made):
+    """Fill two dual numbers with what kernels do to numbers."""
+    x, a, result = as_duals(memory, 0), as_duals(other, 0), as_duals(made, 0)
+    total = 0.0
+    for i in range(x.size):
+        overlap = x[i] - a[i]
+        closed = overlap if overlap > 1e-60 else 0.0
+        total += a[i] * closed * sqrt(closed) / (1.0 + x[i]) - 2 * abs(-x[i]) ** a[i] + exp(-(x[i] ** 2))
+        total = max(total, cos(x[i])) - min(0.5, x[i])
+    result[0] = total
+    result[1] += 3.0
+
+
+def test_dual_numbers_follow_the_chain_rule():
+    rng = np.random.default_rng(1)
+    numbers = 1.0 + rng.random((1, 5, 8)), rng.random((1, 5, 8)), np.ones((1, 2, 8))
+    of_duals(*numbers)
+    (x, a), directions = [part[0, :, 0] for part in numbers[:2]], range(1, 8)
+
+    def total(x, a):
+        value = 0.0
+        for x_i, a_i in zip(x, a, strict=True):
+            value += a_i * (x_i - a_i) ** 1.5 / (1.0 + x_i) - 2.0 * x_i**a_i + np.exp(-(x_i**2))
+            value = max(value, np.cos(x_i), key=np.real) - 0.5
+        return value
+
+    steps = [total(x + 1j * STEP * numbers[0][0, :, d], a + 1j * STEP * numbers[1][0, :, d]) for d in directions]
+    assert numbers[2][0, 0, 0] == pytest.approx(total(x, a).real, rel=1e-14)
+    assert numbers[2][0, 0, 1:] == pytest.approx(np.imag(steps) / STEP, rel=1e-13)
+    assert numbers[2][0, 1].tolist() == [4.0] + [1.0] * 7
+
+
+def test_a_function_of_zero_that_has_no_slope_has_the_one_of_an_open_contact():
+    made = np.zeros((1, 2, 8))
+    of_duals(np.zeros((1, 1, 8)), np.zeros((1, 1, 8)), made)
+    assert np.isfinite(made).all()
+
+
+def chain(impact_speed=0.4, radius=4.76e-3, **settings):
+    bead = hl.Sphere(radius, BEAD.material)
+    return hl.Chain([bead] * BEADS, bead, impact_speed, **settings)
+
+
+def coupled(beads, structure, **settings):
+    return hl.CoSimulation(beads, structure, hl.Condensed(tolerance=1e-13), 4e-7, 4e-8, substeps=1, **settings)
+
+
+@cache
+def short_rod():
+    return hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=4e-4)
+
+
+def damped_pair(coefficient, stiffness):
+    matrix = [[stiffness, -0.5 * stiffness], [-0.5 * stiffness, stiffness]]
+    damping = [[coefficient, 0.0], [0.0, 0.0]]
+    return hl.Structure([[0.05, 0.0], [0.0, 0.02]], matrix, damping, [1.0, 0.0], 1e-9, hl.Surface(hl.STEEL_316))
+
+
+OTHERS = {
+    "damping that couples, a loss, curved surfaces": (
+        lambda k, v, share: coupled(
+            chain(v, dissipation=hl.Tsuji(share)), damped_pair(5.0, k), waveform="quadratic"
+        ),
+        {"k": 2e6, "v": 0.4, "share": 0.05}, 5e-4,
+    ),
+    "a preload, an exponent, Runge-Kutta": (
+        lambda radius, preload, n: coupled(
+            chain(radius=radius, preload=preload, integrator="rk4", law=hl.laws.PowerLaw(1e9 * 1e-5 ** (1.5 - n), n)),
+            short_rod(),
+        ),
+        {"radius": 4.7e-3, "preload": 5.0, "n": 1.5}, 2e-6,
+    ),
+    "yield, a surface behind": (
+        lambda radius, density: coupled(
+            hl.Chain(
+                [hl.Sphere(radius, replace(BEAD.material, density=density))] * BEADS,
+                hl.PushedBead([0.0, 2e-5, 4e-5], [0.0, 50.0, 0.0]), law=hl.laws.JacksonGreen(),
+            ),
+            hl.half_space(hl.STEEL_316), behind=hl.half_space(hl.PTFE),
+        ),
+        {"radius": 4.7e-3, "density": 7800.0}, 2e-6,
+    ),
+}  # fmt: skip
+"""A function of parameters, where to differentiate, and the error of the difference."""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", OTHERS)
+def test_derivatives_agree_with_differences_of_runs(name):
+    build, values, error = OTHERS[name]
+    simulation = build(**values)
+    plan = simulation.plan(3e-4, None)
+    _, rates = differentiate(simulation, build, values, plan, kept_at([SENSOR], BEADS))
+    for parameter, value in values.items():
+        step, forces = 1e-6 * value, []
+        for place in derivatives.PLACES:
+            run = build(**values | {parameter: value + place * step}).run(3e-4, sensors=[SENSOR])
+            forces.append(run.contact_force.values)
+        difference = np.tensordot(derivatives.WEIGHTS, np.array(forces), 1) / step
+        carried = rates.force[parameter][:, :2]
+        assert abs(difference).max() > 0.0
+        assert abs(carried - difference).max() < error * abs(difference).max(), parameter

@@ -1,0 +1,170 @@
+"""Derivatives of AR and TOF, uncertainty budgets, and what users get wrong."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import hertzlink as hl
+from structures.caution import HertzlinkWarning
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+MODULUS, SPEED = 3e9, 0.3
+
+
+def build(modulus=MODULUS, impact_speed=SPEED):
+    """Return a chain on a half-space: Hertz's law alone, so that all times scale with v^(−1/5)."""
+    wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    return hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, impact_speed), wall)
+
+
+@pytest.fixture(scope="module")
+def change():
+    return hl.sensitivities(build, until=7e-4, sensors=[6, 8], modulus=MODULUS, impact_speed=SPEED)
+
+
+def test_times_scale_with_the_speed_as_dimensional_analysis_says(change):
+    by_speed = change.sel(parameter="impact_speed")
+    expected = -change.time_of_flight / (5.0 * SPEED)
+    assert by_speed.time_of_flight_derivative.values == pytest.approx(expected.values, rel=1e-3)
+    assert abs(by_speed.amplitude_ratio_derivative * SPEED).max() < 1e-4
+    # F = v^1.2 f(t v^0.2), so dF/dv = (1.2 F + 0.2 t dF/dt) / v at each time.
+    force, time = change.contact_force.values, change.time.values
+    slope = (1.2 * force + 0.2 * time[:, None] * CubicSpline(time, force)(time, 1)) / SPEED
+    # A spline does not follow the corner of F″ where a contact opens.
+    assert abs(by_speed.contact_force_derivative.values - slope).max() < 1e-2 * abs(slope).max()
+
+
+def test_derivatives_are_those_of_the_run_itself(change):
+    run = build().run(until=7e-4, sensors=[6, 8])
+    assert (change.contact_force == run.contact_force).all()
+    assert change.amplitude_ratio.values == pytest.approx(
+        [float(hl.amplitude_ratio(run, n)) for n in (6, 8)], rel=1e-12
+    )
+    step = 1e-3 * MODULUS
+    ends = [build(modulus=MODULUS + sign * step).run(until=7e-4, sensors=[8]) for sign in (1.0, -1.0)]
+    slope = (float(hl.time_of_flight(ends[0], 8)) - float(hl.time_of_flight(ends[1], 8))) / (2.0 * step)
+    assert float(change.time_of_flight_derivative.sel(parameter="modulus", sensor=8)) == pytest.approx(slope, rel=1e-3)
+
+
+def test_a_measure_of_the_users_own_and_its_units():
+    change = hl.sensitivities(
+        build,
+        7e-4,
+        [6],
+        measure=lambda runs: runs.contact_force.max(("time", "contact")).rename("peak"),
+        modulus=MODULUS,
+    )
+    assert change.peak_derivative.attrs["units"] == "N per unit of the parameter"
+    assert change.contact_force_derivative.attrs["units"] == "N per unit of the parameter"
+    assert change.peak_derivative.dims == ("parameter",)
+
+
+def jumping(depth):
+    cells = 20 if depth < 3e-3 else 24
+    plate = hl.kirchhoff_plate(0.1, 0.1, depth, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(cells, cells))
+    return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, SPEED), hl.reduce(plate.at(0.05, 0.04), until=4e-4))
+
+
+def test_what_jumps_is_refused_or_doubted():
+    with pytest.warns(HertzlinkWarning, match="depth: derivatives are doubtful by"):
+        change = hl.sensitivities(jumping, 4e-4, [5], depth=3e-3)
+    assert "depth: derivatives are doubtful" in change.attrs["warnings"]
+
+
+WRONG = [
+    ({}, "parameters: name at least one argument of build"),
+    ({"thickness": 1.0}, "takes modulus, impact_speed, but the parameters are thickness"),
+    ({"modulus": 0.0}, "modulus = 0: has no scale"),
+    ({"modulus": float("nan")}, "modulus = nan"),
+    ({"modulus": "3 GPa"}, "modulus"),
+    ({"modulus": MODULUS, "until": -1.0}, "until = -1.0"),
+    ({"modulus": MODULUS, "sensors": [40]}, r"sensors = \[40\]: must be beads from 1 to 12"),
+    ({"modulus": MODULUS, "measure": 3}, "measure"),
+    ({"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()}, r"measure\(runs\): has the dimensions"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG)
+def test_wrong_arguments_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        hl.sensitivities(build, **({"until": 2e-4, "sensors": [6]} | arguments))
+
+
+def adaptive(speed):
+    return build(impact_speed=speed).replace(window=hl.Adaptive(1e-4))
+
+
+class Wall:
+    """A participant of the user's own."""
+
+    surface = hl.Surface(hl.PTFE)
+
+    def start(self):
+        return 0.0
+
+    def advance(self, state, force, window):
+        return state, 0.0
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (adaptive, "has adaptive windows"),
+        (lambda speed: build(impact_speed=speed).replace(structure=Wall(), scheme=hl.Aitken()), "has no derivatives"),
+        (lambda speed: build, "must be a CoSimulation"),
+    ],
+)
+def test_runs_without_derivatives_are_named(make, message):
+    with pytest.raises(ValueError, match=message):
+        hl.sensitivities(make, 2e-4, [6], speed=SPEED)
+
+
+def test_a_budget_adds_squares_and_agrees_with_sampling():
+    budget = hl.uncertainty(build, 7e-4, 6, draws=200, modulus="5 %", impact_speed="10 mm/s")
+    # TOF ∝ v^(−1/5): by the speed alone its uncertainty is a fifth of the speed's, relative.
+    by_speed = budget.value["time_of_flight"] * 0.01 / SPEED / 5.0
+    share = budget.shares["impact_speed"]["time_of_flight"]
+    assert share * budget.standard["time_of_flight"] ** 2 == pytest.approx(by_speed**2, rel=1e-3)
+    assert sum(shares["time_of_flight"] for shares in budget.shares.values()) == pytest.approx(1.0)
+    # The standard deviation of 200 draws has a standard error of 5 %.
+    assert budget.sampled["time_of_flight"][1] == pytest.approx(budget.standard["time_of_flight"], rel=0.15)
+    assert "time_of_flight = " in str(budget)
+    assert max(map(len, str(budget).splitlines())) <= 80
+
+
+def test_a_measure_that_is_not_linear_is_named():
+    def squared(runs):
+        return ((runs.contact_force.max(("time", "contact")) / 40.0) ** 8).rename("steep")
+
+    with pytest.warns(HertzlinkWarning, match="steep: is not linear over these uncertainties"):
+        hl.uncertainty(build, 3e-4, 6, measure=squared, draws=200, impact_speed="20 %")
+
+
+SPREADS = [
+    ({}, "spreads: name the uncertainty of at least one parameter"),
+    ({"thickness": "1 %"}, "thickness: is no parameter of build, which takes modulus, impact_speed"),
+    ({"modulus": "-1 %"}, "modulus = '-1 %': must be a standard uncertainty"),
+    ({"modulus": "much"}, "modulus = 'much': must be a standard uncertainty"),
+    ({"modulus": 0.0}, "modulus = 0.0"),
+    ({"modulus": "1 %", "draws": -1}, "draws"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), SPREADS)
+def test_wrong_uncertainties_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        hl.uncertainty(build, 2e-4, 6, **arguments)
+
+
+def test_a_parameter_needs_a_value():
+    with pytest.raises(ValueError, match="speed: has no default value in build"):
+        hl.uncertainty(adaptive, 2e-4, 6, speed="1 %")
+
+
+def test_both_sides_of_a_kink_are_told_apart():
+    def kinked(runs):
+        peak = runs.contact_force.max(("time", "contact"))
+        return np.abs(peak - float(peak[0])).rename("kinked")
+
+    with pytest.warns(HertzlinkWarning, match="kinked: has no derivative by modulus here"):
+        hl.sensitivities(build, 7e-4, [11], measure=kinked, modulus=MODULUS)
