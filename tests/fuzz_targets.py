@@ -767,6 +767,22 @@ def _measures() -> dict[str, Target]:
             LONG,
             infinite=True,
         ),
+        "sensitivities": Target(
+            hl.sensitivities,
+            {"build": against, "until": 1e-4, "sensors": [2], "measure": None, "save_every": 1e-6, "speed": 0.3},
+            lambda run: run,
+            {"speed": (0.0, -0.3, np.nan, "x"), "sensors": ([1], [99], [0]), "until": (1e-12, 1.0)},
+            LONG,
+            infinite=True,
+        ),
+        "uncertainty": Target(
+            hl.uncertainty,
+            {"build": against, "until": 1e-4, "sensor": 2, "measure": None, "draws": 0, "seed": 0, "speed": "1 %"},
+            lambda budget: budget,
+            {"speed": (0.0, "-1 %", np.nan, "x", "1 N"), "sensor": HUGE[0], "draws": (-1, 2)},
+            LONG,
+            infinite=True,
+        ),
         "best_sensors": Target(
             hl.best_sensors,
             {

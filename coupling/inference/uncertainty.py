@@ -142,7 +142,8 @@ def uncertainty(
 
     Notes
     -----
-    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ².
+    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ². Which unit suits a parameter of your function is not
+    known here: "1 N" is taken as 1 in SI units.
 
     References
     ----------
