@@ -4,9 +4,9 @@ import time
 import warnings
 from dataclasses import replace
 from statistics import median
-from typing import Any
 
 import hertzlink as hl
+from coupling.engine import Engine
 from coupling.inference.derivatives import TangentEngine, parameters_around
 from coupling.loops import Work
 from coupling.recording.frames import Frames, kept_at
@@ -14,8 +14,8 @@ from coupling.recording.frames import Frames, kept_at
 REPEATS = 15
 UNTIL = 1.0e-3
 SENSORS = [12]
-RADII = [f"radius_{n}" for n in range(10)]
-"""Ten parameters: the radii of ten beads."""
+RADII = [f"radius_{n}" for n in range(20)]
+"""Twenty parameters: the radii of the beads."""
 
 
 def build(**radii: float) -> hl.CoSimulation:
@@ -25,45 +25,39 @@ def build(**radii: float) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([*changed, *[bead] * (20 - len(changed))], bead, 0.54), ROD)
 
 
-def seconds(work: Any) -> float:
-    """Return the processor time of a call, the median of many."""
-    times = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        work()
-        times.append(time.process_time() - begin)
-    return median(times)
-
-
 def main() -> None:
-    simulation = build(**dict.fromkeys(RADII, 4.76e-3))
-    kept, plan = kept_at(SENSORS, 20), simulation.plan(UNTIL)
-
-    def run() -> None:
-        frames = Frames(simulation.interface, plan.rows, kept)
-        engine = Work(simulation.interface, simulation.scheme, None, plan, frames, None, None).engine(frames.saved)
-        engine.advance(engine.start(), 0, plan.total)
-
-    alone = seconds(run)
-    print(f"{ROD.size} oscillators, {plan.total} windows; the loop of a run: {1e3 * alone:.2f} ms")
-    for count in (1, 2, 3, 10, 20):
-        names = RADII[:count] if count <= 10 else [*RADII, *(f"radius_{n}" for n in range(10, 20))]
-        radii = dict.fromkeys(names, 4.76e-3)
-        around, spent = parameters_around(build, radii), list[float]()
-
-        def derivatives(around: Any = around, spent: list[float] = spent) -> None:
+    """Print the processor time of derivatives over that of the run, both alternately."""
+    print(f"{ROD.size} oscillators; by {RADII[0]} and others, of a run with one sensor to {1e3 * UNTIL:g} ms")
+    for count in (1, 3, 10, 20):
+        radii = dict.fromkeys(RADII[:count], 4.76e-3)
+        simulation, around = build(**radii), parameters_around(build, radii)
+        plan, kept = simulation.plan(UNTIL), kept_at(SENSORS, 20)
+        alone, loop, everything = list[float](), list[float](), list[float]()
+        for _ in range(REPEATS):
             frames = Frames(simulation.interface, plan.rows, kept)
-            engine = TangentEngine(simulation, simulation, plan, frames, around)
-            engine.recorder_of(plan.length)
+            engine = Work(simulation.interface, simulation.scheme, None, plan, frames, None, None).engine(frames.saved)
+            alone.append(seconds(engine, plan.total))
             begin = time.process_time()
-            engine.advance(engine.start(), 0, plan.total)
-            spent.append(time.process_time() - begin)
-
-        whole = seconds(derivatives)
-        more = median(spent) / alone - 1.0
+            tangents = TangentEngine(
+                simulation, simulation, plan, Frames(simulation.interface, plan.rows, kept), around
+            )
+            tangents.recorder_of(plan.length)
+            made = time.process_time() - begin
+            loop.append(seconds(tangents, plan.total))
+            everything.append(made + loop[-1])
+        run, more, whole = median(alone), median(loop), median(everything)
         print(
-            f"{count:3d} directions: {more:.2f} runs more; {whole / alone - 1.0:.2f} with the derivatives of the pieces"
+            f"{count:3d} parameters: {more / run - 1.0:5.2f} runs of {1e3 * run:.2f} ms more, "
+            f"{whole / run - 1.0:5.2f} with the derivatives of what the run is made of"
         )
+
+
+def seconds(engine: Engine, windows: int) -> float:
+    """Return the processor time of a run."""
+    run = engine.start()
+    begin = time.process_time()
+    engine.advance(run, 0, windows)
+    return time.process_time() - begin
 
 
 if __name__ == "__main__":

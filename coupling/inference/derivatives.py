@@ -41,6 +41,9 @@ WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 NUDGE = 1e-9
 """Part of its value by which a parameter is moved that gives a run of another kind at this value alone."""
 
+NEGLIGIBLE = 1e-5
+"""Part of the largest change of a force, of parameters by as much as they are, below which doubts do not matter."""
+
 ROUNDING = 1e-12
 """Part of a number by which it changes without reason."""
 
@@ -72,7 +75,7 @@ class Derivatives(NamedTuple):
     velocity: dict[str, Vector]
     """Saved times × bodies, m/s per unit."""
     doubt: dict[str, float]
-    """Part of the largest derivative of a force by which differences of lower order change it."""
+    """Part of the largest derivative of a force by which differences of lower order change it, where that matters."""
 
 
 def differentiate(
@@ -91,14 +94,28 @@ def differentiate(
         usual, around = build(**nudged), parameters_around(build, nudged)
     frames = Frames(simulation.interface, plan.rows, kept)
     engine = TangentEngine(simulation, usual, plan, frames, around)
-    run, row = engine.start(), 0
-    effort = sum(chain.steps(plan.length) * chain.rest.size for chain in simulation.interface.chains)
+    _do(engine)
+    force, velocity = engine.by_direction()
+    slopes, doubt = dict(zip(parameters, force, strict=False)), dict.fromkeys(parameters, 0.0)
+    largest = max(float(abs(value * slopes[name]).max()) for name, value in parameters.items())
+    if abs(force[-1]).max() > NEGLIGIBLE * largest:
+        engine = TangentEngine(simulation, usual, plan, Frames(simulation.interface, plan.rows, kept), around, True)
+        _do(engine)
+        for (name, slope), change in zip(slopes.items(), engine.by_direction()[0], strict=True):
+            size = float(abs(slope).max())
+            doubt[name] = float(abs(change).max()) / size if size > 0.0 else 0.0
+    return frames, Derivatives(slopes, dict(zip(parameters, velocity, strict=False)), doubt)
+
+
+def _do(engine: "TangentEngine") -> None:
+    """Do the run of an engine from its start to its end; now and then Python can stop it."""
+    plan, run, row = engine.plan, engine.start(), 0
+    effort = sum(chain.steps(plan.length) * chain.rest.size for chain in engine.interface.chains)
     rows = max(1, int(UNBROKEN / effort / (1 + len(engine.groups))) // plan.stride)
     while row < plan.rows - 1:
         last = min(row + rows, plan.rows - 1)
         engine.advance(run, row * engine.stride, last * engine.stride)
         row = last
-    return frames, engine.derivatives(list(parameters))
 
 
 def _kinds(simulation: CoSimulation) -> list[str]:
@@ -199,6 +216,11 @@ def rates_of(name: str, around: Sequence[Numbers], step: float) -> tuple[Numbers
     return rates, over_leaves(doubt, rates, *around)
 
 
+def _changes(rate: Any) -> bool:
+    """Return whether any number of a piece changes with a parameter, by its derivatives."""
+    return any(map(_changes, rate)) if isinstance(rate, tuple) else _is_number(rate) and bool(np.any(rate))
+
+
 def zeros(*shape: int) -> Vector:
     """Return dual numbers that are zero, each within a line of the cache: they take half the time."""
     memory = np.zeros(int(np.prod(shape)) * LANES + LANES)
@@ -207,33 +229,51 @@ def zeros(*shape: int) -> Vector:
 
 
 class TangentEngine(Engine):
-    """The compiled loop with a recorder that carries derivatives along."""
+    """The compiled loop with a recorder that carries derivatives along.
+
+    Its directions are the parameters, and the doubt about all of these together. doubts: instead, that about each.
+    """
 
     def __init__(
-        self, simulation: CoSimulation, usual: CoSimulation, plan: Plan, frames: Frames, parameters: list[_Parameter]
-    ) -> None:
+        self, simulation: CoSimulation, usual: CoSimulation, plan: Plan, frames: Frames,
+        parameters: list[_Parameter], doubts: bool = False,
+    ) -> None:  # fmt: skip
         scheme: Any = simulation.scheme
         super().__init__(simulation.interface, scheme, plan, frames.saved)
-        self.simulation, self.parameters, self.frames = usual, parameters, frames
-        directions = self.interface.size + 2 * len(parameters)
-        self.groups = range(ceil(directions / DIRECTIONS))
+        self.simulation, self.parameters, self.frames, self.doubts = usual, parameters, frames, doubts
+        self.directions = self.interface.size + len(parameters) + (not doubts)
+        self.groups = range(ceil(self.directions / DIRECTIONS))
+        self._recorders, self._numbers = dict[float, Tangents](), dict[float, tuple[Numbers, list[Numbers]]]()
         self.moving = self._moving(*self._rates(self.length))
         rows, groups = plan.rows, len(self.groups)
         self.force = zeros(groups, rows, frames.sensors.force.shape[1])
         self.velocity = zeros(groups, rows, frames.sensors.velocity.shape[1])
-        self._recorders: dict[float, Tangents] = {}
 
     def _rates(self, length: float) -> tuple[Numbers, list[Numbers]]:
-        """Return the numbers of the run; and for each parameter their derivatives, and the doubt about these."""
-        usual, rates = numbers_of(self.simulation, length), list[Numbers]()
-        for name, simulations, step in self.parameters:
-            around = [numbers_of(simulation, length) for simulation in simulations]
-            around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
-            rates += rates_of(name, around, step)
-        return usual, rates
+        """Return the numbers of the run, and their derivatives in each direction."""
+        if length not in self._numbers:
+            usual, rates, doubts = numbers_of(self.simulation, length), list[Numbers](), list[Numbers]()
+            for name, simulations, step in self.parameters:
+                around = [numbers_of(simulation, length) for simulation in simulations]
+                around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
+                rate, doubt = rates_of(name, around, step)
+                rates.append(rate)
+                doubts.append(doubt)
+            values = [step / STEP for _, _, step in self.parameters]
 
-    def _dual(self, usual: Any, rates: Sequence[Any]) -> Any:
-        """Return a piece in dual numbers."""
+            def together(*leaves: Any) -> Any:
+                return np.tensordot(values, np.array(leaves), 1) if _is_number(leaves[0]) else leaves[0]
+
+            self._numbers[length] = usual, doubts if self.doubts else [*rates, over_leaves(together, *doubts)]
+        return self._numbers[length]
+
+    def _dual(self, usual: Any, rates: Sequence[Any], plain: bool = True) -> Any:
+        """Return a piece in dual numbers; as it is where no parameter changes it, which takes half the time.
+
+        plain: whether it may stay as it is.
+        """
+        if plain and not any(map(_changes, rates)):
+            return usual
 
         def dual(value: Any, *slopes: Any) -> Any:
             if not _is_number(value):
@@ -264,6 +304,7 @@ class TangentEngine(Engine):
             zeros(groups, 2, contacts),
             zeros(1, WORK_ROWS, coordinates),
             zeros(1, saved),
+            np.zeros(groups, dtype=bool),
         )
 
     def recorder_of(self, length: float) -> Tangents:
@@ -273,8 +314,8 @@ class TangentEngine(Engine):
             model = Model(
                 self._dual(usual.chains, [rate.chains for rate in rates]),
                 self._dual(usual.structure, [rate.structure for rate in rates]),
-                self._dual(usual.compliance, [rate.compliance for rate in rates]),
-                self._dual(usual.static, [rate.static for rate in rates]),
+                self._dual(usual.compliance, [rate.compliance for rate in rates], plain=False),
+                self._dual(usual.static, [rate.static for rate in rates], plain=False),
             )
             contacts = self.interface.size
             _, plan = self.of_length(length)
@@ -290,12 +331,10 @@ class TangentEngine(Engine):
         pieces = run, self.chains, *self.of_length(length), self.search, self.recorder_of(length), self.trial
         return self.kernel(*pieces, self.interface.begin, length, windows)
 
-    def derivatives(self, names: Sequence[str]) -> Derivatives:
-        """Return what was kept, by parameter."""
-        force, velocity, doubt = dict[str, Vector](), dict[str, Vector](), dict[str, float]()
-        for number, name in enumerate(names):
-            (group, lane), (other, beside) = (divmod(self.interface.size + 2 * number + i, DIRECTIONS) for i in (0, 1))
-            force[name], velocity[name] = self.force[group, ..., 1 + lane], self.velocity[group, ..., 1 + lane]
-            largest = float(abs(force[name]).max())
-            doubt[name] = float(abs(self.force[other, ..., 1 + beside]).max()) / largest if largest > 0.0 else 0.0
-        return Derivatives(force, velocity, doubt)
+    def by_direction(self) -> tuple[list[Vector], list[Vector]]:
+        """Return the derivatives of forces and velocities in each direction."""
+        places = [divmod(number, DIRECTIONS) for number in range(self.interface.size, self.directions)]
+        force, velocity = (
+            [kept[group, ..., 1 + lane] for group, lane in places] for kept in (self.force, self.velocity)
+        )
+        return force, velocity

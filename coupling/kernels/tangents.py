@@ -19,7 +19,7 @@ from coupling.kernels.agreement import PIECES
 from coupling.kernels.recorders import reads_structure, record
 from particles.kernels.motion import advance, contact_forces
 from structures.kernel_cache import inner
-from structures.kernels.arrays import solve
+from structures.kernels.arrays import copy, solve
 from structures.kernels.duals import DIRECTIONS, Lanes, as_duals
 from structures.kernels.families import of_run
 from structures.kernels.linear import let_go, push, read
@@ -56,6 +56,8 @@ class Moving(NamedTuple):
     """Work space of chains."""
     saved: Vector
     """Forces of contacts, work space."""
+    moved: Vector
+    """Whether the structures of each group have moved."""
 
 
 class Tangents(NamedTuple):
@@ -112,10 +114,15 @@ def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window
         for k in range(count if group == 0 else 0):
             moving.y[0, i, 1 + k], moving.v[0, i, 1 + k] = 0.0, 0.0
     for k in range(count):
-        push(structure, k, force[0, k], body)
-    let_go(structure, body, free)
+        for lane in range(DIRECTIONS + 1):
+            moving.moved[group] = moving.moved[group] or moving.force[group, 0, k, lane] != 0.0
+    if moving.moved[group]:
+        for k in range(count):
+            push(structure, k, force[0, k], body)
+        let_go(structure, body, free)
+        copy(free, body)
     for k in range(count):
-        place = read(structure, k, free)
+        place = read(structure, k, free) if moving.moved[group] else 0.0 * force[0, k]
         for j in range(count):
             place += compliance[k, j] * trial.contact[j].force
         surface[2, k] = place
@@ -130,8 +137,6 @@ def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window
     last = run.window[0].length if bends else window
     y, v, work = as_duals(moving.y, group), as_duals(moving.v, group), as_duals(moving.work, 0)
     answer_chains(chains, 0, plan, t, window, last, bends, y, v, surface, static, force, work)
-    for i in range(body.size):
-        body[i] = free[i]
 
 
 @inner()

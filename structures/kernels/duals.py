@@ -138,11 +138,13 @@ COMPARISONS = {
 
 
 def _root(context: Any, builder: Any, a: Any) -> Any:
-    """Return the square root; where the value is zero, the slope is that of an open contact."""
+    """Return the square root. That of zero, of a contact that is open, has the slope zero and costs nothing."""
     x, zero = _value(builder, a), DOUBLE(0.0)
-    root = builder.call(builder.module.declare_intrinsic("llvm.sqrt", [DOUBLE]), [x])
-    slope = builder.select(builder.fcmp_ordered(">", x, zero), builder.fdiv(DOUBLE(0.5), root), zero)
-    return _scaled(builder, a, slope, root)
+    result = cgutils.alloca_once_value(builder, ir.Constant(VECTOR, [0.0] * LANES))
+    with builder.if_then(builder.fcmp_unordered("!=", x, zero)):
+        root = builder.call(builder.module.declare_intrinsic("llvm.sqrt", [DOUBLE]), [x])
+        builder.store(_scaled(builder, a, builder.fdiv(DOUBLE(0.5), root), root), result)
+    return builder.load(result)
 
 
 UNARY: dict[Any, Any] = {
