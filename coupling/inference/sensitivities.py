@@ -74,8 +74,8 @@ def sensitivities(
 
     Notes
     -----
-    Forward mode suits up to some twenty parameters; five take about as long as four runs, twenty as fifteen. Where a contact
-    just opens, or a contact yields further, the derivative is that of the side on which the run is.
+    Forward mode suits up to some twenty parameters; five take about as long as four runs, twenty as fifteen. Where a
+    contact just opens, or yields further, the derivative is that of the side on which the run is.
 
     References
     ----------
