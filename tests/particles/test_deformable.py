@@ -45,8 +45,8 @@ PRESSED = {"preload": 2.0, "striker": "spring"}
 # Each structure compiles each kind of chain anew, and a solid moves window by window: one kind each.
 @pytest.mark.thorough
 @pytest.mark.parametrize(("structure", "integrator", "more"), [
-    *product(("nothing", "half-space"), ("verlet", "rk4"), (PLAIN, LOSSY, PRESSED)),
-    ("rod", "verlet", PRESSED), ("solid", "rk4", LOSSY),
+    *product(("nothing",), ("verlet", "rk4"), (PLAIN, LOSSY, PRESSED)),
+    ("half-space", "rk4", PRESSED), ("rod", "verlet", PRESSED), ("solid", "rk4", LOSSY),
 ])  # fmt: skip
 def test_with_one_mode_it_is_a_chain_with_that_law(
     law: Any, structure: str, integrator: str, more: dict[str, Any]
