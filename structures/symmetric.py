@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
+from structures.one_thread import one_thread
 from structures.ordering import decomposition
 
 Vector: TypeAlias = NDArray[np.float64]
@@ -19,9 +20,6 @@ SMALL_MATRIX = 500
 """A matrix of at most this many rows is factorised immediately to look for negative eigenvalues, in one or two
 milliseconds. Larger matrices are checked when they are factorised or projected anyway (`reduce`, the steppers).
 """
-
-FULL = 0.2
-"""Part of the entries of a matrix that are not zero above which dense factors are faster than sparse ones."""
 
 EIGENVALUE_ROUNDING = 1e-9
 """Negative eigenvalues of D^−½ A D^−½ (D the diagonal of A) closer to zero than this are attributed to rounding. Those
@@ -89,14 +87,13 @@ def check_definite(name: str, matrix: sparse.csr_array) -> None:
         raised = np.full(used.size, -EIGENVALUE_ROUNDING)
     else:
         raised = EIGENVALUE_ROUNDING + PROJECTION_ROUNDING * np.minimum(scale / scale.min(), 1e8) ** 2
-    # The dense factor of a band decays into subnormal numbers, which took 0.1 s for 238 unknowns of a rod.
-    full = inner.nnz > FULL * used.size**2
-    positive = _dense(inner, scale, raised) if full else _sparse(inner, scale, raised)
+    positive = _dense(inner, scale, raised) if used.size <= SMALL_MATRIX else _sparse(inner, scale, raised)
     if not positive:
         kind = "must be positive definite" if name == "mass" else "must have no negative eigenvalue"
         raise ValueError(f"{name}: {kind}, but has one of about {_lowest(inner):.3g} {UNITS[name]}")
 
 
+@one_thread
 def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
     """Return whether scale · matrix · scale, with its diagonal raised, is positive definite, by Cholesky's method."""
     scaled = scale[:, None] * matrix.toarray() * scale
