@@ -11,6 +11,7 @@ from plates.elements.field import PlateSampler
 from plates.section import Section, homogeneous_section, section_data
 from structures.caution import caution
 from structures.checks import instance, short
+from structures.described import registered
 from structures.field import Field, Sampler
 from structures.material import Material
 from structures.structure import Structure
@@ -22,6 +23,12 @@ SAME_RATIO = 1e-12
 
 THICK = 0.1
 """Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
+
+SCALES = {
+    "shape", "length", "width", "cells", "scale", "merge", "tags", "thickness", "material", "supports", "additions",
+    "highest_frequency",
+}  # fmt: skip
+"""Parameters of the builders that the scaling understands; it refuses all others by name."""
 
 
 def scaled(structure: Structure, thickness: float | None = None, material: Material | None = None) -> Structure:
@@ -125,6 +132,8 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
     names = {field.name for field in fields(Material)}
     supports = origin.get("supports")
     held = supports.values() if isinstance(supports, Mapping) else ()
+    declared = next((entry.parameters for entry in registered() if entry.called == kind), {})
+    stated = {name for name, of in declared.items() if origin.get(name) not in (None, of.default)}
     if not kind.startswith("Kirchhoff "):
         why = "only plates in Kirchhoff's theory do; in others shear, rotary inertia or the contact scale differently"
     elif not isinstance(material, Mapping) or set(material) != names:
@@ -135,8 +144,13 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
         why = "its elastic edges keep their stiffness"
     elif damped or origin.get("damping"):
         why = "its damping does not scale; scale first, then add damping"
+    elif others := sorted(stated - SCALES):
+        why = f"its {others[0]} = {short(origin[others[0]])} may change in another way"
     else:
-        return homogeneous_section(origin["thickness"], Material(**material))
+        wall = homogeneous_section(origin["thickness"], Material(**material))
+        if section_data(wall) == origin["section"]:
+            return wall
+        why = "its section is not that of its thickness and material"
     raise ValueError(f"{name}: this {kind} does not scale with thickness and material, as {why}")
 
 

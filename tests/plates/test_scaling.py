@@ -8,6 +8,7 @@ import pytest
 from skfem import MeshTri
 
 import hertzlink as hl
+from structures.described import Parameter, description
 
 SUPPORTS = hl.Supports("simple", "simple", "simple", "simple")
 GLASSY = hl.Material(70e9, hl.ALUMINIUM_6061.poisson_ratio, 2500.0, "ν of aluminium")
@@ -140,6 +141,31 @@ LAMINATE = hl.Laminate([hl.Ply(hl.ALUMINIUM_6061, 1e-3), hl.Ply(hl.BRASS_360, 1e
 def test_what_does_not_scale_is_refused(structure, changes, words):
     with pytest.raises(ValueError, match=words):
         hl.scaled(structure(), **changes)
+
+
+@pytest.mark.parametrize(
+    "scale",
+    [
+        lambda plate: hl.scaled(plate.at(0.06, 0.05), THICK),
+        lambda plate: hl.ReducedPlate(plate, 1e-4, 0.06, 0.05, tolerance=0.1, thickness=(THIN, THICK)),
+    ],
+)
+def test_a_further_parameter_of_the_builder_is_refused_by_name(scale, monkeypatch):
+    """No scaling of a foam is known here: a parameter that is declared later must not be dropped."""
+    entry = description(hl.kirchhoff_plate)
+    monkeypatch.setitem(entry.parameters, "porosity", Parameter("porosity", float, (), 0.0, False))
+    solid = plate(cells=(8, 6))
+    foam = replace(solid, origin={**solid.origin, "porosity": 0.3})
+    with pytest.raises(ValueError, match=r"its porosity = 0\.3 may change in another way"):
+        scale(foam)
+    assert hl.scaled(replace(foam, origin=solid.origin).at(0.06, 0.05), THICK).origin["thickness"] == THICK
+
+
+def test_a_wall_that_is_not_of_its_material_is_refused():
+    usual = plate(cells=(8, 6))
+    stiffer = replace(usual.section, bending=2.0 * usual.section.bending)
+    with pytest.raises(ValueError, match="its section is not that of its thickness and material"):
+        hl.scaled(replace(usual, section=stiffer).at(0.06, 0.05), THICK)
 
 
 def test_a_thick_plate_warns():
