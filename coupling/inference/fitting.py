@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import exp, log
-from typing import NamedTuple
+from inspect import isclass
+from math import exp, inf, log
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -16,18 +17,11 @@ from coupling.results.measures import sensor_force
 from coupling.sweeps.batch import batch
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
-from particles.dissipation import (
-    FORMS,
-    Dissipation,
-    KuwabaraKono,
-    LinearDashpot,
-    MassProportional,
-    PowerDashpot,
-    Tsuji,
-)
+from particles.dissipation import FORMS, Dissipation, PowerDashpot
 from particles.moving import MovingChain
 from structures.caution import collected
 from structures.checks import instance, listed, one_of, short, whole
+from structures.described import description, of_family
 from structures.html_table import html_table
 from structures.structure import Structure, Vector
 
@@ -56,10 +50,6 @@ LARGEST_LOGARITHM = 200.0
 """Logarithms are kept within ± this number, so that their exponentials are finite."""
 
 COMPARE = ("pulses", "peaks")
-
-ONE_PARAMETER: dict[type[Dissipation], str] = {
-    LinearDashpot: "coefficient", MassProportional: "rate", KuwabaraKono: "time", Tsuji: "coefficient",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -148,8 +138,8 @@ def fit_dissipation(
     chain : Chain
         The chain of the experiment; its own loss is not used.
     law : type
-        The kind of loss. PowerDashpot: coefficient and exponent are fitted. LinearDashpot, MassProportional,
-        KuwabaraKono, Tsuji: their single parameter is fitted.
+        The kind of loss. PowerDashpot: coefficient and exponent are fitted. A described loss of a single number from
+        zero (no loss) upwards, such as LinearDashpot or one of your own: that number is fitted.
     form : str
         The form of a PowerDashpot.
     sensors : sequence of int, optional
@@ -188,8 +178,8 @@ def fit_dissipation(
     """
     if isinstance(instance("chain", chain, Chain, "a Chain"), DeformableChain):
         raise ValueError(f"chain = {short(chain)}: must be a Chain of point masses, not of deformable beads")
-    if not any(law is loss for loss in (PowerDashpot, *ONE_PARAMETER)):
-        names = ", ".join(loss.__name__ for loss in ONE_PARAMETER)
+    if law is not PowerDashpot and not _single(law):
+        names = ", ".join(entry.name for entry in of_family(Dissipation) if _single(entry.target))
         raise ValueError(f"law = {short(law)}: must be one of PowerDashpot, {names}")
     if structure is not None:
         instance("structure", structure, Structure, "a Structure or None")
@@ -210,6 +200,14 @@ def fit_dissipation(
             model.residual, model.nearest_start(), jac=model.jacobian, bounds=model.bounds, x_scale="jac", xtol=1e-7
         )
     return _fit(model, best.x, best.jac, best.fun)
+
+
+def _single(law: Any) -> str:
+    """Return the name of the single parameter of a loss, a number from zero upwards; empty where there is none."""
+    of = description(law) if isclass(law) and issubclass(law, Dissipation) else None
+    numbers = list(of.parameters.values()) if of else []
+    scale = numbers[0].quantity if len(numbers) == 1 else None
+    return numbers[0].name if scale and scale.or_zero and scale.high == inf else ""
 
 
 def _sensors(signals: xr.Dataset, sensors: Iterable[int] | None) -> list[int]:
@@ -390,7 +388,7 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Dissip
     half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST_LOGARITHM)
     loss = model.loss(p)
     if not isinstance(loss, PowerDashpot):
-        name = ONE_PARAMETER[model.law]
+        name = _single(model.law)
         value = getattr(loss, name)
         interval = {name: (value * exp(-half[0]), value * exp(half[0]))}
         note = (

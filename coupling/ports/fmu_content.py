@@ -3,24 +3,21 @@
 import importlib.metadata
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from inspect import isclass
 from math import isfinite
 from typing import Any, NamedTuple
 
 from coupling.files import plain
 from coupling.ports.guest import GuestState, guest_chain
-from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere
+from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
 from particles.deformable.vibration import vibration
-from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional, PowerDashpot, Restitution, Tsuji
-from particles.excitation import Piston, PushedBead, SpringLoaded
-from particles.laws.computed import ComputedLaw
-from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
-from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
+from particles.laws.law import ContactLaw
+from particles.laws.yielding import YieldingLaw
 from particles.moving import ChainState
 from structures.checks import short
-from structures.damping import Modal, Rayleigh, StandardLinearSolid
-from structures.material import Material
+from structures.described import registered
 from structures.surface import Surface
 
 
@@ -38,11 +35,10 @@ class KnownLaws:
         raise ValueError(f"law: knows no contact of {bead!r} with {facing!r}")
 
 
+HOMES = "particles.", "structures.damping", "structures.material", "structures.surface"
 TYPES = plain.own_types(
-    Chain, DeformableChain, Sphere, HollowSphere, Ellipsoid, Cylinder, Material, Surface, SpringLoaded, PushedBead,
-    Piston, LinearDashpot, PowerDashpot, MassProportional, KuwabaraKono, Tsuji, Restitution, PowerLaw, TabulatedLaw,
-    ComputedLaw, KnownLaws, JacksonGreen, Thornton, Modal, Rayleigh, StandardLinearSolid,
-)  # fmt: skip
+    KnownLaws, *(of.target for of in registered() if isclass(of.target) and of.target.__module__.startswith(HOMES))
+)
 """Everything that a chain consists of, unless a user defines a class of his own."""
 
 

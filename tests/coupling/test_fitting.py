@@ -3,6 +3,7 @@ is reported.
 """
 
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -75,6 +76,25 @@ def test_a_single_parameter_comes_back(loss: Dissipation, compare: str) -> None:
     assert half < 0.1 * truth
 
 
+@hl.described
+class Relaxing(hl.Dissipation):
+    """A loss of one's own, with a single number."""
+
+    time: Annotated[float, hl.quantities.Quantity("s", "a time", or_zero=True)]
+    piece = "tangent"
+
+    def coefficients(self, mass: np.ndarray) -> np.ndarray:
+        return np.full_like(mass, self.time)
+
+
+def test_the_number_of_a_loss_of_ones_own_comes_back() -> None:
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    fit = hl.fit_dissipation(run_of(Relaxing(5e-7), chain, 3e-4), chain, Relaxing, sensors=[7, 12])
+    assert isinstance(fit.loss, Relaxing)
+    assert fit.loss.time == pytest.approx(5e-7, rel=1e-3)
+    assert list(fit.intervals) == ["time"]
+
+
 def test_a_search_warns_once_at_the_users_line() -> None:
     """Of the run with the loss that was found; each of the search's runs yields too."""
     soft = hl.Sphere(4.76e-3, hl.STEEL_316)
@@ -107,6 +127,8 @@ def test_a_loss_of_another_kind_leaves_a_greater_difference() -> None:
     ("keywords", "message"),
     [
         ({"law": hl.Restitution}, "law = .*Restitution.*must be one of PowerDashpot, LinearDashpot"),
+        ({"law": hl.Sphere}, "law = .*Sphere.*: must be one of PowerDashpot"),
+        ({"law": "LinearDashpot"}, "law = 'LinearDashpot': must be one of PowerDashpot"),
         ({"form": "global"}, "form = 'global'"),
         ({"compare": "all"}, "compare = 'all'"),
         ({"sensors": [7]}, r"sensors = \[7\]: must be two or more"),

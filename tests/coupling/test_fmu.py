@@ -524,6 +524,22 @@ def test_every_kind_of_chain_is_data() -> None:
         assert facing == {"surface": SURFACE, "flexibility": 1e-9, "dt": 1e-8}
 
 
+def test_every_described_part_of_a_chain_is_read_back() -> None:
+    """A bead, loss, excitation, law or damping that is declared later needs no line here."""
+    script = (
+        "from coupling.ports.fmu_content import TYPES\n"
+        "import hertzlink._described\n"
+        "from structures.described import registered\n"
+        "parts = [of.target for of in registered() if isinstance(of.target, type)]\n"
+        "homes = 'particles.', 'structures.damping'\n"
+        "of_chains = [part.__name__ for part in parts if part.__module__.startswith(homes)]\n"
+        "print(len(of_chains) > 20, *sorted({*of_chains} - {*TYPES}), *sorted({*TYPES} - {*of_chains}))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    # A theory of waves is no part of a chain.
+    assert done.stdout.split() == ["True", "UniformChain", "KnownLaws", "Material", "Surface"]
+
+
 def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
     with pytest.raises(ImportError, match=r'pip install "hertzlink\[fmu\]"'):
