@@ -13,7 +13,7 @@ from plates.contacts import Contact, Places, common_copies, contacts_at, contact
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
 from plates.prestress import GROUND, Prestress
-from plates.section import Section, all_around, mirrors_itself, point_rigidity, section_data
+from plates.section import Section, all_around, check_thickness, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
@@ -29,7 +29,6 @@ from structures.material import Material, check_stress
 from structures.mesh_reading import Tag, known
 from structures.structure import Structure
 from structures.surface import Surface
-from structures.units import readable
 from structures.unmeshed import Unmeshed, is_unmeshed
 
 MEMBERS = (
@@ -46,10 +45,6 @@ MANY = 100_000
 
 BYTES_PER_UNKNOWN = 1e4
 """Memory of a degree of freedom with its part of the factorised matrices."""
-
-THICK = 0.1
-"""Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
-
 
 ROUNDING = 1e-9
 """Part of a force below which it counts as zero."""
@@ -144,14 +139,7 @@ class Plate:
                     f"supports[{name!r}] = 'symmetry': a wall with D₁₆ or D₂₆ along this edge is not its own mirror "
                     "image; mesh the whole plate"
                 )
-        shorter = min(self.length, self.width)
-        if section.thickness > shorter:
-            raise ValueError(f"thickness = {section.thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
-        if self.element.thin and section.thickness > THICK * shorter:
-            caution(
-                f"thickness = {readable(section.thickness, 'm', 6)}: exceeds a tenth of the plate's shorter "
-                "side; Kirchhoff's theory is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
-            )
+        check_thickness(section.thickness, min(self.length, self.width), self.element.thin)
         object.__setattr__(self, "additions", check_additions(self.additions, box))
         for i, addition in enumerate(self.additions):
             if objection := self.element.objection(addition):

@@ -3,26 +3,22 @@
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
 from functools import partial
+from math import inf
 from typing import Any
 
 from scipy import sparse
 
 from plates.elements.field import PlateSampler
-from plates.section import Section, homogeneous_section, section_data
-from structures.caution import caution
+from plates.section import Section, check_thickness, homogeneous_section, section_data
 from structures.checks import instance, short
 from structures.described import registered
 from structures.field import Field, Sampler
 from structures.material import Material
 from structures.structure import Structure
 from structures.surface import Surface
-from structures.units import readable
 
 SAME_RATIO = 1e-12
 """Poisson's ratios that differ by less than this are equal."""
-
-THICK = 0.1
-"""Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
 
 SCALES = {
     "shape", "length", "width", "cells", "scale", "merge", "tags", "thickness", "material", "supports", "additions",
@@ -81,7 +77,8 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
             f"material = {new.struck.name or short(new.struck)}: has ν = {new.struck.poisson_ratio}, must have the "
             f"plate's {old.struck.poisson_ratio}; a plate of another ν has other modes, build and reduce it"
         )
-    _check_thickness(structure.origin, new.thickness)
+    # The sides of an outline are not in its data.
+    check_thickness(new.thickness, min(structure.origin.get(side, inf) for side in ("length", "width")))
     heavier, stiffer = factors(old, new.thickness, new.struck.youngs_modulus, new.struck.density)
     faster = wave_speed(old, new)
     field, oscillators = structure.field, _identity(structure.mass)
@@ -152,18 +149,6 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
             return wall
         why = "its section is not that of its thickness and material"
     raise ValueError(f"{name}: this {kind} does not scale with thickness and material, as {why}")
-
-
-def _check_thickness(origin: Mapping[str, Any], thickness: float) -> None:
-    """Warn of a plate that has become thick; the sides of an outline are not in its data."""
-    sides = [origin[name] for name in ("length", "width") if name in origin]
-    if sides and thickness > min(sides):
-        raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {min(sides):.6g} m")
-    if sides and thickness > THICK * min(sides):
-        caution(
-            f"thickness = {readable(thickness, 'm', 6)}: exceeds a tenth of the plate's shorter side; "
-            "Kirchhoff's theory is for thin plates, mindlin_plate for thicker ones"
-        )
 
 
 def _identity(mass: sparse.csr_array) -> bool:

@@ -5,11 +5,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from structures.caution import caution
 from structures.described import described, described_as
 from structures.elasticity import shear_modulus
 from structures.material import Material
 from structures.quantities import Asks, Quantity, Thickness, WallThickness
 from structures.structure import Vector
+from structures.units import readable
 
 SHEAR_CORRECTION = 5.0 / 6.0
 """Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
@@ -17,6 +19,8 @@ SHEAR_CORRECTION = 5.0 / 6.0
 DIRECTIONS = 720
 """Directions in which D(φ) is sampled: its mean is exact to rounding unless the stiffnesses differ extremely."""
 
+THICK = 0.1
+"""Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
 
 ROUNDING = 1e-9
 """Part of a stiffness below which an entry counts as zero."""
@@ -127,6 +131,18 @@ def homogeneous_section(
     shear = shear_correction * shear_modulus(material) * thickness * np.eye(2)
     mass = material.density * thickness
     return Section(bending, shear, mass, mass * thickness**2 / 12.0, thickness, material)
+
+
+def check_thickness(thickness: float, shorter: float, thin: bool = True) -> None:
+    """Raise a ValueError for a wall thicker than the plate's shorter side, m; warn of one too thick for a thin plate's
+    theory."""
+    if thickness > shorter:
+        raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
+    if thin and thickness > THICK * shorter:
+        caution(
+            f"thickness = {readable(thickness, 'm', 6)}: exceeds a tenth of the plate's shorter "
+            "side; Kirchhoff's theory is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
+        )
 
 
 def stiffness_towards(section: Section, angle: Vector) -> Vector:
