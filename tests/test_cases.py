@@ -305,20 +305,22 @@ CHAIN = hl.Chain([STEEL] * 4, STEEL, 0.1)
 
 
 @pytest.mark.parametrize(
-    ("simulation", "words"),
+    ("simulation", "words", "cure"),
     [
-        (lambda: hl.CoSimulation(hl.Chain([STEEL, Drilled(4e-3)], STEEL, 0.1), None), "chain.beads[1]: cannot be rebuilt: 'Drilled'"),
-        (lambda: hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.1, law=stiff), None), "chain.law: cannot be rebuilt"),
-        (lambda: hl.CoSimulation(CHAIN, hl.Structure([[1.0]], [[1e6]], None, [1.0], 0.0, hl.Surface(hl.PTFE))), "structure: cannot be rebuilt: 'a structure of your own'"),
-        (lambda: hl.CoSimulation(CHAIN, hl.scaled(hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, hl.Supports("clamped"), cells=(6, 5)).at(0.02, 0.02), 3e-3)), "structure.scaled_from: cannot be rebuilt"),
-        (lambda: hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(hl.rod(ROD), own_step)), "structure.stepper: cannot be rebuilt"),
+        (lambda: hl.CoSimulation(hl.Chain([STEEL, Drilled(4e-3)], STEEL, 0.1), None), "chain.beads[1]: cannot be rebuilt: 'Drilled'", "write it under @hl.described, and import its file before"),
+        (lambda: hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.1, law=stiff), None), "chain.law: cannot be rebuilt", "--with FILE.py"),
+        (lambda: hl.CoSimulation(CHAIN, hl.Structure([[1.0]], [[1e6]], None, [1.0], 0.0, hl.Surface(hl.PTFE))), "structure: cannot be rebuilt: 'a structure of your own'", "--with FILE.py"),
+        (lambda: hl.CoSimulation(CHAIN, hl.scaled(hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, hl.Supports("clamped"), cells=(6, 5)).at(0.02, 0.02), 3e-3)), "structure.scaled_from: cannot be rebuilt", "build the plate with its own thickness"),
+        (lambda: hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(hl.rod(ROD), own_step)), "structure.stepper: cannot be rebuilt", "use one of midpoint, newmark"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_rebuilt_is_named(simulation: Callable[[], hl.CoSimulation], words: str) -> None:
+def test_what_cannot_be_rebuilt_is_named(simulation: Callable[[], hl.CoSimulation], words: str, cure: str) -> None:
     run = simulation().run(until=2e-5)
     with pytest.raises(ValueError, match="cannot be rebuilt") as error:
         hl.from_input(run)
     assert str(error.value).startswith(words)
+    assert cure in str(error.value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("given", ["", "{}", "[1]", 7, xr.Dataset(), {"chain": {}, "structure": None}])
@@ -330,7 +332,7 @@ def test_what_is_no_input_is_refused(given: Any) -> None:
 def test_a_chain_with_more_than_a_case_has_is_refused() -> None:
     given = json.loads(hl.CoSimulation(CHAIN, None).run(until=2e-5).attrs["input"])
     given["chain"]["colour"] = 3
-    with pytest.raises(ValueError, match=r"chain\.colour: cannot be rebuilt"):
+    with pytest.raises(ValueError, match=r"chain\.colour: cannot be rebuilt: .*; build the chain in Python"):
         hl.from_input(given)
 
 
@@ -339,7 +341,10 @@ def test_an_input_that_no_builder_gives_is_refused() -> None:
     run = hl.CoSimulation(CHAIN, hl.infinite_plate(2e-3, hl.BRASS_360)).run(until=2e-5)
     given = json.loads(run.attrs["input"])
     given["structure"]["impedance"] *= 1.01
-    with pytest.raises(ValueError, match=r"structure\.impedance: cannot be rebuilt: .*, which a case builds as"):
+    with pytest.raises(
+        ValueError,
+        match=r"structure\.impedance: cannot be rebuilt: .*, which a case builds as .*; give the builder what differs",
+    ):
         hl.from_input(given)
 
 

@@ -153,7 +153,7 @@ class Built(Declared, Body):
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         """Return the entries from the origin of a structure; raise a ValueError for what no case can hold."""
         if "opening" in inputs:
-            raise refused("structure.opening", "gaps that are neither cracks of a rod nor delaminations of a plate")
+            raise refused("structure.opening", "gaps of neither a rod nor a plate", "describe a function that makes it")
         return fields_of(inputs, cls.of, "structure")
 
 
@@ -193,7 +193,7 @@ class Rod(Built):
         data = super().entries(rest | ({"elements": counts.pop()} if len(counts) == 1 else {}))
         if "cracks" in inputs:
             if "opening" not in inputs:
-                raise refused("structure.cracks", "cracks that nothing closes")
+                raise refused("structure.cracks", "cracks that nothing closes", "use hl.stepping.Closing")
             gaps = zip(inputs["cracks"], *(inputs[name] for name in GAP.parameters), strict=True)
             data["cracks"] = [{"after": i, **dict(zip(GAP.parameters, gap, strict=True))} for i, *gap in gaps]
         elif "opening" in inputs:
@@ -219,7 +219,7 @@ class Solid(Built):
     @classmethod
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         if inputs["mesh"] == "meshio.Mesh" or len(inputs["materials"]) != 1:
-            raise refused("structure.mesh", "a mesh in memory, or of several materials")
+            raise refused("structure.mesh", "a mesh in memory, or of several materials", "give a file of one")
         return super().entries({**inputs, "material": inputs["materials"][0]})
 
 

@@ -33,6 +33,8 @@ EMPTY: Mapping[Any, Any] = {}
 
 MOST_BEADS = 100_000
 
+DESCRIBE = "write it under @hl.described, and import its file before hl.from_input (a case file takes --with FILE.py)"
+
 
 @dataclass(frozen=True)
 class Form:
@@ -162,7 +164,7 @@ def data_of(value: Any, path: str, *families: type) -> Data:
     by_class = {entry.name: (entry, TAGS.get(family, "kind")) for family in families for entry in members(family)}
     if not isinstance(value, Mapping) or value.get("class") not in by_class:
         what = value.get("class", value) if isinstance(value, Mapping) else value
-        raise refused(path, f"{short(what)}, which is no part of a case")
+        raise refused(path, f"{short(what)}, which is no part of a case", DESCRIBE)
     of, tag = by_class[value["class"]]
     return {tag: of.kind, **fields_of(value, of, path)}
 
@@ -175,7 +177,7 @@ def fields_of(inputs: Mapping[str, Any], of: Described, path: str) -> Data:
     for name in forms:
         default = of.parameters[name].default
         if inputs[name] is None and isinstance(default, int | float) and isfinite(default):
-            raise refused(f"{path}.{name}", f"None; what is left out is {default!r}")
+            raise refused(f"{path}.{name}", f"None; what is left out is {default!r}", "state a number in `given`")
     return {
         name: form.plain(inputs[name], f"{path}.{name}") for name, form in forms.items() if inputs[name] not in absent
     }
@@ -201,9 +203,9 @@ def described_by(target: Any) -> Described:
     return of
 
 
-def refused(path: str, what: str) -> ValueError:
-    """Return the error for what no case can hold."""
-    return ValueError(f"{path}: cannot be rebuilt: {what}")
+def refused(path: str, what: str, cure: str) -> ValueError:
+    """Return the error for what no case can hold. cure: what the user can do."""
+    return ValueError(f"{path}: cannot be rebuilt: {what}; {cure}")
 
 
 def field_of(parameter: Parameter) -> tuple[Any, Any]:

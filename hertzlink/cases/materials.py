@@ -121,7 +121,7 @@ def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
 def _plain(inputs: Any, path: str) -> str | Data:
     """Return a material by its name, or by its properties where it is none of the table's."""
     if not isinstance(inputs, Mapping) or set(inputs) != set(described_by(Material).parameters):
-        raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
+        raise refused(path, "not of one isotropic material, as of a laminate", "state the wall in a case file")
     if MATERIALS.get(inputs["name"]) == Material(**inputs):
         return str(inputs["name"])
     return stated(inputs)

@@ -158,11 +158,11 @@ class PlateBody(Walled):
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         at, gaps = inputs.get("at"), {name: [*inputs.get(name, [])] for name in GAP.parameters}
         if not isinstance(at, list):
-            raise refused("structure.at", f"{short(at)}, which is no point")
+            raise refused("structure.at", f"{short(at)}, which is no point", "strike the plate with plate.at(x, y)")
         places = [list(place) for place in zip(*at, strict=True)] if isinstance(at[0], list) else at
         additions = [_addition(addition, gaps, "opening" in inputs) for addition in inputs.get("additions", [])]
         if gaps["opening"]:
-            raise refused("structure.opening", "gaps that are not those of a delamination")
+            raise refused("structure.opening", "gaps of no delamination", "add a Delamination to the plate")
         rest = {name: value for name, value in inputs.items() if name != "additions"}
         struck = {"at": places, "face": inputs.get("face", "front")}
         return super().entries(rest) | struck | ({"additions": additions} if additions else {})
@@ -172,17 +172,19 @@ def _addition(inputs: Mapping[str, Any], gaps: dict[str, list[float]], closes: b
     """Return an addition from its fields; a delamination takes its part of the gaps, which are listed one after
     another."""
     kinds: tuple[type, ...] = get_args(Addition)
-    of = next(of for of in map(description, kinds) if of is not None and set(of.parameters) == set(inputs))
+    of = next((of for of in map(description, kinds) if of is not None and set(of.parameters) == set(inputs)), None)
+    if of is None:
+        raise refused("structure.additions", short(dict(inputs)), f"use {', '.join(kind.__name__ for kind in kinds)}")
     data: Data = {"kind": of.kind, **fields_of(inputs, of, "structure.additions")}
     if of.target is PointMass:
         return {"kind": of.kind, "at": [inputs["x"], inputs["y"]], "mass": inputs["mass"]}
     if of.target is Delamination:
         if not closes:
-            raise refused("structure.additions", "a delamination that nothing closes")
+            raise refused("structure.additions", "a delamination that nothing closes", "use hl.stepping.Closing")
         for name, values in gaps.items():
             values_of_gap, gaps[name] = values[: prod(inputs["points"])], values[prod(inputs["points"]) :]
             if len(set(values_of_gap)) != 1:
-                raise refused(f"structure.{name}", "a delamination whose points are not all alike")
+                raise refused(f"structure.{name}", "a delamination whose points differ", "give all the same gap")
             data[name] = values_of_gap[0]
     return data
 
@@ -228,7 +230,7 @@ class Panel(PlateBody):
     @classmethod
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         if inputs.get("mesh") == "meshio.Mesh":
-            raise refused("structure.mesh", "a mesh in memory")
+            raise refused("structure.mesh", "a mesh in memory", "write it to a file and give its path")
         names = ("mesh",) if "mesh" in inputs else ("corners", "holes", "edges")
         return super().entries(inputs) | {name: inputs[name] for name in names if name in inputs}
 

@@ -14,7 +14,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.provenance import as_text, stored, unfolded
 from coupling.schemes.scheme import Scheme
 from hertzlink.cases.case import Case
-from hertzlink.cases.declared import data_of, refused
+from hertzlink.cases.declared import DESCRIBE, data_of, refused
 from hertzlink.cases.entry_paths import written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import World
@@ -28,6 +28,8 @@ ENTRIES = {
     "steps", "waveform", "most_steps",
 }  # fmt: skip
 """Entries of the input of a run: of one chain on one structure, or of several with their contacts."""
+
+CHANGED = "give the builder what differs; what is changed after it is not rebuilt"
 
 ESTIMATES = re.compile(r"structures?(\[\d+\])?\.reduction\.(error_estimate|shorter_pulses)")
 
@@ -72,7 +74,7 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
     if not (several or {"chain", "structure"} <= set(data)) or "until" not in data:
         raise ValueError('given: is not the input of a run; take run.attrs["input"]')
     if unknown := sorted(set(data) - ENTRIES):
-        raise refused(unknown[0], "an entry that a case does not have")
+        raise refused(unknown[0], "an entry that a case does not have", 'take run.attrs["input"] as it is')
     if several:
         sections, reduction = _several(data)
     else:
@@ -129,7 +131,7 @@ def _called(text: str) -> tuple[str, dict[str, Any]]:
             raise ValueError
         return call.func.id, {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
     except (SyntaxError, ValueError):
-        raise refused("scheme", text) from None
+        raise refused("scheme", text, DESCRIBE) from None
 
 
 def _planned(sections: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]) -> Case:
@@ -155,14 +157,14 @@ def _planned(sections: dict[str, Any], run: dict[str, Any], data: Mapping[str, A
             continue  # these windows do not suit this run
         if all(_same(wanted[name], plan[name]) for name in wanted):
             return case
-    raise refused("window", "windows or steps that no entry of [run] gives, such as a dt")
+    raise refused("window", "windows or steps that no entry of [run] gives", "run with a window or an accuracy alone")
 
 
 def _built(case: Case) -> CoSimulation:
     try:
         return case.simulation()
     except Fault as fault:
-        raise refused(written(fault.path), fault.reason) from fault
+        raise refused(written(fault.path), fault.reason, "mend this entry of `given`") from fault
 
 
 def _like(first: CoSimulation, case: Case) -> CoSimulation:
@@ -176,13 +178,13 @@ def _compare(inputs: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:
     rebuilt_inputs = stored(as_text(rebuilt))
     for name in ("chain", "structure", "chains", "structures", "contacts"):
         if (name in inputs) != (name in rebuilt_inputs):
-            raise refused(name, "an input of another form")
+            raise refused(name, "an input of another form", CHANGED)
         if name not in inputs:
             continue
         for path, there, here in _differences(inputs[name], rebuilt_inputs[name], name):
             limit = SAME_ESTIMATE if ESTIMATES.match(path) else SAME
             if not _same(there, here, limit):
-                raise refused(path, f"{there!r}, which a case builds as {here!r}")
+                raise refused(path, f"{there!r}, which a case builds as {here!r}", CHANGED)
 
 
 def _differences(there: Any, here: Any, path: str) -> Iterator[tuple[str, Any, Any]]:

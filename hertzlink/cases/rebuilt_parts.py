@@ -6,7 +6,7 @@ from typing import Any
 
 from hertzlink.cases.bodies import structure_tables
 from hertzlink.cases.chains import CHAIN
-from hertzlink.cases.declared import data_of, described_by, fields_of, members, refused
+from hertzlink.cases.declared import DESCRIBE, data_of, described_by, fields_of, members, refused
 from particles.bead import Bead
 from particles.excitation import Excitation
 from structures.checks import short
@@ -21,9 +21,9 @@ Data = dict[str, Any]
 def chain_data(inputs: Mapping[str, Any]) -> Data:
     """Return the section [chain]."""
     if unknown := sorted(set(inputs) - set(CHAIN.parameters)):
-        raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has")
+        raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has", "build the chain in Python")
     if "vibration" not in str(inputs.get("vibrations", "vibration")):
-        raise refused("chain.vibrations", "vibrations of your own")
+        raise refused("chain.vibrations", "vibrations of your own", "leave them to hl.DeformableChain")
     beads = [data_of(bead, f"chain.beads[{i}]", Bead) for i, bead in enumerate(inputs["beads"])]
     rows = [{**bead, "count": len(list(many))} for bead, many in groupby(beads)]
     if len(rows) == 1:
@@ -49,12 +49,10 @@ def structure_data(inputs: Any) -> tuple[Data, bool | Data]:
     built = {table.of.called: table for table in structure_tables()}
     if not isinstance(inputs, Mapping) or inputs.get("kind") not in built:
         what = inputs.get("kind", "a structure of your own") if isinstance(inputs, Mapping) else inputs
-        raise refused(
-            "structure", f"{short(what)}, which no builder of structures made; --with FILE.py brings one of your own"
-        )
+        raise refused("structure", f"{short(what)}, which no builder of structures made", DESCRIBE)
     data: Data = {name: value for name, value in inputs.items() if value is not None}
     if "scaled_from" in data:
-        raise refused("structure.scaled_from", "a scaled plate; build the plate with its own thickness and material")
+        raise refused("structure.scaled_from", "a scaled plate", "build the plate with its own thickness and material")
     stepper = _stepper(data.pop("stepper", None))
     reduction = _reduction(data.pop("reduction", None))
     damping = [
@@ -72,7 +70,7 @@ def _stepper(inputs: Any) -> Data:
     stepper = {"name": inputs} if isinstance(inputs, str) else inputs
     of = None if not isinstance(stepper, Mapping) else description(STEPPERS.get(str(stepper.get("name"))))
     if of is None:
-        raise refused("structure.stepper", "a stepper of your own")
+        raise refused("structure.stepper", "a stepper of your own", f"use one of {', '.join(STEPPERS)}")
     return {"stepper": {"kind": of.kind, **fields_of(stepper, of, "structure.stepper")}}
 
 
@@ -80,12 +78,13 @@ def _reduction(inputs: Any) -> bool | Data:
     if inputs is None:
         return False
     if "shared" in inputs:
-        raise refused("structure.reduction.shared", "a ReducedPlate")
+        raise refused("structure.reduction.shared", "a ReducedPlate", "use hl.reduce(plate.at(x, y), until)")
     return fields_of(inputs, described_by(reduce), "structure.reduction")
 
 
 def _damping(inputs: Mapping[str, Any], path: str) -> Data:
     of = next((entry for entry in members(Viscous) if entry.called == inputs.get("kind")), None)
     if of is None or inputs.get("part"):
-        raise refused(path, f"{short(dict(inputs))}, which is neither of the whole structure nor of a layer")
+        what = f"{short(dict(inputs))}, which is neither of the whole structure nor of a layer"
+        raise refused(path, what, "use hl.damped with a damping of hl.damping")
     return {"kind": of.kind, **fields_of(inputs, of, path), **({"layer": inputs["layer"]} if "layer" in inputs else {})}
