@@ -18,11 +18,11 @@ from coupling.sweeps.progress import one_bar
 from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
+from hertzlink.commands.study_command import Studies, folder_options
 from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import QUICK, Written, read_study
-from hertzlink.study_options import Studies, folder_options
 from hertzlink.terminal import complain, set_up, show, written
 from structures.caution import collected
 

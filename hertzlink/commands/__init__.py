@@ -1,1 +1,1 @@
-"""Commands of the command line that are more than a study."""
+"""The commands of the command line, with their options."""

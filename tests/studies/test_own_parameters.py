@@ -115,7 +115,7 @@ def test_help_lists_each_parameter_with_unit_and_default(name: str, capsys: pyte
 
 
 def test_help_of_all_studies_loads_none(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hertzlink.study_options.study", lambda name: pytest.fail(f"{name} was loaded"))
+    monkeypatch.setattr("hertzlink.commands.study_command.study", lambda name: pytest.fail(f"{name} was loaded"))
     assert hertzlink("study", "--help") == 0
     said = capsys.readouterr().out
     assert all(name in said for name in STUDIES)
