@@ -74,8 +74,8 @@ class Dissipation(ABC):
     def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
         """Return how fast the loss would stop each contact, 1/s, which limits the step.
 
-        mass, kg: reduced masses; tangent, secant, N/m: F′ and F/δ where contacts are deepest; speed, m/s: of the
-        bodies.
+        mass, kg: reduced masses; speed, m/s: of the bodies. The deepest approach enters through tangent and secant
+        only: F′ and F/δ, N/m, at the depth at which a contact holds all energy of the impact, plus that of the preload.
         """
         if self.piece == "tangent":
             grown = tangent
@@ -109,17 +109,25 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     answer = np.asarray(loss.coefficients(argument))
     if not np.array_equal(argument, mass):
         raise ValueError(f"{name}.coefficients: must return new numbers, not change the masses that it receives")
+    return _of_masses(f"{name}.coefficients", answer, mass, "or the loss adds energy")
+
+
+def fastest_rate(loss: Dissipation, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> float:
+    """Return the largest of a loss's rates, 1/s; a ValueError where a user's are none."""
+    rates = np.asarray(loss.rates(mass, tangent, secant, speed))
+    return float(_of_masses(f"{type(loss).__name__}.rates", rates, mass, "as they limit the step").max())
+
+
+def _of_masses(name: str, answer: Any, mass: Vector, why: str) -> Vector:
+    """Return a user's numbers; a ValueError where there is not one for each mass, or one is negative or not finite."""
     if answer.dtype.kind not in "fiu" or answer.shape != mass.shape:
-        raise ValueError(
-            f"{name}.coefficients: must return {mass.size} numbers, one for each mass that it receives, "
-            f"not {short(answer)}"
-        )
+        each = f"{mass.size} numbers, one for each mass that it receives"
+        raise ValueError(f"{name}: must return {each}, not {short(answer)}")
     wrong = ~(np.isfinite(answer) & (answer >= 0.0))
     if wrong.any():
-        raise ValueError(
-            f"{name}.coefficients: must be finite and not negative, or the loss adds energy, not {answer[wrong][0]!r}"
-        )
-    return answer.astype(float)
+        raise ValueError(f"{name}: must be finite and not negative, {why}, not {answer[wrong][0]!r}")
+    numbers: Vector = answer.astype(float)
+    return numbers
 
 
 def _check_own(name: str, piece: Any, loss: Dissipation) -> None:

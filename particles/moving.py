@@ -13,7 +13,7 @@ from scipy.special import gamma
 from particles import contacts, statics
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.dissipation import kernel_loss
+from particles.dissipation import fastest_rate, kernel_loss
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED, Driven, Free
 from particles.kernels.losses import NoLoss
@@ -282,7 +282,7 @@ class MovingChain:
         deepest = self._deepest_alone + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], UNDERFLOW))
-        fastest = float(loss.rates(self.reduced_mass, tangent, secant, self.speed).max())
+        fastest = fastest_rate(loss, self.reduced_mass, tangent, secant, self.speed)
         return 1.0 / fastest if fastest > 0.0 else inf
 
     @property

@@ -389,6 +389,52 @@ def test_a_loss_that_is_none_is_named(piece: Any, coefficients: Any, message: st
         hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=Own()), None).run(1e-4)
 
 
+@pytest.mark.parametrize(
+    ("rates", "message"),
+    [
+        (lambda mass: mass * np.nan, r"Own\.rates: must be finite and not negative, as they limit the step, not .*nan"),
+        (lambda mass: -mass, r"Own\.rates: must be finite and not negative"),
+        (lambda mass: 5.0, r"Own\.rates: must return \d+ numbers"),
+        (lambda mass: None, r"Own\.rates: must return \d+ numbers"),
+    ],
+)
+def test_rates_that_are_none_are_named(rates: Any, message: str) -> None:
+    class Own(hl.Dissipation):
+        piece = "dashpot"
+
+        def coefficients(self, mass: Vector) -> Vector:
+            return np.ones_like(mass)
+
+        def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Any:
+            return rates(mass)
+
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=Own()), None).run(1e-4)
+
+
+def test_the_deepest_approach_reaches_rates_as_the_docstring_says() -> None:
+    """F′ and F/δ of Hertz's law where it holds the energy of the impact, E = 2/5 k δ^{5/2}."""
+    seen: list[Vector] = []
+
+    class Own(hl.Dissipation):
+        piece = "dashpot"
+
+        def coefficients(self, mass: Vector) -> Vector:
+            return np.ones_like(mass)
+
+        def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
+            seen.extend([tangent, secant])
+            return mass
+
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    hl.CoSimulation(hl.Chain([bead], bead, 0.3, dissipation=Own()), None).run(1e-5)
+    k = 2.0 / 3.0 * hl.STEEL_440C.youngs_modulus / (1.0 - hl.STEEL_440C.poisson_ratio**2) * sqrt(4.76e-3 / 2.0)
+    deepest = (2.5 * 0.5 * bead.mass * 0.3**2 / k) ** 0.4
+    assert seen[0][0] == pytest.approx(1.5 * k * sqrt(deepest), rel=1e-6)
+    assert seen[1][0] == pytest.approx(k * sqrt(deepest), rel=1e-6)
+
+
 def test_a_loss_that_changes_its_masses_is_refused() -> None:
     """The chain has the same array: it would run with other masses."""
 
