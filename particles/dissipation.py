@@ -121,13 +121,11 @@ def fastest_rate(loss: Dissipation, mass: Vector, tangent: Vector, secant: Vecto
 def _of_masses(name: str, answer: Any, mass: Vector, why: str) -> Vector:
     """Return a user's numbers; a ValueError where there is not one for each mass, or one is negative or not finite."""
     if answer.dtype.kind not in "fiu" or answer.shape != mass.shape:
-        each = f"{mass.size} numbers, one for each mass that it receives"
-        raise ValueError(f"{name}: must return {each}, not {short(answer)}")
+        raise ValueError(f"{name}: must return {mass.size} numbers, one for each of its masses, not {short(answer)}")
     wrong = ~(np.isfinite(answer) & (answer >= 0.0))
     if wrong.any():
         raise ValueError(f"{name}: must be finite and not negative, {why}, not {answer[wrong][0]!r}")
-    numbers: Vector = answer.astype(float)
-    return numbers
+    return np.array(answer, dtype=float)
 
 
 def _check_own(name: str, piece: Any, loss: Dissipation) -> None:

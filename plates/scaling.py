@@ -20,10 +20,8 @@ from structures.surface import Surface
 SAME_RATIO = 1e-12
 """Poisson's ratios that differ by less than this are equal."""
 
-SCALES = {
-    "shape", "length", "width", "cells", "scale", "merge", "tags", "thickness", "material", "supports", "additions",
-    "highest_frequency",
-}  # fmt: skip
+SHAPE = "shape", "length", "width", "cells", "scale", "merge", "tags"
+SCALES = {*SHAPE, "thickness", "material", "supports", "additions", "highest_frequency"}
 """Parameters of the builders that the scaling understands; it refuses all others by name."""
 
 
@@ -129,8 +127,7 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
     names = {field.name for field in fields(Material)}
     supports = origin.get("supports")
     held = supports.values() if isinstance(supports, Mapping) else ()
-    declared = next((entry.parameters for entry in registered() if entry.called == kind), {})
-    stated = {name for name, of in declared.items() if origin.get(name) not in (None, of.default)}
+    more = [of for entry in registered() if entry.called == kind for of in entry.parameters.values()]
     if not kind.startswith("Kirchhoff "):
         why = "only plates in Kirchhoff's theory do; in others shear, rotary inertia or the contact scale differently"
     elif not isinstance(material, Mapping) or set(material) != names:
@@ -141,7 +138,7 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
         why = "its elastic edges keep their stiffness"
     elif damped or origin.get("damping"):
         why = "its damping does not scale; scale first, then add damping"
-    elif others := sorted(stated - SCALES):
+    elif others := [of.name for of in more if not (of.name in SCALES or origin.get(of.name) in (None, of.default))]:
         why = f"its {others[0]} = {short(origin[others[0]])} may change in another way"
     else:
         wall = homogeneous_section(origin["thickness"], Material(**material))

@@ -25,7 +25,6 @@ THICK = 0.1
 ROUNDING = 1e-9
 """Part of a stiffness below which an entry counts as zero."""
 
-
 ShearCorrection = Annotated[float, Quantity()]
 
 
@@ -134,8 +133,7 @@ def homogeneous_section(
 
 
 def check_thickness(thickness: float, shorter: float, thin: bool = True) -> None:
-    """Raise a ValueError for a wall thicker than the plate's shorter side, m; warn of one too thick for a thin plate's
-    theory."""
+    """Raise a ValueError for a wall thicker than the plate's shorter side, m; warn where it exceeds the thin theory."""
     if thickness > shorter:
         raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
     if thin and thickness > THICK * shorter:

@@ -32,7 +32,6 @@ Data = dict[str, Any]
 EMPTY: Mapping[Any, Any] = {}
 
 MOST_BEADS = 100_000
-
 DESCRIBE = "write it under @hl.described, and import its file before hl.from_input (a case file takes --with FILE.py)"
 
 

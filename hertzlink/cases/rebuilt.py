@@ -30,7 +30,6 @@ ENTRIES = {
 """Entries of the input of a run: of one chain on one structure, or of several with their contacts."""
 
 CHANGED = "give the builder what differs; what is changed after it is not rebuilt"
-
 ESTIMATES = re.compile(r"structures?(\[\d+\])?\.reduction\.(error_estimate|shorter_pulses)")
 
 

@@ -85,6 +85,5 @@ def _reduction(inputs: Any) -> bool | Data:
 def _damping(inputs: Mapping[str, Any], path: str) -> Data:
     of = next((entry for entry in members(Viscous) if entry.called == inputs.get("kind")), None)
     if of is None or inputs.get("part"):
-        what = f"{short(dict(inputs))}, which is neither of the whole structure nor of a layer"
-        raise refused(path, what, "use hl.damped with a damping of hl.damping")
+        raise refused(path, f"{short(dict(inputs))}, neither of all the structure nor of a layer", "use hl.damped")
     return {"kind": of.kind, **fields_of(inputs, of, path), **({"layer": inputs["layer"]} if "layer" in inputs else {})}
