@@ -6,10 +6,12 @@ thousands of steps and through contacts that open and close, is exact: dual numb
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import ceil
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from scipy import sparse
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import Engine, structure_piece
@@ -25,6 +27,7 @@ from particles.kernels.motion import WORK_ROWS
 from structures.checks import instance
 from structures.kernels.duals import DIRECTIONS, LANES, Lane, Lanes
 from structures.kernels.linear import Oscillators
+from structures.moving import MovingStructure
 from structures.structure import Vector
 
 Build: TypeAlias = Callable[..., CoSimulation]
@@ -74,6 +77,8 @@ class Derivatives(NamedTuple):
     """Saved times × contacts, N per unit of the parameter."""
     velocity: dict[str, Vector]
     """Saved times × bodies, m/s per unit."""
+    facts: dict[str, dict[str, Vector]]
+    """Of static forces (N), of the beads' centres (m) and of the impact energy (J)."""
     doubt: dict[str, float]
     """Part of the largest derivative of a force by which differences of lower order change it, where that matters."""
 
@@ -104,7 +109,19 @@ def differentiate(
         for (name, slope), change in zip(slopes.items(), engine.by_direction()[0], strict=True):
             size = float(abs(slope).max())
             doubt[name] = float(abs(change).max()) / size if size > 0.0 else 0.0
-    return frames, Derivatives(slopes, dict(zip(parameters, velocity, strict=False)), doubt)
+    facts = {runs.name: _rates_of_facts(runs, kept) for runs in around}
+    return frames, Derivatives(slopes, dict(zip(parameters, velocity, strict=False)), facts, doubt)
+
+
+def _rates_of_facts(runs: _Parameter, kept: Kept) -> dict[str, Vector]:
+    """Return the derivatives of what measures use in addition to forces and velocities."""
+    chains = [simulation.interface.chains[0] for simulation in runs.around]
+    facts = {
+        "static_force": [chain.static_force[kept.contacts] for chain in chains],
+        "centre": [chain.chain.centres[kept.bodies] for chain in chains],
+        "impact_energy": [np.asarray(chain.chain.impact_energy) for chain in chains],
+    }
+    return {name: np.tensordot(WEIGHTS, np.array(values), 1) / runs.step for name, values in facts.items()}
 
 
 def _do(engine: "TangentEngine") -> None:
@@ -150,13 +167,15 @@ def parameters_around(build: Build, parameters: Mapping[str, float]) -> list[_Pa
     return around
 
 
-def numbers_of(simulation: CoSimulation, length: float) -> Numbers:
-    """Return what a run with windows of a length, s, is made of."""
-    interface = simulation.interface
+def numbers_of(simulation: CoSimulation, length: float, usual: CoSimulation | None = None) -> Numbers:
+    """Return what a run with windows of a length, s, is made of, with the signs of the modes of a usual one."""
+    interface, structures = simulation.interface, list(simulation.interface.structures)
+    if usual is not None:
+        structures = list(map(_with_signs, structures, usual.interface.structures))
     starts = [chain.start() for chain in interface.chains]
     return Numbers(
         tuple(chain.model for chain in interface.chains),
-        *structure_piece(interface, interface.structures, length),
+        *structure_piece(interface, structures, length),
         interface.static,
         np.concatenate([state.position for state in starts]),
         np.concatenate([state.velocity for state in starts]),
@@ -169,6 +188,26 @@ def aligned(piece: Any, usual: Any) -> Any:
         return piece
     sign = np.where((piece.contact * usual.contact).sum(axis=0) < 0.0, -1.0, 1.0)
     return piece._replace(contact=piece.contact * sign, response=piece.response * np.tile(sign, 2))
+
+
+def _with_signs(moving: Any, usual: Any) -> Any:
+    """Return a reduced structure with the signs of another in its modes and, by what couples them, in its arms."""
+    structure, other = moving.structure, usual.structure
+    if "reduction" not in structure.origin or structure.is_modal or structure.contact.shape != other.contact.shape:
+        return moving
+    contact = structure.contact_vectors
+    sign = np.where((contact * other.contact_vectors).sum(axis=1) < 0.0, -1.0, 1.0)
+    modes = contact.any(axis=1)
+    coupling = (structure.stiffness.multiply(other.stiffness)).toarray()
+    sign[~modes] = np.where(coupling[np.ix_(~modes, modes)] @ sign[modes] < 0.0, -1.0, 1.0)
+    flip = sparse.diags_array(sign)
+    changes: dict[str, Any] = {
+        name: None if matrix is None else sparse.csr_array(flip @ matrix @ flip)
+        for name in ("mass", "stiffness", "damping")
+        for matrix in [getattr(structure, name)]
+    }
+    changes["contact"] = structure.contact * (sign if structure.contact.ndim == 1 else sign[:, None])
+    return MovingStructure(replace(structure, **changes, matrices=None), moving.stepper)
 
 
 def over_leaves(function: Callable[..., Any], *pieces: Any) -> Any:
@@ -191,12 +230,15 @@ def _shape(piece: Any) -> Any:
     return np.shape(piece) if _is_number(piece) else (np.shape(piece), np.asarray(piece).tobytes())
 
 
-def rates_of(name: str, around: Sequence[Numbers], step: float) -> tuple[Numbers, Numbers]:
-    """Return the derivatives of numbers from those around, and by how much those of order two differ from them.
+def rates_of(name: str, usual: Numbers, around: Sequence[Numbers], step: float) -> tuple[Numbers, Numbers]:
+    """Return the derivatives of numbers from those around, and the doubt about these.
+
+    The doubt is how much derivatives of order two differ, and how much those of both sides do beyond what a smooth
+    curve, whose second difference grows with the step, explains: so a kink, a jump or chance shows.
 
     Raises a ValueError where the numbers change their kind or count.
     """
-    if len({repr(_shape(numbers)) for numbers in around}) > 1:
+    if len({repr(_shape(numbers)) for numbers in (usual, *around)}) > 1:
         raise ValueError(
             f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
             "may; fix the mesh (cells), or reduce with another tolerance"
@@ -209,11 +251,16 @@ def rates_of(name: str, around: Sequence[Numbers], step: float) -> tuple[Numbers
         moves = np.ptp(values, axis=0) > ROUNDING * abs(values).max(axis=0)
         return np.where(moves, np.tensordot(WEIGHTS, values, 1) / step, 0.0)
 
-    def doubt(fine: Any, *leaves: Any) -> Any:
-        return np.where(fine != 0.0, fine - (leaves[2] - leaves[1]) / (2.0 * step), 0.0) if _is_number(fine) else fine
+    def doubt(fine: Any, here: Any, *leaves: Any) -> Any:
+        if not _is_number(fine):
+            return fine
+        before, below, above, after = leaves
+        bend = (2.0 * (above + below) - 0.5 * (after + before) - 3.0 * here) / step
+        moves = np.ptp(np.array(leaves), axis=0) > ROUNDING * abs(np.array(leaves)).max(axis=0)
+        return np.where(moves, fine - (above - below) / (2.0 * step) + bend, 0.0)
 
     rates = over_leaves(rate, *around)
-    return rates, over_leaves(doubt, rates, *around)
+    return rates, over_leaves(doubt, rates, usual, *around)
 
 
 def _changes(rate: Any) -> bool:
@@ -254,9 +301,9 @@ class TangentEngine(Engine):
         if length not in self._numbers:
             usual, rates, doubts = numbers_of(self.simulation, length), list[Numbers](), list[Numbers]()
             for name, simulations, step in self.parameters:
-                around = [numbers_of(simulation, length) for simulation in simulations]
+                around = [numbers_of(simulation, length, self.simulation) for simulation in simulations]
                 around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
-                rate, doubt = rates_of(name, around, step)
+                rate, doubt = rates_of(name, usual, around, step)
                 rates.append(rate)
                 doubts.append(doubt)
             values = [step / STEP for _, _, step in self.parameters]

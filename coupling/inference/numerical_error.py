@@ -95,14 +95,18 @@ class NumericalError:
 
     @property
     def margins(self) -> dict[str, float]:
-        """The roots of the sums of their squares, by measure: that errors may cancel is not relied on."""
+        """The roots of the sums of their squares, by measure: that errors may cancel is not relied on.
+
+        Where a source is not estimated a margin is the least that the error may be.
+        """
         squares = {name: [part[name] ** 2 for part in self.parts.values()] for name in self.values}
         return {name: float(np.nansum(square) ** 0.5) for name, square in squares.items()}
 
     def noted_in(self, run: xr.Dataset) -> xr.Dataset:
         """Return a run of the same simulation with these margins, which `reflections` and reports then show."""
         noted = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}"))
-        noted[str(self.sensor)] = {"margins": self.margins, "text": str(self)}
+        margins = {name: margin for name, margin in self.margins.items() if not self._lacks(name)}
+        noted[str(self.sensor)] = {"margins": margins, "text": str(self)}
         return run.assign_attrs({NUMERICAL_ERROR: json.dumps(noted)})
 
     def __str__(self) -> str:
@@ -124,8 +128,13 @@ class NumericalError:
             label, unit, _ = MEASURES[name]
             errors = [*(part[name] for part in self.parts.values()), self.sums[name]]
             shown = ["unknown" if isnan(error) else f"{error / unit:+.2g}" if error else "0" for error in errors]
-            rows.append((label, f"{value / unit:.7g}", f"± {self.margins[name] / unit:.2g}", *shown))
+            sign = "≥" if self._lacks(name) else "±"
+            rows.append((label, f"{value / unit:.7g}", f"{sign} {self.margins[name] / unit:.2g}", *shown))
         return rows
+
+    def _lacks(self, name: str) -> bool:
+        """Return whether a source of a measure's error is not estimated."""
+        return any(isnan(part[name]) for part in self.parts.values())
 
 
 @one_thread

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import xarray as xr
 
-from coupling.inference.derivatives import Build, check_differentiable, differentiate
+from coupling.inference.derivatives import Build, Derivatives, check_differentiable, differentiate
 from coupling.recording.dataset import dataset
 from coupling.recording.frames import Kept, kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
@@ -14,16 +14,20 @@ from coupling.results.findings import warn, with_warnings
 from coupling.run_checks import check_before, checked
 from coupling.sweeps.batch import forces_of_runs
 from coupling.sweeps.sweep import check_build
+from structures.caution import collected
 from structures.checks import finite, function, instance, positive
 from structures.one_thread import one_thread
 
 Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 
-DOUBTFUL = 1e-3
-"""Part of a derivative by which differences of lower order change it, from which the user is warned."""
+DOUBTFUL, NONE = 1e-3, 0.1
+"""Part of a derivative that is in doubt from which the user is warned, and from which there is none."""
 
 SHIFT = 1e-5
 """Of the peak: how far traces are shifted along their derivatives to differentiate a measure of them."""
+
+TINY = 1e-300
+"""In place of zero, where it would be divided by."""
 
 JUMP = 0.1
 """Part of a derivative by which those of both sides differ where a measure has none."""
@@ -99,19 +103,16 @@ def sensitivities(
     interface, until = simulation.interface, positive("until", until, "s")
     if len(interface.chains) > 1:
         raise ValueError(f"build(...) = {simulation!r}: has several chains; must have one")
+    if sensors is None:
+        raise ValueError("sensors = None: must be numbers of beads, such as [7]")
     kept = kept_at(sensors, len(interface.chains[0].chain.beads))
     findings = check_before(interface.chains, until)
     plan = simulation.plan(until, save_every)
     frames, rates = differentiate(simulation, build, values, plan, kept)
     findings += checked(interface, frames, plan.interval)
-    findings += [
-        f"{name}: derivatives are doubtful by {100.0 * doubt:.1g} %, because a mesh, a reduction or modes do not vary "
-        "smoothly near this value"
-        for name, doubt in rates.doubt.items()
-        if doubt > DOUBTFUL
-    ]
+    findings += [_doubt(name, part) for name, part in rates.doubt.items() if part > DOUBTFUL]
     inputs = {**simulation.describe(), "until": until, **plan.describe(interface, simulation.window)}
-    run = dataset(interface, frames, plan.interval, {**inputs, "parameters": values}, findings)
+    run = dataset(interface, frames, plan.interval, inputs, findings)
     derivatives: dict[str, Any] = {}
     for name, (slopes, count) in {
         "contact_force": (rates.force, len(kept.contacts)),
@@ -120,10 +121,21 @@ def sensitivities(
         stacked = np.stack([slope[:, :count] for slope in slopes.values()])
         units = {"units": f"{run[name].units} per unit of the parameter"}
         derivatives[f"{name}_derivative"] = ("parameter", *run[name].dims), stacked, units
-    run = run.assign_coords(parameter=list(values)).assign(derivatives)
-    measured, jumps = _measured(run, kept, plan.interval, measure or waves_at(kept.bodies))
+    value = "parameter", list(values.values()), {"long_name": "value at which the run is differentiated"}
+    run = run.assign_coords(parameter=list(values), parameter_value=value).assign(derivatives)
+    measured, jumps = _measured(run, rates, kept, plan.interval, measure or waves_at(kept.bodies))
     warn(findings + jumps)
     return with_warnings(run.assign(measured.data_vars), findings + jumps)
+
+
+def _doubt(name: str, part: float) -> str:
+    """Return what the user must know of a derivative that is doubtful by a part of its size."""
+    if part > NONE:
+        return f"{name}: has no derivative here; what the run is made of jumps, has a kink, or depends on chance"
+    return (
+        f"{name}: derivatives are doubtful by {100.0 * part:.1g} %, because a mesh, a reduction or modes do not vary "
+        "smoothly near this value"
+    )
 
 
 def _checked_parameters(build: Build, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -147,31 +159,30 @@ def waves_at(sensors: list[int]) -> Measure:
     return measure
 
 
-def _measured(run: xr.Dataset, kept: Kept, interval: float, measure: Measure) -> tuple[xr.Dataset, list[str]]:
+def _measured(
+    run: xr.Dataset, rates: Derivatives, kept: Kept, interval: float, measure: Measure
+) -> tuple[xr.Dataset, list[str]]:
     """Return a measure of a run with its derivatives, and what to know of these.
 
-    The traces are shifted along their derivatives, a little to both sides.
+    All that a measure can use of a run is shifted along its derivatives, a little to both sides.
     """
     function("measure", measure, 1, "a function of a Dataset of runs")
     names = run.parameter.values.tolist()
     force, velocity = run.contact_force.values, run.velocity.values
     by_force, by_velocity = run.contact_force_derivative.values, run.velocity_derivative.values
-    steps = SHIFT * force.max() / np.maximum(abs(by_force).max(axis=(1, 2)), 1e-300)
+    steps = SHIFT * force.max() / np.maximum(abs(by_force).max(axis=(1, 2)), TINY)
     shifts = np.concatenate([np.zeros((1, len(names))), np.diag(steps), -np.diag(steps)])
-    coordinates: dict[str, Any] = {
-        name: (("run", *run[name].dims), np.broadcast_to(run[name].values, (len(shifts), *run[name].shape)))
-        for name in ("centre", "static_force", "impact_energy")
-    }
+    coordinates = dict[str, Any]()
+    for fact in ("static_force", "centre", "impact_energy"):
+        slope = np.array([rates.facts[name][fact] for name in names])
+        coordinates[fact] = ("run", *run[fact].dims), run[fact].values + np.tensordot(shifts, slope, 1), run[fact].attrs
     runs = forces_of_runs(
         kept, interval, force + np.tensordot(shifts, by_force, 1), velocity + np.tensordot(shifts, by_velocity, 1),
         coordinates,
     ).assign_attrs(beads=run.attrs["beads"])  # fmt: skip
-    values = measure(runs)
-    if isinstance(values, xr.DataArray):
-        values = values.to_dataset(name=values.name or "measure")
-    values = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
-    if values.sizes.get("run") != len(shifts):
-        raise ValueError(f"measure(runs): has the dimensions {dict(values.sizes)}; must keep run: {len(shifts)}")
+    # What the user is to know of the run itself was said already.
+    with collected():
+        values = _checked_measure(measure(runs), run, len(shifts))
     data, notes = dict[str, Any](), list[str]()
     for name, value in values.data_vars.items():
         table = value.transpose("run", ...)
@@ -179,12 +190,41 @@ def _measured(run: xr.Dataset, kept: Kept, interval: float, measure: Measure) ->
         step = steps.reshape(-1, *[1] * here.ndim)
         slope, sides = (above - below) / (2.0 * step), (above - 2.0 * here + below) / step
         for place, parameter in enumerate(names):
-            if np.any(abs(sides[place]) > JUMP * abs(slope[place]) + 1e-6 * abs(here / step[place]).max(initial=0.0)):
+            limit = JUMP * abs(slope[place]) + 1e-6 * abs(here / step[place]).max(initial=0.0)
+            if np.any(abs(sides[place]) > limit):
                 notes.append(
-                    f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a "
-                    "wave changes its peak"
+                    f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a wave "
+                    "changes its peak"
                 )
         data[str(name)] = table.isel(run=0, drop=True)
         units = {"units": f"{value.attrs.get('units', '1')} per unit of the parameter"}
         data[f"{name}_derivative"] = (("parameter", *table.dims[1:]), slope, units)
     return values.isel(run=0, drop=True).drop_vars(list(values.data_vars)).assign(data), notes
+
+
+def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
+    """Return what a measure gave as a Dataset, or raise a ValueError."""
+    if isinstance(values, xr.DataArray):
+        # A force's greatest value is still called contact_force, and is another quantity.
+        name = "measure" if values.name is None or values.name in run.variables else str(values.name)
+        return values.to_dataset(name=name)
+    measures: xr.Dataset = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
+    return measures
+
+
+def _checked_measure(values: Any, run: xr.Dataset, count: int) -> xr.Dataset:
+    """Return what a measure gave for each run as a Dataset of numbers, or raise a ValueError."""
+    measures = as_measures(values, run)
+    for name, value in measures.data_vars.items():
+        if value.sizes.get("run") != count or "parameter" in value.dims:
+            raise ValueError(
+                f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {count}, and none that "
+                "is called parameter"
+            )
+        if name in run.variables:
+            raise ValueError(f"measure(runs): {name} is a name that every run uses; must have another one")
+        if value.dtype.kind not in "fiu":
+            raise ValueError(f"measure(runs): {name} holds {value.dtype}; must be real numbers")
+    if not measures.data_vars:
+        raise ValueError("measure(runs): is empty; must hold at least one variable")
+    return measures

@@ -18,15 +18,18 @@ import xarray as xr
 
 from coupling.inference.derivatives import Build
 from coupling.inference.identification import LINE
-from coupling.inference.sensitivities import Measure, sensitivities, waves_at
+from coupling.inference.sensitivities import Measure, as_measures, sensitivities, waves_at
 from coupling.results.findings import warn
 from coupling.sweeps.batch import batch
 from structures.checks import finite, positive, short, whole
 from structures.html_table import html_table
 from structures.structure import Vector
-from structures.units import in_si, readable
+from structures.units import NUMBER, in_si, readable
 
 SEED = 0
+
+PARTS = {"%": 1e-2, "percent": 1e-2, "permille": 1e-3, "‰": 1e-3, "ppm": 1e-6}
+"""Units of uncertainties that are parts of a value."""
 
 CURVED = 0.05
 """Part by which a sampled standard uncertainty differs from the propagated one where a measure is not linear."""
@@ -164,7 +167,10 @@ def uncertainty(
        66 %  modulus = 3e+09 ± 1.5e+08
        34 %  impact_speed = 0.3 ± 0.01
     """
-    values = _defaults(build, spreads)
+    draws, seed = whole("draws", draws, 0), whole("seed", seed, 0)
+    if draws == 1:
+        raise ValueError("draws = 1: have no standard deviation; must be 2 or more, or 0 for none")
+    sensor, values = whole("sensor", sensor), _defaults(build, spreads)
     inputs = {name: (value, _spread(name, spreads[name], value)) for name, value in values.items()}
     measure = measure or _of_sensor(sensor)
     run = sensitivities(build, until, [sensor], measure=measure, **values)
@@ -182,10 +188,17 @@ def uncertainty(
     notes = [line for line in run.attrs.get("warnings", "").splitlines() if line]
     sampled = dict[str, tuple[float, float]]()
     if draws:
-        sampled = _sampled(build, until, sensor, measure, inputs, whole("draws", draws), seed, names)
-        curved = [_curved(name, standard[name], sampled[name][1], draws) for name in names]
-        warn(curved := [note for note in curved if note])
-        notes += curved
+        tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
+        said = list[str]()
+        for name in names:
+            usable = tables[name].values[np.isfinite(tables[name].values)]
+            if usable.size < draws:
+                said.append(f"{name}: {draws - usable.size} of {draws} sampled runs failed, or have no such wave")
+            if usable.size > 1:
+                sampled[name] = float(usable.mean()), float(usable.std(ddof=1))
+                said += _curved(name, standard[name], sampled[name][1], usable.size)
+        warn(said)
+        notes += said
     units = {name: str(run[name].attrs.get("units", "1")) for name in names}
     return Uncertainty(value, standard, shares, inputs, sampled, units, notes)
 
@@ -215,9 +228,13 @@ def _spread(name: str, text: Any, value: float) -> float:
     """Return a standard uncertainty in SI units."""
     if not isinstance(text, str):
         return positive(name, text)
-    part = text.strip()
-    number = in_si(part.removesuffix("%")) * abs(value) / 100.0 if part.endswith("%") else in_si(part)
-    if not (isfinite(number) and number > 0.0):
+    match = NUMBER.fullmatch(text)
+    part = PARTS.get(match[2], 0.0) if match else 0.0
+    if part and value == 0.0:
+        raise ValueError(f"{name} = {text!r}: is a part of the value, which is 0; must have a unit")
+    number = in_si(match[1]) * part * abs(value) if part and match else in_si(text)
+    # A temperature in °C is no difference.
+    if not (isfinite(number) and number > 0.0) or (match and not part and match[2] and in_si(f"0 {match[2]}") != 0.0):
         raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
     return number
 
@@ -230,24 +247,24 @@ def _single(name: str, slopes: Vector) -> Vector:
 
 def _sampled(
     build: Build, until: float, sensor: int, measure: Measure, inputs: Mapping[str, tuple[float, float]], draws: int,
-    seed: int, names: list[str],
-) -> dict[str, tuple[float, float]]:  # fmt: skip
-    """Return mean and standard deviation of each measure over runs with parameters drawn at random."""
+    seed: int,
+) -> xr.Dataset:  # fmt: skip
+    """Return the measures of runs with parameters drawn at random."""
     random = np.random.default_rng(seed)
     columns: dict[str, Any] = {
         name: (value + spread * random.standard_normal(draws)).tolist() for name, (value, spread) in inputs.items()
     }
-    runs = batch(build, until, sensors=[sensor], measure=measure, **columns)
-    tables = runs if isinstance(runs, xr.Dataset) else runs.to_dataset(name=names[0])
-    return {name: (float(np.nanmean(tables[name])), float(np.nanstd(tables[name], ddof=1))) for name in names}
+    return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(measure(runs), runs), **columns)
 
 
-def _curved(name: str, standard: float, sampled: float, draws: int) -> str:
+def _curved(name: str, standard: float, sampled: float, draws: int) -> list[str]:
     """Return what the user must know where a measure is not linear over the uncertainties, else nothing."""
-    away = abs(sampled / standard - 1.0) if standard > 0.0 else 0.0
+    away = abs(sampled / standard - 1.0) if standard > 0.0 else float(sampled > 0.0)
     if away < CURVED + SURE / sqrt(2.0 * draws):
-        return ""
-    return (
+        return []
+    if standard == 0.0:
+        return [f"{name}: moves in steps, so that its derivative is zero although {draws} sampled runs differ"]
+    return [
         f"{name}: is not linear over these uncertainties; {draws} sampled runs give {sampled / standard:.2f} times the "
         "standard uncertainty of the law of propagation"
-    )
+    ]

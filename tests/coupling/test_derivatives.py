@@ -188,9 +188,9 @@ def test_derivatives_agree_with_complex_steps_over_20_000_steps(name):
     _, rates = differentiate(simulation, build, values, plan, kept_at([SENSOR], BEADS))
     usual = numbers_of(simulation, plan.length)
     for parameter, runs, difference in derivatives.parameters_around(build, values):
-        numbers = [numbers_of(one, plan.length) for one in runs]
+        numbers = [numbers_of(one, plan.length, simulation) for one in runs]
         numbers = [one._replace(structure=derivatives.aligned(one.structure, usual.structure)) for one in numbers]
-        slopes, _ = derivatives.rates_of(parameter, numbers, difference)
+        slopes, _ = derivatives.rates_of(parameter, usual, numbers, difference)
         step = twin(WINDOWS, *numbers_with_step(usual, slopes)).imag / STEP
         carried = rates.force[parameter][1:, :2]
         assert abs(step).max() > 0.0 or (name, parameter) == ("half-space", "depth")
@@ -256,19 +256,27 @@ def damped_pair(coefficient, stiffness):
     return hl.Structure([[0.05, 0.0], [0.0, 0.02]], matrix, damping, [1.0, 0.0], 1e-9, hl.Surface(hl.STEEL_316))
 
 
+def viscoelastic(depth, share):
+    rod = hl.rod([hl.Layer(hl.PTFE, depth, 9.5e-3), hl.Layer(hl.STEEL_440C, 0.02, 9.5e-3)], elements=30)
+    return hl.reduce(hl.damped(rod, hl.damping.StandardLinearSolid(share=share, time=20e-6), part=0), until=4e-4)
+
+
 OTHERS = {
     "damping that couples, a loss, curved surfaces": (
         lambda k, v, share: coupled(
             chain(v, dissipation=hl.Tsuji(share)), damped_pair(5.0, k), waveform="quadratic"
         ),
-        {"k": 2e6, "v": 0.4, "share": 0.05}, 5e-4,
+        {"k": 2e6, "v": 0.4, "share": 0.05}, 1e-6, 5e-4,
     ),
     "a preload, an exponent, Runge-Kutta": (
         lambda radius, preload, n: coupled(
             chain(radius=radius, preload=preload, integrator="rk4", law=hl.laws.PowerLaw(1e9 * 1e-5 ** (1.5 - n), n)),
             short_rod(),
         ),
-        {"radius": 4.7e-3, "preload": 5.0, "n": 1.5}, 2e-6,
+        {"radius": 4.7e-3, "preload": 5.0, "n": 1.5}, 1e-6, 2e-6,
+    ),
+    "arms of a viscoelastic layer": (
+        lambda depth, share: coupled(chain(), viscoelastic(depth, share)), {"depth": 5e-3, "share": 0.4}, 1e-3, 1e-3,
     ),
     "yield, a surface behind": (
         lambda radius, density: coupled(
@@ -278,21 +286,21 @@ OTHERS = {
             ),
             hl.half_space(hl.STEEL_316), behind=hl.half_space(hl.PTFE),
         ),
-        {"radius": 4.7e-3, "density": 7800.0}, 2e-6,
+        {"radius": 4.7e-3, "density": 7800.0}, 1e-6, 2e-6,
     ),
 }  # fmt: skip
-"""A function of parameters, where to differentiate, and the error of the difference."""
+"""A function of parameters, where to differentiate, and the difference: its step, as a part of the value, and error."""
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", OTHERS)
 def test_derivatives_agree_with_differences_of_runs(name):
-    build, values, error = OTHERS[name]
+    build, values, part, error = OTHERS[name]
     simulation = build(**values)
     plan = simulation.plan(3e-4, None)
     _, rates = differentiate(simulation, build, values, plan, kept_at([SENSOR], BEADS))
     for parameter, value in values.items():
-        step, forces = 1e-6 * value, []
+        step, forces = part * value, []
         for place in derivatives.PLACES:
             run = build(**values | {parameter: value + place * step}).run(3e-4, sensors=[SENSOR])
             forces.append(run.contact_force.values)

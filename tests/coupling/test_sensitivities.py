@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.interpolate import CubicSpline
 
 import hertzlink as hl
@@ -57,6 +58,56 @@ def test_a_measure_of_the_users_own_and_its_units():
     assert change.peak_derivative.attrs["units"] == "N per unit of the parameter"
     assert change.contact_force_derivative.attrs["units"] == "N per unit of the parameter"
     assert change.peak_derivative.dims == ("parameter",)
+    unnamed = hl.uncertainty(
+        build, 7e-4, 6, measure=lambda runs: runs.contact_force.max(("time", "contact")), modulus="1 %"
+    )
+    assert list(unnamed.value) == ["measure"]
+
+
+def loaded(preload=5.0, radius=4.76e-3):
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 10, bead, SPEED, preload=preload)
+    return hl.CoSimulation(chain, hl.half_space(hl.PTFE), hl.Condensed(tolerance=1e-13), 4e-7, 4e-8, substeps=1)
+
+
+def speeds(runs):
+    """Return the speed between two beads' centres, the energy for each newton, and AR."""
+    centre, peak = runs.centre, runs.contact_force.max(("time", "contact"))
+    return xr.Dataset(
+        {
+            "speed": (centre.isel(bead=1) - centre.isel(bead=0)) / hl.time_of_flight(runs, 6),
+            "energy": runs.impact_energy / peak,
+            "ar": hl.amplitude_ratio(runs, 6),
+        }
+    )
+
+
+@pytest.mark.parametrize("name", ["preload", "radius"])
+def test_what_a_measure_takes_from_coordinates_changes_too(name):
+    """AR is above the static force; distances and energies change with the beads."""
+    value = {"preload": 5.0, "radius": 4.76e-3}[name]
+    change = hl.sensitivities(loaded, 5e-4, [6, 7], measure=speeds, **{name: value})
+    step, ends = 1e-5 * value, []
+    for sign in (1.0, -1.0):
+        run = loaded(**{name: value + sign * step}).run(5e-4, sensors=[6, 7])
+        ends.append(speeds(run.expand_dims("run")).isel(run=0))
+    for measure in ("speed", "energy", "ar"):
+        slope = float(ends[0][measure] - ends[1][measure]) / (2.0 * step)
+        assert float(change[f"{measure}_derivative"].isel(parameter=0)) == pytest.approx(slope, rel=1e-3, abs=1e-12)
+
+
+KINKS = {
+    "a kink": lambda modulus: build(modulus + 0.5 * abs(modulus - MODULUS)),
+    "a jump": lambda modulus: build(modulus * (1.0 if modulus <= MODULUS else 1.001)),
+    "chance": lambda modulus: build(modulus * (1.0 + 1e-3 * CHANCE.random())),
+}
+CHANCE = np.random.default_rng(5)
+
+
+@pytest.mark.parametrize("name", KINKS)
+def test_a_function_without_a_derivative_is_named(name):
+    with pytest.warns(HertzlinkWarning, match="modulus: has no derivative here"):
+        hl.sensitivities(KINKS[name], 5e-4, [11], modulus=MODULUS)
 
 
 def jumping(depth):
@@ -65,10 +116,10 @@ def jumping(depth):
     return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, SPEED), hl.reduce(plate.at(0.05, 0.04), until=4e-4))
 
 
-def test_what_jumps_is_refused_or_doubted():
-    with pytest.warns(HertzlinkWarning, match="depth: derivatives are doubtful by"):
+def test_a_mesh_that_changes_is_named():
+    with pytest.warns(HertzlinkWarning, match="depth: has no derivative here"):
         change = hl.sensitivities(jumping, 4e-4, [5], depth=3e-3)
-    assert "depth: derivatives are doubtful" in change.attrs["warnings"]
+    assert "depth: has no derivative here" in change.attrs["warnings"]
 
 
 WRONG = [
@@ -79,8 +130,15 @@ WRONG = [
     ({"modulus": "3 GPa"}, "modulus"),
     ({"modulus": MODULUS, "until": -1.0}, "until = -1.0"),
     ({"modulus": MODULUS, "sensors": [40]}, r"sensors = \[40\]: must be beads from 1 to 12"),
+    ({"modulus": MODULUS, "sensors": None}, "sensors = None"),
     ({"modulus": MODULUS, "measure": 3}, "measure"),
-    ({"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()}, r"measure\(runs\): has the dimensions"),
+    ({"modulus": MODULUS, "measure": lambda runs: runs}, "contact_force is a name that every run uses"),
+    ({"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max(("time", "contact")) > 1.0}, "holds bool"),
+    ({"modulus": MODULUS, "measure": lambda runs: xr.Dataset()}, "is empty"),
+    (
+        {"modulus": MODULUS, "measure": lambda runs: runs.contact_force.max()},
+        r"measure\(runs\): measure has the dimensions",
+    ),
 ]
 
 
@@ -132,6 +190,19 @@ def test_a_budget_adds_squares_and_agrees_with_sampling():
     assert max(map(len, str(budget).splitlines())) <= 80
 
 
+def test_parts_of_a_value_have_several_names():
+    budgets = [hl.uncertainty(build, 7e-4, 6, modulus=spread) for spread in ("2 %", "2%", "2 percent", 0.02 * MODULUS)]
+    assert {budget.inputs["modulus"] for budget in budgets} == {(MODULUS, 0.02 * MODULUS)}
+
+
+def test_a_measure_that_moves_in_steps_is_named():
+    def latest(runs):
+        return runs.contact_force.isel(contact=0).argmax("time").rename("latest")
+
+    with pytest.warns(HertzlinkWarning, match="latest: moves in steps"):
+        hl.uncertainty(build, 3e-4, 6, measure=latest, draws=20, impact_speed="20 %")
+
+
 def test_a_measure_that_is_not_linear_is_named():
     def squared(runs):
         return ((runs.contact_force.max(("time", "contact")) / 40.0) ** 8).rename("steep")
@@ -146,7 +217,11 @@ SPREADS = [
     ({"modulus": "-1 %"}, "modulus = '-1 %': must be a standard uncertainty"),
     ({"modulus": "much"}, "modulus = 'much': must be a standard uncertainty"),
     ({"modulus": 0.0}, "modulus = 0.0"),
-    ({"modulus": "1 %", "draws": -1}, "draws"),
+    ({"modulus": "1 degC"}, "modulus = '1 degC'"),
+    ({"modulus": "1 %", "draws": -1}, "draws = -1"),
+    ({"modulus": "1 %", "draws": 1}, "draws = 1"),
+    ({"modulus": "1 %", "seed": -1}, "seed = -1"),
+    ({"modulus": "1 %", "seed": "x"}, "seed"),
 ]
 
 
