@@ -161,10 +161,20 @@ def parameters_around(build: Build, parameters: Mapping[str, float]) -> list[_Pa
     around = []
     for name, value in parameters.items():
         step = STEP * abs(value)
-        runs = [build(**{**parameters, name: value + place * step}) for place in PLACES]
-        runs = [instance("build(...)", run, CoSimulation, "a CoSimulation") for run in runs]
+        runs = [_built(build, {**parameters, name: value + place * step}, name) for place in PLACES]
         around.append(_Parameter(name, runs, step))
     return around
+
+
+def _built(build: Build, parameters: Mapping[str, float], name: str) -> CoSimulation:
+    """Return a run near the value of a parameter; errors say that it is near."""
+    try:
+        run: CoSimulation = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation")
+    except ValueError as error:
+        raise ValueError(
+            f"{name}: build fails at {parameters[name]!r}, which a derivative by differences needs: {error}"
+        ) from None
+    return run
 
 
 def numbers_of(simulation: CoSimulation, length: float, usual: CoSimulation | None = None) -> Numbers:

@@ -104,6 +104,7 @@ class NumericalError:
 
     def noted_in(self, run: xr.Dataset) -> xr.Dataset:
         """Return a run of the same simulation with these margins, which `reflections` and reports then show."""
+        instance("run", run, xr.Dataset, "a run")
         noted = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}"))
         margins = {name: margin for name, margin in self.margins.items() if not self._lacks(name)}
         noted[str(self.sensor)] = {"margins": margins, "text": str(self)}

@@ -111,6 +111,8 @@ def sensitivities(
     frames, rates = differentiate(simulation, build, values, plan, kept)
     findings += checked(interface, frames, plan.interval)
     findings += [_doubt(name, part) for name, part in rates.doubt.items() if part > DOUBTFUL]
+    still = [name for name in values if not (rates.force[name].any() or rates.velocity[name].any())]
+    findings += [f"{name}: changes nothing in this run" for name in still]
     inputs = {**simulation.describe(), "until": until, **plan.describe(interface, simulation.window)}
     run = dataset(interface, frames, plan.interval, inputs, findings)
     derivatives: dict[str, Any] = {}

@@ -110,6 +110,20 @@ def test_a_function_without_a_derivative_is_named(name):
         hl.sensitivities(KINKS[name], 5e-4, [11], modulus=MODULUS)
 
 
+def test_a_parameter_without_effect_is_named():
+    with pytest.warns(HertzlinkWarning, match="unused: changes nothing in this run"):
+        hl.sensitivities(lambda unused: build(), 3e-4, [6], unused=1.0)
+
+
+def test_errors_of_runs_near_the_value_say_so():
+    def near_the_limit(ratio):
+        wall = hl.half_space(hl.Material(MODULUS, ratio, 2000.0))
+        return hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, SPEED), wall)
+
+    with pytest.raises(ValueError, match=r"ratio: build fails at 0\.500.*, which a derivative by differences needs"):
+        hl.sensitivities(near_the_limit, 3e-4, [6], ratio=0.49999)
+
+
 def jumping(depth):
     cells = 20 if depth < 3e-3 else 24
     plate = hl.kirchhoff_plate(0.1, 0.1, depth, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(cells, cells))
