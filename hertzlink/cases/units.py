@@ -35,7 +35,9 @@ class Unit:
     @classmethod
     def of(cls, quantity: Quantity) -> "Unit":
         """Return that of a quantity."""
-        return cls(quantity.unit_in_files, quantity.noun, quantity.example)
+        unit, example = quantity.unit_in_files, quantity.example
+        # A quantity of a user's own may have no example.
+        return cls(unit, quantity.noun, f"{example} {unit}".strip() if example == Quantity.example else example)
 
     @classmethod
     def noted(cls, hint: Any) -> "Unit":

@@ -16,9 +16,9 @@ import math
 import operator
 from typing import Any, NamedTuple
 
-from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.cgutils import ir  # type: ignore[attr-defined]
 from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, overload, register_model, type_callable
