@@ -1,7 +1,7 @@
 """Exact derivatives of a run by the parameters of the function that builds it.
 
 A parameter changes the numbers that a run is made of: masses, stiffnesses, oscillators. These are smooth functions of
-it, so differences of order four give their derivatives to some eleven digits. The run's own derivative, through
+it, so differences of order four give their derivatives to eight digits or more. The run's own derivative, through
 thousands of steps and through contacts that open and close, is exact: dual numbers carry it along with the run.
 """
 

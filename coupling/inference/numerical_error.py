@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.inference.identification import LINE
 from coupling.plan import Plan
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
@@ -33,8 +34,6 @@ TO_ZERO = 4.0 / 3.0
 
 TIGHTER = 1e-2
 """Factor of the tolerance with which a reduction counts as exact."""
-
-LINE = 80
 
 
 class Measure(NamedTuple):

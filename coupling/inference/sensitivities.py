@@ -1,7 +1,7 @@
 """Derivatives of AR, TOF and traces by the parameters of the function that builds a run."""
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,13 +12,11 @@ from coupling.recording.frames import Kept, kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
 from coupling.run_checks import check_before, checked
-from coupling.sweeps.batch import forces_of_runs
+from coupling.sweeps.batch import Measure, forces_of_runs
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
 from structures.checks import finite, function, instance, positive
 from structures.one_thread import one_thread
-
-Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 
 DOUBTFUL, NONE = 1e-3, 0.1
 """Part of a derivative that is in doubt from which the user is warned, and from which there is none."""

@@ -18,9 +18,9 @@ import xarray as xr
 
 from coupling.inference.derivatives import Build
 from coupling.inference.identification import LINE
-from coupling.inference.sensitivities import Measure, as_measures, sensitivities, waves_at
+from coupling.inference.sensitivities import as_measures, sensitivities, waves_at
 from coupling.results.findings import warn
-from coupling.sweeps.batch import batch
+from coupling.sweeps.batch import Measure, batch
 from structures.checks import finite, positive, short, whole
 from structures.html_table import html_table
 from structures.structure import Vector

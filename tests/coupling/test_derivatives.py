@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
-from math import cos, exp, sqrt
+from math import atan, cos, exp, log, sin, sqrt, tanh
 
 import numpy as np
 import pytest
@@ -175,6 +175,28 @@ def numbers_with_step(usual, rates):
     return parts
 
 
+def test_what_a_run_is_made_of_has_the_derivatives_of_closed_forms():
+    """Of a mass on a spring ω² = k/m and the shape 1/√m; of the first sphere its mass and Hertz's stiffness."""
+    build, values = builder("mass on a spring")
+    simulation, mass, spring, radius = build(**values), values["depth"], values["modulus"], values["radius"]
+    usual, rates = numbers_of(simulation, WINDOW), {}
+    for name, runs, step in derivatives.parameters_around(build, values):
+        rates[name], doubt = derivatives.rates_of(name, usual, [numbers_of(run, WINDOW) for run in runs], step)
+        assert abs(doubt.structure.squares).max() <= 1e-6 * abs(usual.structure.squares).max() / values[name]
+    law, inverse = usual.chains[0].law.stiffness[0], usual.chains[0].inverse_mass[0]
+    expected = [
+        (rates["depth"].structure.squares[0], -spring / mass**2),
+        (rates["modulus"].structure.squares[0], 1.0 / mass),
+        (rates["depth"].structure.contact[0, 0], -0.5 * usual.structure.contact[0, 0] / mass),
+        (rates["radius"].chains[0].inverse_mass[0], -3.0 * inverse / radius),
+        (rates["radius"].chains[0].law.stiffness[0], 0.5 * law * 4.76e-3 / (radius * (radius + 4.76e-3))),
+        (rates["impact_speed"].v[0], 1.0),
+    ]
+    for carried, exact in expected:
+        assert carried == pytest.approx(exact, rel=1e-9)
+    assert not rates["modulus"].chains[0].inverse_mass.any()
+
+
 @pytest.mark.parametrize(
     "name",
     [name if name in QUICK else pytest.param(name, marks=pytest.mark.thorough) for name in STRUCTURES],
@@ -206,7 +228,8 @@ def of_duals(memory, other, made):
         overlap = x[i] - a[i]
         closed = overlap if overlap > 1e-60 else 0.0
         total += a[i] * closed * sqrt(closed) / (1.0 + x[i]) - 2 * abs(-x[i]) ** a[i] + exp(-(x[i] ** 2))
-        total = max(total, cos(x[i])) - min(0.5, x[i])
+        total += max(x[i] - 1.5, a[i]) - min(0.5 * x[i], a[i])
+        total += sin(x[i]) * cos(a[i]) + tanh(x[i]) + atan(a[i]) + log(1.0 + x[i])
     result[0] = total
     result[1] += 3.0
 
@@ -221,7 +244,8 @@ def test_dual_numbers_follow_the_chain_rule():
         value = 0.0
         for x_i, a_i in zip(x, a, strict=True):
             value += a_i * (x_i - a_i) ** 1.5 / (1.0 + x_i) - 2.0 * x_i**a_i + np.exp(-(x_i**2))
-            value = max(value, np.cos(x_i), key=np.real) - 0.5
+            value += max(x_i - 1.5, a_i, key=np.real) - min(0.5 * x_i, a_i, key=np.real)
+            value += np.sin(x_i) * np.cos(a_i) + np.tanh(x_i) + np.arctan(a_i) + np.log(1.0 + x_i)
         return value
 
     steps = [total(x + 1j * STEP * numbers[0][0, :, d], a + 1j * STEP * numbers[1][0, :, d]) for d in directions]

@@ -1,5 +1,6 @@
 """Estimates of numerical errors, compared with solutions in closed form and by scipy, and what they say of sources."""
 
+import json
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
@@ -137,6 +139,10 @@ def test_what_cannot_be_refined_is_named(build: Callable[[], hl.CoSimulation], s
         assert any(line.startswith(f"{source}: not estimated") for line in estimate.warnings) == (source in sources)
     assert all(np.isfinite(error) for error in [*estimate.sums.values(), *estimate.margins.values()])
     assert max(map(len, str(estimate).splitlines())) <= 80
+    # A margin that lacks a source is a lower bound, so reports do not show it.
+    assert ("≥" in str(estimate)) == bool(sources)
+    noted = json.loads(estimate.noted_in(xr.Dataset()).attrs["numerical_error"])[str(SENSOR)]
+    assert noted["margins"] == ({} if sources else estimate.margins)
 
 
 def test_a_mesh_that_would_be_too_large_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
