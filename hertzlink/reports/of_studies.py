@@ -26,15 +26,17 @@ def study_report(
 
     The time that it took, s, is the attribute `time_taken` of the data.
     """
-    thesis = not parameters
-    head, cells = head_and_cells(rows, thesis)
+    column = "" if parameters else STUDIES[name].column
+    head, cells = head_and_cells(rows, column)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
-    comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
+    comparison = Table(
+        f"Numbers of {f'the {column}, of ' if column else ''}theory and of hertzlink", tuple(head), lines
+    )
     program_versions = stored(data.attrs.get("versions"))
     took = data.attrs.get("time_taken")
     results = [
         Section("Figures", pictures=[picture(figure, key, caption(name, key)) for key, figure in figures.items()]),
-        Section("Comparison", footnotes(rows, thesis), tables=[comparison]),
+        Section("Comparison", footnotes(rows, column), tables=[comparison]),
     ]
     sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
     facts = usual_facts(None if took is None else float(took), program_versions or None)

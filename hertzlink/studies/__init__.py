@@ -16,12 +16,15 @@ from hertzlink.studies.table import Row
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of `studies.toml`. runs: of a quick one and of a whole one; figures: captions by file name."""
+    """An entry of `studies.toml`. runs: of a quick one and of a whole one; figures: captions by file name;
+    column: whose numbers its table prints.
+    """
 
     about: str
     runs: tuple[int, int]
     figures: Mapping[str, str]
     module: str = ""
+    column: str = "thesis"
 
 
 STUDIES = {

@@ -31,7 +31,9 @@ class Written:
         self._rows = study.table(data)
         with draw.style():
             self._figures = study.figures(data)
-        self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(self._rows, not self._own)
+        self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(
+            self._rows, "" if self._own else STUDIES[name].column
+        )
         self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
         """What a terminal shows."""
 

@@ -167,7 +167,7 @@ def test_a_long_rod_is_a_dashpot() -> None:
     rows = values(rod_length.table(data))
     assert rows["AR, rod of 400 mm"].computed == pytest.approx(found)
     assert all(row.thesis == "" for row in rows.values())
-    table = text(list(rows.values()), thesis=False)
+    table = text(list(rows.values()), column="")
     assert "thesis" not in table.splitlines()[0]
     assert "*" not in table
     assert set(rod_length.figures(data)) == {"length", "force_intensity"}

@@ -1,0 +1,366 @@
+"""Numbers of other authors and programs: the source, their value, ours with its numerical error, and a verdict."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from math import acos, sqrt
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import sparse
+from scipy.integrate import solve_ivp
+from scipy.sparse.linalg import eigsh
+
+import hertzlink as hl
+from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
+from hertzlink.studies.conditions import Conditions
+from hertzlink.studies.table import Row, Rows
+from hertzlink.studies.verdicts import printed, verdict
+from particles.chain import LawOfPair
+
+__all__ = ["Conditions", "figures", "run", "table"]
+row = Rows("literature", ("literature.toml",))
+Numbers = dict[str, float]
+BEADS, FIRST, LAST = 60, 30, 50  # Of MOOSE's chain, and the beads between which its settled wave is read.
+TIME = 5e-5  # Of Kuwabara and Kono's loss, s.
+STEPS = 400  # Of the coarser run, in each duration of a collision.
+CELLS = 12  # Along each side of the coarser mesh of a plate.
+STEEL = hl.Material(200e9, 0.3, 8000.0)  # Of NAFEMS' plates.
+EDGES = {"free": ("free",) * 4, "simple": ("simple",) * 4, "clamped": ("clamped",) * 4,
+         "cantilever": ("clamped", "free", "free", "free")}  # fmt: skip
+MEMORY = "from memory"
+WITHIN = "within our numerical error"
+PARTED, COARSE = "the force pulls until the spheres part", "samples every 2 µs"
+MISPRINT = "misprint"
+WIDTH = "MOOSE: width of the pulse at 1 % of its peak"
+WORDS = {"confirmed": "reproduced", "under a condition": "reproduced under a condition", "refuted": "differs",
+         "cannot be known": "not defined"}  # fmt: skip
+SHADES = {"reproduced": draw.COLOURS[0], "reproduced under a condition": draw.COLOURS[2], "differs": draw.COLOURS[1],
+          MISPRINT: draw.COLOURS[3]}  # fmt: skip
+OTHERWISE = " | "  # Between the name of a number and the condition under which it is another one.
+
+
+def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+    """Return our value of each number, and its change where steps are halved and meshes refined twofold.
+
+    quick: coarser by a factor of two. jobs: always one process, because all of it takes seconds.
+    """
+    Conditions.of(parameters)
+    finer = 1 if quick else 2
+    values: Numbers = {}
+    errors: Numbers = {}
+    for compute in watched(GROUPS):
+        coarse, fine = (compute(finer * factor) for factor in (1, 2))
+        values |= fine
+        errors |= {name: abs(fine[name] - coarse[name]) for name in fine}
+    names = list(values)
+    return xr.Dataset(
+        {
+            "value": ("number", [values[name] for name in names], {"long_name": "ours, in the unit of the source"}),
+            "error": ("number", [errors[name] for name in names], {"long_name": "its change by the last refinement"}),
+            "speed": waveform(),
+        },
+        {"number": names},
+    )
+
+
+def of_chains(law: LawOfPair = hl.contact_law, finer: int = 1) -> Numbers:
+    """Return our values of all numbers of chains and collisions, with a contact law. finer: a factor of the steps."""
+    return {name: value for compute in CHAINS for name, value in compute(finer, law).items()}
+
+
+def rows_of(found: Numbers, errors: Mapping[str, float] = MappingProxyType({})) -> dict[str, Row]:
+    """Return the numbers of the literature compared with ours, by name; one that our runs cannot give has no value."""
+    others: dict[str, dict[str, list[float]]] = {}
+    for full, value in found.items():
+        name, *conditions = full.split(OTHERWISE)
+        if conditions:
+            others.setdefault(name, {}).setdefault(conditions[0], []).append(value)
+        elif name in errors:
+            others[name] = {WITHIN: [value - errors[name], value + errors[name]]}
+    said = {
+        name: {condition: f"{min(values)} to {max(values)}" for condition, values in of.items()}
+        for name, of in others.items()
+    }
+    return {name: row(name, found.get(name, ""), otherwise=said.get(name, {})) for name in row.entries}
+
+
+def _moose_chain(finer: int, law: LawOfPair = hl.contact_law) -> Numbers:
+    bead = hl.Sphere(5e-3, hl.Material(203e9, 0.3, 7780.0))
+    saved = 2e-7 / finer
+    found = _chain(bead, law, saved)
+    time, velocity = found.time.values, found.velocity
+    arrivals, peaks = zip(*(_peak(time, velocity.sel(bead=n).values) for n in (FIRST, LAST)), strict=True)
+    speed = (LAST - FIRST) * bead.size / (arrivals[1] - arrivals[0])
+    plane = bead.material.youngs_modulus / (1.0 - bead.material.poisson_ratio**2)
+    theory = (6.0 / (5.0 * np.pi * bead.material.density * 0.75 / plane)) ** 0.4 * peaks[1] ** 0.2
+    every = round(2e-6 / saved)
+    late = [
+        _duration(time[start::every], velocity.sel(bead=n).values[start::every], 0.01) * speed / bead.size
+        for n in (FIRST, LAST)
+        for start in range(0, every, every // 5)
+    ]
+    foot, half = (_duration(time, velocity.sel(bead=LAST).values, level) * speed / bead.size for level in (0.01, 0.5))
+    cosine = sqrt(10.0) * acos(0.5**0.25)  # diameters between the halves of cos⁴(x/(R √10))
+    after = velocity.isel(time=-1)
+    return {
+        "MOOSE: settled speed of a bead": peaks[1],
+        "MOOSE: wave speed, away from Nesterenko's": 100.0 * abs(speed / theory - 1.0),
+        WIDTH: foot,
+        f"{WIDTH}{OTHERWISE}{COARSE}{OTHERWISE}least": min(late),
+        f"{WIDTH}{OTHERWISE}{COARSE}{OTHERWISE}most": max(late),
+        "MOOSE: half-maximum width, less than that of cos⁴": 100.0 * (1.0 - half / cosine),
+        "Hinch and Saint-Jean: speed of the last ball": float(after[-1]),
+        "Hinch and Saint-Jean: speed of the second last ball": float(after[-2]),
+        "Hinch and Saint-Jean: speed of the ball that hit": float(after[0]),
+    }
+
+
+def _chain(bead: hl.Sphere, law: LawOfPair, saved: float) -> xr.Dataset:
+    chain = hl.Chain([bead] * (BEADS - 1), bead, 1.0, law=law)
+    return hl.CoSimulation(chain, None, dt=saved / 2.0).run(2e-3, save_every=saved)
+
+
+def waveform() -> xr.DataArray:
+    """Return the speed of a bead far from the struck end, over its peak, over the distance from the wave's centre."""
+    bead = hl.Sphere(5e-3, hl.Material(203e9, 0.3, 7780.0))
+    found = _chain(bead, hl.contact_law, 4e-7)
+    arrivals = [_peak(found.time.values, found.velocity.sel(bead=n).values)[0] for n in (FIRST, LAST)]
+    force = found.velocity.sel(bead=LAST).values
+    distance = (found.time.values - arrivals[1]) * (LAST - FIRST) / (arrivals[1] - arrivals[0])
+    near = abs(distance) < 3.0
+    shape = xr.DataArray(force[near] / force.max(), {"distance": distance[near]}, "distance")
+    shape.distance.attrs["units"] = "1"
+    return shape
+
+
+def _moose_spheres(finer: int, law: LawOfPair = hl.contact_law) -> Numbers:
+    sphere = hl.Sphere(0.01, hl.Material(100e6, 0.3, 2500.0))
+    lasts = 1e3 * _collision(sphere, 1.0, finer, law)[2]
+    numbers = {"MOOSE: duration of a Hertzian impact": lasts, "MOOSE: the same duration, by its formula": lasts}
+    for speed in (0.1, 3.0):
+        name = f"MOOSE: restitution at {speed:g} m/s"
+        numbers[name] = _collision(sphere, speed, finer, law, hl.KuwabaraKono(TIME))[0]
+        numbers[f"{name}{OTHERWISE}{PARTED}"] = _parted(sphere, speed, law, 1e-8 / finer**2)
+    return numbers
+
+
+def _parted(sphere: hl.Sphere, speed: float, law: LawOfPair, tolerance: float) -> float:
+    """Return the restitution of two viscoelastic spheres whose force may pull until they part."""
+    pair, mass = law(sphere, sphere), 0.5 * sphere.mass
+
+    def rate(_: float, state: np.ndarray) -> list[float]:
+        overlap = np.array(max(state[0], 0.0))
+        return [state[1], -float(pair.force(overlap) + TIME * pair.tangent(overlap) * state[1]) / mass]
+
+    def apart(_: float, state: np.ndarray) -> float:
+        return float(state[0])
+
+    apart.terminal, apart.direction = True, -1.0  # type: ignore[attr-defined]
+    start = [1e-12, speed]
+    found = solve_ivp(rate, (0.0, 0.1), start, events=apart, rtol=tolerance, atol=1e-14, max_step=1e-4)
+    return -float(found.y[1, -1]) / speed
+
+
+def _benchmarks(finer: int, law: LawOfPair = hl.contact_law) -> Numbers:
+    glass, iron = hl.Sphere(0.01, hl.Material(48e9, 0.2, 2800.0)), hl.Sphere(2.5e-3, hl.Material(1e11, 0.25, 7000.0))
+    metal, loss = hl.Sphere(2.5e-3, hl.Material(70e9, 0.33, 2700.0)), hl.Restitution(0.5)
+    wall = hl.Surface(iron.material)
+    two, one = _collision(glass, 20.0, finer, law), _collision(iron, 3.9, finer, law, wall=wall)
+    overlaps = [
+        law(*of).approach(np.array([force])) for of, force in (((glass, glass), two[1]), ((iron, wall), one[1]))
+    ]
+    on_plane = hl.Surface(hl.Material(1e20, 0.0, 1e3))
+    pressed = law(hl.Sphere(8e-3, hl.Material(1e9, 0.3, 1e3)), on_plane).approach(np.array([60.0 * np.pi]))
+    return {
+        "LAMMPS: largest overlap of two spheres": 1e6 * float(overlaps[0][0]),
+        "Chung and Ooi: largest force between two spheres": 1e-3 * two[1],
+        "LAMMPS: largest overlap of a sphere and a wall": 1e6 * float(overlaps[1][0]),
+        "LAMMPS: restitution of two spheres": _collision(metal, 4.0, finer, law, loss)[0],
+        "LAMMPS: restitution of a sphere on a wall by Tsuji's loss": _collision(
+            metal, 2.0, finer, law, loss, hl.Surface(metal.material)
+        )[0],
+        "ANSYS: contact radius of a sphere on a rigid plane": 1e3 * sqrt(8e-3 * float(pressed[0])),
+    }
+
+
+def _collision(
+    sphere: hl.Sphere, speed: float, finer: int, law: LawOfPair,
+    loss: hl.Dissipation | None = None, wall: hl.Surface | None = None,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Return restitution, largest force (N) and duration (s) of a collision with an equal sphere, or with a wall.
+
+    The wall is a sphere that is too heavy to move.
+    """
+    other = sphere if wall is None else hl.Sphere(0.1, hl.Material(1e11, 0.3, 1e12))
+    pair = law(sphere, wall or sphere)
+    mass = sphere.mass * other.mass / (sphere.mass + other.mass)
+    lasts = float(
+        hl.theory.hertz_contact_time(mass, hl.theory.hertz_stiffness(sphere.surface, wall or sphere.surface), speed)
+    )
+    chain = hl.Chain([other], sphere, speed, dissipation=loss, law=pair)
+    step = lasts / (STEPS * finer)
+    found = hl.CoSimulation(chain, None, dt=step).run(2.0 * lasts, save_every=step)
+    force, after = found.contact_force.values[:, 0], found.velocity.isel(time=-1).values
+    touching = np.count_nonzero(force > 0.0)
+    return float(after[1] - after[0]) / speed, float(force.max()), touching * step
+
+
+def _plates(finer: int) -> Numbers:
+    large = {edges: _frequencies(10.0, 0.05, STEEL, edges, finer) for edges in ("free", "simple", "cantilever")}
+    hertz = {edges: values / (2.0 * np.pi) for edges, values in large.items()}
+    clamped = _frequencies(1.0, 0.01, hl.Material(210e9, 0.3, 7800.0), "clamped", finer)
+    small = _frequencies(1.0, 0.02, hl.Material(200e9, 0.3, 7850.0), "simple", finer) / (2.0 * np.pi)
+    plate = _plate(10.0, 0.05, STEEL, "free", 4)
+    unit = 100.0 * sqrt(plate.mass_per_area / plate.rigidity)
+    free, simple, squares = hertz["free"][3:], hertz["simple"], large["free"][3:] * unit
+    numbers = {
+        "NAFEMS FV12: mode": dict(zip(("4", "5", "6", "s 7 and 8", "9"), free[[0, 1, 2, 3, 5]], strict=True)),
+        "NAFEMS, simple edges: mode": dict(
+            zip(("1", "s 2 and 3", "4", "s 5 and 6", "s 7 and 8"), simple[[0, 1, 3, 4, 6]], strict=True)
+        ),
+        "Barton, cantilever plate: λ² of mode": dict(zip("12345", large["cantilever"] * unit, strict=False)),
+        "Barton, free plate: λ² of mode": dict(zip(("1", "2", "3", "s 4 and 5"), squares, strict=False)),
+        "Birger, clamped plate: mode": dict(zip(("1", "s 2 and 3", "4"), clamped[[0, 1, 3]], strict=True)),
+        "femorph-solver: mode": {"1 of a plate on simple edges": small[0]},
+    }
+    return {
+        f"{name}{'' if mode[0] == 's' else ' '}{mode}": float(value)
+        for name, modes in numbers.items()
+        for mode, value in modes.items()
+    }
+
+
+def _plate(side: float, thickness: float, material: hl.Material, edges: str, cells: int) -> hl.Plate:
+    return hl.kirchhoff_plate(side, side, thickness, material, hl.Supports(*EDGES[edges]), cells=(cells, cells))
+
+
+def _frequencies(side: float, thickness: float, material: hl.Material, edges: str, finer: int) -> np.ndarray:
+    """Return the ten lowest angular frequencies of a square plate, rad/s, rigid motions first."""
+    plate = _plate(side, thickness, material, edges, CELLS * finer)
+    structure = plate.at(0.4871 * side, 0.4632 * side)
+    shift = plate.rigidity / (plate.mass_per_area * side**4)
+    scale = sparse.diags_array(1.0 / np.sqrt(structure.stiffness.diagonal() + shift * structure.mass.diagonal()))
+    stiffness, mass = (sparse.csc_array(scale @ part @ scale) for part in (structure.stiffness, structure.mass))
+    squares = eigsh(stiffness, 10, M=mass, sigma=-shift, return_eigenvectors=False)
+    frequencies: np.ndarray = np.sqrt(np.maximum(np.sort(squares), 0.0))
+    return frequencies
+
+
+def _peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Return when a signal is largest, and its peak, by a parabola through three samples."""
+    top = int(values.argmax())
+    before, peak, after = values[top - 1 : top + 2]
+    shift = 0.5 * (before - after) / (before - 2.0 * peak + after)
+    return float(time[top] + shift * (time[1] - time[0])), float(peak - 0.25 * (before - after) * shift)
+
+
+def _duration(time: np.ndarray, values: np.ndarray, level: float) -> float:
+    """Return how long a pulse exceeds a part of its peak."""
+    top, least = int(values.argmax()), level * _peak(time, values)[1]
+    start = int(np.flatnonzero(values[:top] < least)[-1])
+    end = top + int(np.flatnonzero(values[top:] < least)[0])
+    rise = np.interp(least, values[start : start + 2], time[start : start + 2])
+    fall = np.interp(-least, -values[end - 1 : end + 1], time[end - 1 : end + 1])
+    return float(fall - rise)
+
+
+CHAINS: tuple[Callable[..., Numbers], ...] = (_moose_chain, _moose_spheres, _benchmarks)
+GROUPS: tuple[Callable[[int], Numbers], ...] = (*CHAINS, _plates)
+
+
+def judged(data: xr.Dataset) -> list[tuple[str, Row, str, str]]:
+    """Return name, row, verdict and condition of each number."""
+    found, errors = (_numbers(data, name) for name in ("value", "error"))
+    return [(name, one, *_verdict(one)) for name, one in rows_of(found, errors).items()]
+
+
+def _numbers(data: xr.Dataset, name: str) -> Numbers:
+    return dict(zip(data.number.values.tolist(), data[name].values.tolist(), strict=True))
+
+
+def problems(found: Numbers) -> list[str]:
+    """Return a line for each number that differs, apart from misprints."""
+    rows = [(name, one) for name, one in rows_of(found).items() if name in found]
+    differ = [(name, one) for name, one in rows if _verdict(one)[0] == "differs"]
+    return [f"  {name}: {one.computed:.6g} {one.unit}, printed {one.thesis}" for name, one in differ]
+
+
+def _verdict(one: Row) -> tuple[str, str]:
+    """Return the verdict on a row in words, and its condition."""
+    said = verdict(one)
+    word = WORDS.get(said.word, said.word)
+    if said.condition == WITHIN:
+        return "reproduced", ""
+    return MISPRINT if word == "differs" and MISPRINT in one.reason else word, said.condition
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """Return the counts, then each number; a reason has verdict, numerical error, set-up and source."""
+    entries = judged(data)
+    counts = Counter(word for _, _, word, _ in entries)
+    read = sum(MEMORY not in _source(name) for name, *_ in entries)
+    said = ", ".join(f"{count} {word}" for word, count in counts.items())
+    head = Row(f"{len(entries)} numbers", "", "", reason=f"{said}; the text of {read} was read. {RULE}")
+    errors = _numbers(data, "error")
+    rows = []
+    for name, one, word, condition in entries:
+        error = f"numerical error {errors[name]:.1g}; " if name in errors else ""
+        under = f" ({condition})" if condition else ""
+        said = f"{word.upper()}{under}: {error}{one.reason}. Source: {_source(name)}"
+        rows.append(one._replace(reason=said))
+    return [head, *rows]
+
+
+RULE = (
+    "Ours agrees if it gives the printed digits when rounded, or lies within the printed scatter, up to its "
+    "numerical error, which is the change by the last halving of steps and cells."
+)
+
+
+def _source(name: str) -> str:
+    """Return where a number stands; "the same" is that of the entry before."""
+    source = ""
+    for entry, expected in row.entries.items():
+        source = source if expected.source == "the same" else expected.source
+        if entry == name:
+            break
+    return source
+
+
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
+    """Return ours over theirs for each number, and the shape of the solitary wave."""
+    entries = [entry for entry in judged(data) if isinstance(entry[1].computed, float)]
+    drawn, (axis,) = draw.panels(1, width=7.0, height=0.2 * len(entries) + 1.0)
+    for word, shade in SHADES.items():
+        points = [
+            (100.0 * (float(one.computed) / _middle(one.thesis) - 1.0), place)
+            for place, (_, one, said, _) in enumerate(entries)
+            if said == word
+        ]
+        if points:
+            axis.plot(*zip(*points, strict=True), "o", color=shade, label=word)
+    axis.axvline(0.0, color="0.4", linewidth=0.8)
+    axis.set_xscale("symlog", linthresh=0.1)
+    ticks = (-100.0, -10.0, -1.0, -0.1, 0.0, 0.1, 1.0)
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set(xlabel="hertzlink − literature (% of literature)")
+    axis.set_yticks(range(len(entries)), [name for name, *_ in entries], fontsize="x-small")
+    axis.set_ylim(len(entries) - 0.5, -0.5)
+    draw.legend_above(drawn, axis, 4)
+    shape, (wave,) = draw.panels(1, width=4.5, height=3.0)
+    wave.plot(data.distance, data.speed, "-", label="hertzlink")
+    cosine = np.cos(np.clip(2.0 * data.distance / sqrt(10.0), -np.pi / 2, np.pi / 2)) ** 4
+    wave.plot(data.distance, cosine, "--", label="Nesterenko, cos⁴", marker="")
+    wave.set(xlabel="distance from the centre of the wave (diameters)", ylabel="speed of a bead / its peak")
+    wave.legend()
+    return {"differences": drawn, "wave": shape}
+
+
+def _middle(said: float | str) -> float:
+    """Return the middle of a printed number."""
+    ends = printed(said)
+    assert ends is not None
+    return 0.5 * (ends.low + ends.high)

@@ -1,0 +1,57 @@
+"""Numbers of other authors: what is reproduced stays so, a wrong law is seen, and no row lacks its source."""
+
+from collections import Counter
+
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from hertzlink.studies import literature as study
+from hertzlink.studies.writing import Written
+
+
+@pytest.fixture(scope="module")
+def chains() -> dict[str, float]:
+    return study.of_chains()
+
+
+def test_hertz_gives_the_published_numbers_of_chains(chains: dict[str, float]) -> None:
+    assert study.problems(chains) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("Hinch and Saint-Jean: speed of the last ball", 0.98), ("LAMMPS: largest overlap of two spheres", 274.2)],
+)
+def test_a_number_that_differs_is_named(chains: dict[str, float], name: str, value: float) -> None:
+    (line,) = study.problems(chains | {name: value})
+    assert name in line
+
+
+def test_a_wrong_law_is_refused() -> None:
+    def softer(first: hl.Bead, second: hl.Bead | hl.Surface) -> hl.ContactLaw:
+        law = hl.contact_law(first, second)
+        return hl.laws.PowerLaw(0.9 * float(law.force(1.0)), 1.5)
+
+    with pytest.raises(AssertionError, match="LAMMPS: largest overlap of two spheres"):
+        hl.testing.assert_literature(softer)
+
+
+def test_every_number_has_a_source_and_a_set_up() -> None:
+    entries = study.row.entries
+    assert len(entries) >= 40
+    assert all(entry.source and entry.reason for entry in entries.values())
+    assert sum(study.MEMORY not in study._source(name) for name in entries) >= 35
+
+
+@pytest.mark.thorough
+def test_verdicts_table_and_figures() -> None:
+    data: xr.Dataset = study.run(quick=True)
+    words = Counter(word for _, _, word, _ in study.judged(data))
+    assert words == {
+        "reproduced": 21, "reproduced under a condition": 3, "differs": 14, "misprint": 2, "not defined": 2,
+    }  # fmt: skip
+    assert float(abs(data.error).max()) < 0.5
+    written = Written("literature", study, data)
+    assert "literature" in written.table.splitlines()[0]
+    assert set(study.figures(data)) == {"differences", "wave"}
