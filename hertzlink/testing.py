@@ -25,7 +25,7 @@ def assert_literature(law: _LawOfPair) -> None:
     """
     from hertzlink.studies.literature import of_chains, problems
 
-    found = problems(of_chains(law))
+    found = problems(*of_chains(law))
     if found:
         raise AssertionError("\n".join([f"{len(found)} numbers of the literature are not reproduced:", *found]))
 
