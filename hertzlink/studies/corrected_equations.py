@@ -29,7 +29,8 @@ def table() -> list[Row]:
         before, after = check()  # whether the printed and the corrected form pass
         unread = "; the printed form lacks symbols and cannot be evaluated" if before is None else ""
         said = "passes" if after else "fails", unread
-        rows.append(row(f"equation {equation}", None, *said, holds=before if after else False))
+        ours = row(f"equation {equation}", None, *said, holds=bool(before and after))
+        rows.append(ours._replace(corrected=ours.computed if after else ""))
     return rows
 
 

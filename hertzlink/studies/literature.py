@@ -18,7 +18,7 @@ from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import Row, Rows
-from hertzlink.studies.verdicts import printed, verdict
+from hertzlink.studies.verdicts import CONDITION, DIFFERS, MISPRINT, REPRODUCED, printed, verdict
 from particles.chain import LawOfPair
 
 __all__ = ["Conditions", "figures", "run", "table"]
@@ -40,12 +40,8 @@ EDGES = {"free": ("free",) * 4, "simple": ("simple",) * 4, "clamped": ("clamped"
 MEMORY = "from memory"
 WITHIN = "within our numerical error"
 PARTED, COARSE = "the force pulls until the spheres part", "samples every 2 µs"
-MISPRINT = "misprint"
 WIDTH = "MOOSE: width of the pulse at 1 % of its peak"
-WORDS = {"confirmed": "reproduced", "under a condition": "reproduced under a condition", "refuted": "differs",
-         "cannot be known": "not defined"}  # fmt: skip
-SHADES = {"reproduced": draw.COLOURS[0], "reproduced under a condition": draw.COLOURS[2], "differs": draw.COLOURS[1],
-          MISPRINT: draw.COLOURS[3]}  # fmt: skip
+SHADES = {REPRODUCED: draw.COLOURS[0], CONDITION: draw.COLOURS[2], DIFFERS: draw.COLOURS[1], MISPRINT: draw.COLOURS[3]}
 OTHERWISE = " | "  # Between the name of a number and the condition under which it is another one.
 
 
@@ -317,17 +313,14 @@ def _numbers(data: xr.Dataset, name: str) -> Numbers:
 def problems(found: Numbers, errors: Numbers) -> list[str]:
     """Return a line for each number that differs, apart from misprints."""
     rows = [(name, one) for name, one in rows_of(found, errors).items() if name in found]
-    differ = [(name, one) for name, one in rows if _verdict(one)[0] == "differs"]
+    differ = [(name, one) for name, one in rows if _verdict(one)[0] == DIFFERS]
     return [f"  {name}: {one.computed:.6g} {one.unit}, printed {one.thesis}" for name, one in differ]
 
 
 def _verdict(one: Row) -> tuple[str, str]:
     """Return the verdict on a row in words, and its condition."""
     said = verdict(one)
-    word = WORDS.get(said.word, said.word)
-    if said.condition == WITHIN:
-        return "reproduced", ""
-    return MISPRINT if word == "differs" and MISPRINT in one.reason else word, said.condition
+    return (REPRODUCED, "") if said.detail == WITHIN else (said.word, said.detail)
 
 
 def table(data: xr.Dataset) -> list[Row]:

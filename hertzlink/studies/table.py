@@ -25,7 +25,7 @@ SIMULATED = 0.01
 # Allowed for its experiments: the scatter that it prints with its measured speeds (sections 5.3.2 and 5.3.3).
 MEASURED = 0.05
 TIMED = 0.01  # Allowed for its measured TOF: the scatter that it prints with it (section 6.1.2).
-# For numbers that the thesis uses without saying where they come from: nothing confirms or refutes them.
+# For numbers that the thesis uses without saying where they come from: there is nothing to reproduce.
 INPUT = float("nan")
 
 
@@ -38,6 +38,11 @@ class Row(NamedTuple):
     from a fit that the thesis prints. within: how far apart the thesis's number and ours may lie, relatively, apart
     from the digits that it prints: SIMULATED, MEASURED, TIMED, INPUT, or 0 for what follows from an equation.
     otherwise: ours under other conditions, by their names. holds: whether a statement without a number holds.
+    corrected: what must stand there by the same author's other numbers or equations, if the printed one contradicts
+    them. undefined: what the text does not say, if it does not say enough to compute the number. provided: the
+    condition under which a statement holds that does not hold in general. number: common to rows that read one printed
+    number in several ways. of: common to the theory, simulation and experiment of one quantity, whose printed numbers
+    span `spread`.
     """
 
     quantity: str
@@ -49,6 +54,12 @@ class Row(NamedTuple):
     within: float = 0.0
     otherwise: Mapping[str, float | str] = MappingProxyType({})
     holds: bool | None = None
+    corrected: float | str = ""
+    undefined: str = ""
+    provided: str = ""
+    number: str = ""
+    of: str = ""
+    spread: str = ""
 
 
 # How far a printed number and ours may lie apart, by what it comes from; none for what follows from an equation.
@@ -62,7 +73,7 @@ class Expected:
 
     ours: what hertzlink has instead, where no study computes it. scatter: what it comes from, a key of SCATTER. source:
     where it stands. reason: why ours differs, with a place {} for each value that a run gives. quantity: its name in
-    the table where it is not the key of the entry.
+    the table where it is not the key of the entry. The others: as of a Row.
     """
 
     value: float | str = ""
@@ -72,6 +83,11 @@ class Expected:
     scatter: str = ""
     reason: str = ""
     quantity: str = ""
+    corrected: float | str = ""
+    undefined: str = ""
+    provided: str = ""
+    number: str = ""
+    of: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,8 +112,9 @@ class Rows:
         reason = entry.reason.format(*said) if said else entry.reason
         quantity = (entry.quantity or name).format(**labels)
         return Row(
-            quantity, entry.value, computed, entry.unit, reason, theory, SCATTER[entry.scatter], otherwise, holds
-        )
+            quantity, entry.value, computed, entry.unit, reason, theory, SCATTER[entry.scatter], otherwise, holds,
+            entry.corrected, entry.undefined, entry.provided, entry.number, entry.of,
+        )  # fmt: skip
 
 
 @cache

@@ -22,7 +22,21 @@ from coupling.sweeps.progress import Stopped, watched
 from hertzlink.studies import draw, study
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import WIDTH, Row
-from hertzlink.studies.verdicts import CONDITION, RULE, UNKNOWN, VERDICTS, Verdict, counted, verdict
+from hertzlink.studies.verdicts import (
+    CONDITION,
+    DIFFERS,
+    INPUT_ONLY,
+    MISPRINT,
+    READING,
+    REPRODUCED,
+    RULE,
+    UNDEFINED,
+    VERDICTS,
+    Verdict,
+    counted,
+    exact,
+    verdict,
+)
 from structures.caution import collected
 from structures.checks import whole
 
@@ -53,8 +67,10 @@ PARTS = (*CHECKED, *STUDIED)
 # These parts start first, so that no process waits for them at the end.
 LONGEST_FIRST = ("edges of plates (6.2.2)", "deformable chain (3.3, 3.4)", "contact laws (3.3.1, 5.3)")
 NOTHING = ("", "not given", "figure only")  # What a row says where the thesis prints no number.
-HEADS = {"confirmed": "confirmed", CONDITION: "conditional", "refuted": "refuted", UNKNOWN: "unknown"}  # in a terminal
-SHADES = {"confirmed": draw.COLOURS[0], CONDITION: draw.COLOURS[2], "refuted": draw.COLOURS[1], UNKNOWN: "0.75"}
+HEADS = dict(zip(VERDICTS, ("agrees", "condition", "differs", "misprint", "undefined"), strict=True))
+SHADES = dict(zip(VERDICTS, (*(draw.COLOURS[i] for i in (0, 2, 1)), "0.45", "0.75"), strict=True))
+EQUATIONS = "corrected equations"
+NEAR = 0.05  # A difference that is called small.
 LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
 
 
@@ -151,7 +167,7 @@ def _plain(row: Row) -> dict[str, Any]:
 
 def _dataset(rows: list[tuple[str, Row]]) -> xr.Dataset:
     """Return one entry for each row of each part."""
-    said = [verdict(row) for _, row in rows]
+    rows, said = judge(rows)
     columns = {
         "part": [part for part, _ in rows],
         "quantity": [row.quantity for _, row in rows],
@@ -159,7 +175,7 @@ def _dataset(rows: list[tuple[str, Row]]) -> xr.Dataset:
         "thesis": [str(row.thesis) for _, row in rows],
         "hertzlink": [str(row.computed) for _, row in rows],
         "verdict": [verdict.word for verdict in said],
-        "condition": [verdict.condition for verdict in said],
+        "detail": [verdict.detail for verdict in said],
         "reason": [row.reason for _, row in rows],
         "shown_by": [source(part) for part, _ in rows],
         "row": [json.dumps(_plain(row), ensure_ascii=False) for _, row in rows],
@@ -167,11 +183,40 @@ def _dataset(rows: list[tuple[str, Row]]) -> xr.Dataset:
     return xr.Dataset({name: ("entry", np.array(values, dtype=object)) for name, values in columns.items()})
 
 
+def judge(rows: list[tuple[str, Row]]) -> tuple[list[tuple[str, Row]], list[Verdict]]:
+    """Return the rows with what other rows say of the same number and quantity, and the verdict on each.
+
+    The first row of a number is its entry; those of its other readings are conditions of it, without a verdict.
+    """
+    first = {row.number: i for i, (_, row) in reversed([*enumerate(rows)]) if row.number}
+    readings = {i for i, (_, row) in enumerate(rows) if first.get(row.number, i) != i}
+    whole_rows = []
+    for i, (part, row) in enumerate(rows):
+        others = {} if i in readings else {rows[j][1].quantity: rows[j][1].computed for j in readings
+                                           if first[rows[j][1].number] == i}  # fmt: skip
+        whole_rows.append((part, row._replace(otherwise={**row.otherwise, **others}, spread=spread(rows, row))))
+    said = [Verdict(READING) if i in readings else verdict(row) for i, (_, row) in enumerate(whole_rows)]
+    return whole_rows, said
+
+
+def spread(rows: list[tuple[str, Row]], row: Row) -> str:
+    """Return the range of what theory, simulation and experiment give for the quantity of a row; "" of a single one."""
+    alike = [other for _, other in rows if row.of and other.of == row.of]
+    ends = {end for other in alike for value in (other.thesis, other.theory) for end in exact_ends(value)}
+    return f"{min(ends):g} to {max(ends):g}" if len(ends) > 1 else ""
+
+
+def exact_ends(value: float | str) -> list[float]:
+    """Return the ends of a range, a number, or the middle of a number with a scatter."""
+    said = exact(value.partition("±")[0] if isinstance(value, str) else value)
+    return [] if said is None else [*said]
+
+
 def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, Verdict]]:
     """Yield the part, row and verdict of each entry."""
-    columns = (data[name].values for name in ("part", "row", "verdict", "condition"))
-    for part, text, word, condition in zip(*columns, strict=True):
-        yield str(part), Row(**json.loads(str(text))), Verdict(str(word), str(condition))
+    columns = (data[name].values for name in ("part", "row", "verdict", "detail"))
+    for part, text, word, detail in zip(*columns, strict=True):
+        yield str(part), Row(**json.loads(str(text))), Verdict(str(word), str(detail))
 
 
 def _counts(data: xr.Dataset, part: str = "") -> dict[str, int]:
@@ -182,12 +227,13 @@ def _counts(data: xr.Dataset, part: str = "") -> dict[str, int]:
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then each part under its name; a row's reason begins with its verdict."""
     rules = f"{_in_words(_counts(data))}. {' '.join(RULE.split())}"
-    rows = [Row(f"{data.sizes['entry']} numbers and statements", "", "", reason=rules)]
+    rows = [Row(f"{sum(_counts(data).values())} numbers and statements", "", "", reason=rules)]
     for part in PARTS:
-        rows.append(Row(part.upper(), "", "", reason=f"{_in_words(_counts(data, part))}; {source(part)}"))
+        counts = _in_words(_counts(data, part)) or "inputs, without verdicts"
+        rows.append(Row(part.upper(), "", "", reason=f"{counts}; {source(part)}"))
         for name, row, said in judged(data):
             if name == part:
-                verdict = said.word.upper() + (f" ({said.condition})" if said.condition else "")
+                verdict = said.word.upper() + (f" ({said.detail})" if said.detail else "")
                 rows.append(row._replace(reason=verdict + (f": {row.reason}" if row.reason else "")))
     return rows
 
@@ -197,15 +243,42 @@ def _in_words(counts: dict[str, int]) -> str:
 
 
 def summary(data: xr.Dataset) -> str:
-    """Return the counts of each part, for the terminal."""
-    width = max(map(len, PARTS)) + 2
+    """Return ten lines that say what agrees and what does not, and the counts of each part, for the terminal."""
+    width = max(map(len, PARTS))
     lines = [" " * width + "".join(f"{HEADS[word]:>{len(HEADS[word]) + 2}}" for word in VERDICTS), "-" * WIDTH]
     for part in (*PARTS, ""):
         counts = _counts(data, part)
         cells = "".join(f"{counts[word] or '':>{len(HEADS[word]) + 2}}" for word in VERDICTS)
+        if not cells.strip():
+            continue  # a part of inputs alone
         lines.append(f"{part or 'all':<{width}}{cells}".rstrip())
     more = "table.txt and report.html hold each number, its verdict and the reason."
-    return "\n".join([*lines, "", *fill(RULE, WIDTH).splitlines(), "", more])
+    return "\n".join([*in_short(data), "", *lines, "", *fill(RULE, WIDTH).splitlines(), "", more])
+
+
+def in_short(data: xr.Dataset) -> list[str]:
+    """Return what an examiner asks first, one line for each verdict and what is not counted."""
+    entries, counts = list(judged(data)), _counts(data)
+    off = sorted(_off(row) for _, row, said in entries if said.word == DIFFERS)
+    off = [share for share in off if share > 0.0]
+    near = sum(share <= NEAR for share in off)
+    corrected = sum(said.word == MISPRINT and part == EQUATIONS for part, _, said in entries)
+    words = [said.word for _, _, said in entries]
+    return [
+        f"{sum(counts.values())} numbers and statements of the thesis:",
+        f"- {counts[REPRODUCED]} are reproduced, in the printed digits or the printed scatter.",
+        f"- {counts[CONDITION]} are under a condition that is named, such as gravity or a loss.",
+        f"- {counts[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
+        f"- {counts[MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
+        f"- {counts[UNDEFINED]} are not defined: the text does not say enough to compute them.",
+        f"{words.count(INPUT_ONLY)} inputs and {words.count(READING)} other readings are listed, not counted.",
+    ]
+
+
+def _off(row: Row) -> float:
+    """Return how far ours is off, relatively; 0 where it cannot be said."""
+    ratio = _ratio(row)
+    return abs(ratio - 1.0) if ratio else 0.0
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -1,20 +1,23 @@
-"""Verdicts on numbers of the thesis: a verdict on a row of a study, computed from its numbers."""
+"""Verdicts on numbers that others printed: each is computed from the row of a study, none is written by hand."""
 
 import re
 from collections.abc import Callable, Iterable
-from math import inf, isnan
+from math import inf, isfinite, isnan
 from typing import NamedTuple
 
 from hertzlink.studies.table import Row
 
-CONFIRMED, CONDITION, REFUTED, UNKNOWN = "confirmed", "under a condition", "refuted", "cannot be known"
-VERDICTS = (CONFIRMED, CONDITION, REFUTED, UNKNOWN)
-RULE = """A number is confirmed if ours gives its printed digits when rounded, or lies within the scatter that is
-printed with it. A simulation of the thesis may differ by 1 % more, an experiment by 5 %, a measured time of flight by
-1 %: so much do its own models and experiments scatter. "About" allows 10 %. It is confirmed under a condition if ours
-agrees only under the condition that is named. It is refuted if no condition that the thesis allows gives it. It cannot
-be known if it is an input, or if the thesis does not say enough to compute it. Where the text can be read in two ways,
-each way is a row of its own."""
+REPRODUCED, CONDITION, DIFFERS = "reproduced", "reproduced under a condition", "differs"
+MISPRINT, UNDEFINED = "misprint", "not defined"
+VERDICTS = (REPRODUCED, CONDITION, DIFFERS, MISPRINT, UNDEFINED)
+# What stands for a verdict where none is counted: there is nothing to reproduce; another row judges the same number.
+INPUT_ONLY, READING = "input", "another reading"
+RULE = """Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. "About"
+allows 10 %. Reproduced under a condition: ours agrees under the condition that is named. Differs: by how much, outside
+of every condition that is named. Misprint: the printed number or equation contradicts the same author's others, and
+the corrected form agrees with ours. Not defined: the text does not say enough to compute the number, and ours does not
+agree. A difference no larger than that between theory, simulation and experiment of the same author is a condition.
+Several readings of one number are one entry. Inputs have no verdict."""
 # Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md).
 SIMULATION_ERROR = 1e-3
 ABOUT = 0.1  # Of a number that the thesis calls approximate.
@@ -42,10 +45,10 @@ class Interval(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """One of VERDICTS, and the condition, if there is one."""
+    """One of VERDICTS, and what belongs to it: the condition, the distance, the corrected form, what is not said."""
 
     word: str
-    condition: str = ""
+    detail: str = ""
 
 
 def printed(value: float | str) -> Interval | None:
@@ -69,17 +72,34 @@ def exact(value: float | str) -> Interval | None:
 
 def verdict(row: Row) -> Verdict:
     """Return the verdict on a row whose `thesis` is not empty."""
+    if isnan(row.within):
+        return Verdict(INPUT_ONLY)
+    agreed = _agreement(row)
+    if agreed is not None:
+        return agreed
+    if row.provided:
+        return Verdict(CONDITION, row.provided)
+    corrected = row._replace(thesis=row.corrected)
+    if row.corrected != "" and (row.holds is not None or _agreement(corrected) is not None):
+        return Verdict(MISPRINT, f"corrected: {row.corrected}")
+    if row.spread and _agreement(row._replace(thesis=row.spread, within=0.0)) is not None:
+        return Verdict(CONDITION, f"no farther than theory, simulation and experiment of one author, {row.spread}")
+    if row.undefined:
+        return Verdict(UNDEFINED, row.undefined)
+    return Verdict(DIFFERS, _distance(row))
+
+
+def _agreement(row: Row) -> Verdict | None:
+    """Return the verdict on a row where ours agrees, with a condition or without one; None where it does not."""
     if row.holds is not None:
-        return Verdict(CONFIRMED if row.holds else REFUTED)
+        return Verdict(REPRODUCED) if row.holds else None
     expected, ours = printed(row.thesis), exact(row.computed)
-    if isnan(row.within) or expected is None:
-        return Verdict(UNKNOWN)
+    if expected is None:
+        return None
     others = [(name, exact(value)) for name, value in row.otherwise.items()]
-    if ours is None and not any(value for _, value in others):
-        return Verdict(UNKNOWN if row.computed in ("", "no answer", "not comparable") else REFUTED)
     allowed = expected.widened(row.within + SIMULATION_ERROR * (row.within > 0.0))
     if ours and allowed.contains(ours):
-        return Verdict(CONFIRMED)
+        return Verdict(REPRODUCED)
     for name, value in others:
         if value and allowed.meets(value):
             return Verdict(CONDITION, name)
@@ -89,7 +109,17 @@ def verdict(row: Row) -> Verdict:
         return Verdict(CONDITION, "the last digit is cut off, not rounded")
     if ours and ours.contains(expected):
         return Verdict(CONDITION, "within the range of the cases")
-    return Verdict(REFUTED)
+    return None
+
+
+def _distance(row: Row) -> str:
+    """Return how far ours lies from the printed number or range, at the end that lies farther away; "" of words."""
+    expected, ours = exact(row.thesis) or printed(row.thesis), exact(row.computed)
+    if expected is None or ours is None:
+        return ""
+    ends = ((expected.low, min(ours.low, expected.low)), (expected.high, max(ours.high, expected.high)))
+    shares = [mine / theirs - 1.0 for theirs, mine in ends if theirs and isfinite(theirs)]
+    return f"by {100.0 * max(shares, key=abs):+z.2g} %" if shares and any(shares) else ""
 
 
 def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
