@@ -54,6 +54,8 @@ class Uncertainty:
         Value and standard uncertainty of each parameter, in SI units.
     sampled : dict
         Mean and standard deviation of each measure over the sampled runs; empty where none were asked for.
+    samples : dict
+        Each measure of the sampled runs, as an array; NaN where a run failed or has no such wave.
     units : dict
         Of the measures.
     warnings : list of str
@@ -73,6 +75,7 @@ class Uncertainty:
     shares: dict[str, dict[str, float]]
     inputs: dict[str, tuple[float, float]]
     sampled: dict[str, tuple[float, float]] = field(default_factory=dict)
+    samples: dict[str, Vector] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -186,12 +189,13 @@ def uncertainty(
         for parameter, part in zip(inputs, parts, strict=True):
             shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
     notes = [line for line in run.attrs.get("warnings", "").splitlines() if line]
-    sampled = dict[str, tuple[float, float]]()
+    sampled, samples = dict[str, tuple[float, float]](), dict[str, Vector]()
     if draws:
         tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
         said = list[str]()
         for name in names:
-            usable = tables[name].values[np.isfinite(tables[name].values)]
+            samples[name] = tables[name].values
+            usable = samples[name][np.isfinite(samples[name])]
             if usable.size < draws:
                 said.append(f"{name}: {draws - usable.size} of {draws} sampled runs failed, or have no such wave")
             if usable.size > 1:
@@ -200,7 +204,7 @@ def uncertainty(
         warn(said)
         notes += said
     units = {name: str(run[name].attrs.get("units", "1")) for name in names}
-    return Uncertainty(value, standard, shares, inputs, sampled, units, notes)
+    return Uncertainty(value, standard, shares, inputs, sampled, samples, units, notes)
 
 
 def _of_sensor(sensor: int) -> Measure:

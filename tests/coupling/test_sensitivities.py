@@ -200,6 +200,9 @@ def test_a_budget_adds_squares_and_agrees_with_sampling():
     assert sum(shares["time_of_flight"] for shares in budget.shares.values()) == pytest.approx(1.0)
     # The standard deviation of 200 draws has a standard error of 5 %.
     assert budget.sampled["time_of_flight"][1] == pytest.approx(budget.standard["time_of_flight"], rel=0.15)
+    times = budget.samples["time_of_flight"]
+    assert times.shape == (200,)
+    assert budget.sampled["time_of_flight"] == (times.mean(), times.std(ddof=1))
     assert "time_of_flight = " in str(budget)
     assert max(map(len, str(budget).splitlines())) <= 80
 
