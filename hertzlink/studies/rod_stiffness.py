@@ -23,6 +23,7 @@ SWEPT = "Young's moduli of the sweep; density and Poisson's ratio stay those of 
 BODIES = ("cylinder", "half-space")
 WALLS = {"steel 440C": hl.STEEL_440C, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
 TIME_CONSTANT = 1e-3  # s, RC of the piezoelectric discs (section 2.2).
+DISPLACED = "while the bead is displaced by more than 1 % of its greatest displacement"
 FAR_SENSOR = 12  # Incident and reflected wave are timed between this sensor and sensor 7, both away from the ends.
 
 
@@ -93,8 +94,8 @@ def walls(of: Conditions) -> xr.Dataset:
     """Return the motion of beads on the stiffest and the softest rod, the force at the sensors, and the energies."""
     shown = of.walls()
 
-    def against(wall: str) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(), of.slender(of.layers(shown[wall])))
+    def against(wall: str, dashpot: float | None = None) -> hl.CoSimulation:
+        return hl.CoSimulation(of.chain(dashpot), of.slender(of.layers(shown[wall])))
 
     runs = hl.sweep(against, of.until, 1, wall=list(shown))
     each = [runs.sel(wall=name) for name in shown]
@@ -115,6 +116,9 @@ def walls(of: Conditions) -> xr.Dataset:
             "wall_filtered_ratio": ("wall", filtered, behind),
         }
     )
+    if not of.own:
+        free = hl.sweep(lambda wall: against(wall, 0.0), of.until, 1, struck.measure, wall=list(shown))
+        data["wall_undamped_time_of_flight"] = free.time_of_flight
     data = data.drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
     return data.assign_coords(wall=list(shown))
 
@@ -197,11 +201,27 @@ def _waves(data: xr.Dataset) -> list[Row]:
         row("definition of TOF", "peak to peak", holds=True),
         row("incident wave at sensor 7", float(steel.material_incident_arrival) * 1e6),
         *_both(data, "AR,", "amplitude_ratio"),
-        *_both(data, "TOF,", "time_of_flight", 1e6, *theory),
+        *_timed(data, theory),
         row("TOF, PTFE over steel", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %"),
         row("SSW after PSW, PTFE", struck.delay(ptfe.material_time_of_flight)),
         row("reflected wave slower than incident, steel", f"{slower[0]:.1f} %", slower[1]),
     ]
+
+
+def _timed(data: xr.Dataset, theory: list[float]) -> Iterable[Row]:
+    """Return the rows of TOF, with the one of a chain without losses."""
+    for timed, wall in zip(_both(data, "TOF,", "time_of_flight", 1e6, *theory), WALLS, strict=True):
+        free = struck.flight(data.wall_undamped_time_of_flight.sel(wall=wall))
+        yield timed._replace(otherwise={**timed.otherwise, "no losses": free})
+
+
+def _contacts(data: xr.Dataset) -> Iterable[Row]:
+    """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
+    for contact, wall in zip(_both(data, "contact with", "contact_time", 1e6), WALLS, strict=True):
+        moved = data.wall_displacement.sel(wall=wall, bead=BEADS).values
+        begin, end = np.flatnonzero(np.diff(moved > 0.01 * moved.max()))[:2]
+        displaced = float(data.time[end] - data.time[begin]) * 1e6
+        yield contact._replace(otherwise={**contact.otherwise, DISPLACED: displaced})
 
 
 def _sensor(data: xr.Dataset) -> Iterable[Row]:
@@ -218,7 +238,7 @@ def _last_bead(data: xr.Dataset) -> list[Row]:
     hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
     return [
         *_both(data, "largest displacement of bead 20,", "largest_displacement", 1e6),
-        *_both(data, "contact with", "contact_time", 1e6),
+        *_contacts(data),
         row("bead 20 deepest in PTFE", deepest),
         row("first collision of beads 20 and 19, PTFE", first),
         row("second collision, PTFE", second, second - first),
