@@ -23,6 +23,7 @@ from hertzlink.studies import draw, study
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import WIDTH, Row
 from hertzlink.studies.verdicts import (
+    AS_FAR,
     CONDITION,
     DIFFERS,
     INPUT_ONLY,
@@ -263,12 +264,16 @@ def in_short(data: xr.Dataset) -> list[str]:
     off = [share for share in off if share > 0.0]
     near = sum(share <= NEAR for share in off)
     corrected = sum(said.word == MISPRINT and part == EQUATIONS for part, _, said in entries)
+    apart = sum(said.detail.startswith(AS_FAR) for _, _, said in entries)
+    far = sorted((row for _, row, said in entries if said.word == DIFFERS), key=_off)[-3:]
     words = [said.word for _, _, said in entries]
     return [
         f"{sum(counts.values())} numbers and statements of the thesis:",
         f"- {counts[REPRODUCED]} are reproduced, in the printed digits or the printed scatter.",
         f"- {counts[CONDITION]} are under a condition that is named, such as gravity or a loss.",
+        f"  {apart} of these lie as far off as the thesis's own theory and experiment.",
         f"- {counts[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
+        *(f"  far off: {row.quantity}, {row.computed:.4g} for {row.thesis}" for row in reversed(far) if _off(row)),
         f"- {counts[MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
         f"- {counts[UNDEFINED]} are not defined: the text does not say enough to compute them.",
         f"{words.count(INPUT_ONLY)} inputs and {words.count(READING)} other readings are listed, not counted.",

@@ -12,6 +12,7 @@ MISPRINT, UNDEFINED = "misprint", "not defined"
 VERDICTS = (REPRODUCED, CONDITION, DIFFERS, MISPRINT, UNDEFINED)
 # What stands for a verdict where none is counted: there is nothing to reproduce; another row judges the same number.
 INPUT_ONLY, READING = "input", "another reading"
+AS_FAR = "no farther than theory, simulation and experiment of one author"
 RULE = """Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. "About"
 allows 10 %. Reproduced under a condition: ours agrees under the condition that is named. Differs: by how much, outside
 of every condition that is named. Misprint: the printed number or equation contradicts the same author's others, and
@@ -83,7 +84,7 @@ def verdict(row: Row) -> Verdict:
     if row.corrected != "" and (row.holds is not None or _agreement(corrected) is not None):
         return Verdict(MISPRINT, f"corrected: {row.corrected}")
     if row.spread and _agreement(row._replace(thesis=row.spread, within=0.0)) is not None:
-        return Verdict(CONDITION, f"no farther than theory, simulation and experiment of one author, {row.spread}")
+        return Verdict(CONDITION, f"{AS_FAR}, {row.spread}")
     if row.undefined:
         return Verdict(UNDEFINED, row.undefined)
     return Verdict(DIFFERS, _distance(row))
