@@ -202,6 +202,14 @@ WRONG_RODS = [
     ("[chain]", 'extends = "none.toml"\n[chain]', 1, 'extends: there is no file "none.toml"'),
     ("[chain]", 'extends = "case.toml"\n[chain]', 1, 'extends: "case.toml" leads back to this file'),
     ("[chain]", "extends = 3\n[chain]", 1, "extends: must be the name of a case file"),
+    # Uncertainties.
+    ("[run]", '[sensitivities]\n"structure.layers[1].length" = "2 N"\n[run]', 15, '"2 N": "N" is no unit of this quantity; the entry is in m'),
+    ("[run]", '[sensitivities]\n"structure.layers[1].length" = "-1 %"\n[run]', 15, '"-1 %" must be a standard uncertainty, such as "0.02 mm"'),
+    ("[run]", '[sensitivities]\n"structure.layers[1].length" = "soft"\n[run]', 15, '"soft" must be a standard uncertainty'),
+    ("[run]", '[sensitivities]\n"chain.beads" = "1 %"\n[run]', 15, "8 must be a number other than zero, and no count"),
+    ("[run]", '[sensitivities]\n"chain.gravity" = "1 %"\n[run]', 15, "is not written in the case; give its value there first"),
+    ("[run]", '[sensitivities]\n"run.until" = "1 %"\n[run]', 15, '"run.until" cannot be varied'),
+    ("[run]", '[sweep]\n"chain.impact_speed" = [0.2, 0.3]\n[sensitivities]\n"chain.impact_speed" = "1 %"\n[run]', 16, "is that of one run; leave out [sweep]"),
 ]  # fmt: skip
 
 WRONG_BALLS = [

@@ -99,6 +99,33 @@ def case_of(text: str) -> Case:
     return Case(tomllib.loads(text))
 
 
+def test_a_case_has_an_uncertainty_budget(command: Callable[..., str], tmp_path: Path) -> None:
+    """TOF ∝ v^(−1/5), so 5 % of the speed are 1 % of TOF; the wall's share is the rest of nothing."""
+    (tmp_path / "wall.toml").write_text("""
+        [chain]
+        beads = 10
+        bead = { shape = "sphere", diameter = "9.52 mm", material = "steel 440C" }
+        striker = "bead"
+        impact_speed = "0.3 m/s"
+        [structure]
+        kind = "half_space"
+        material = { youngs_modulus = "3 GPa", poisson_ratio = 0.3, density = 2000 }
+        [run]
+        until = "0.5 ms"
+        [measure]
+        sensor = 5
+        [sensitivities]
+        "chain.impact_speed" = "5 %"
+        "structure.material.density" = "20 kg/m^3"
+    """)
+    said = command("run", "wall.toml", "--output", "out")
+    line = next(line for line in said.splitlines() if line.startswith("time_of_flight = "))
+    value, spread = (float(part.split()[0]) for part in line.split("=")[1].split("±"))
+    assert spread == pytest.approx(0.01 * value, rel=0.02)
+    assert "100 %  impact_speed = 0.3 ± 0.015" in said
+    assert "impact_speed 100 %, density 0 %" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
 def test_a_layered_rod_is_that_of_python() -> None:
     """Materials of the case's own, millimetres, and a drop height."""
     text = """

@@ -6,6 +6,7 @@ JCGM 100:2008, Guide to the Expression of Uncertainty in Measurement (GUM), equa
 supplement on the propagation of distributions by sampling.
 """
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
@@ -19,9 +20,10 @@ import xarray as xr
 from coupling.inference.derivatives import Build
 from coupling.inference.identification import LINE
 from coupling.inference.sensitivities import as_measures, sensitivities, waves_at
+from coupling.results.ar_and_tof import UNCERTAINTY
 from coupling.results.findings import warn
 from coupling.sweeps.batch import Measure, batch
-from structures.checks import finite, positive, short, whole
+from structures.checks import finite, instance, positive, short, whole
 from structures.html_table import html_table
 from structures.structure import Vector
 from structures.units import NUMBER, in_si, readable
@@ -83,16 +85,35 @@ class Uncertainty:
         unit = self.units.get(name, "")
         return readable(number, unit, digits) if unit not in ("", "1") else f"{number:.{digits}g}"
 
+    def _with_spread(self, name: str) -> str:
+        return f"{self._shown(name, self.value[name], 4)} ± {self._shown(name, self.standard[name], 2)}"
+
+    def _largest_first(self, name: str) -> list[str]:
+        """Return the parameters by their share in the variance of a measure."""
+        return sorted(self.inputs, key=lambda parameter: -self.shares[parameter][name])
+
+    def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
+        """Return a run of the same simulation with this budget for a sensor, which reports then show."""
+        instance("run", run, xr.Dataset, "a run")
+        rows = [
+            (
+                f"bead {sensor}, {name.replace('_', ' ')}",
+                self._with_spread(name),
+                ", ".join(f"{part} {100.0 * self.shares[part][name]:.0f} %" for part in self._largest_first(name)),
+            )
+            for name in self.value
+        ]
+        noted = json.loads(run.attrs.get(UNCERTAINTY, "{}")) | {str(sensor): {"text": str(self), "rows": rows}}
+        return run.assign_attrs({UNCERTAINTY: json.dumps(noted)})
+
     def __str__(self) -> str:
         lines = []
-        for name, value in self.value.items():
+        for name in self.value:
             sampled = ""
             if name in self.sampled:
                 sampled = f"  (sampled: ± {self._shown(name, self.sampled[name][1], 2)})"
-            lines.append(
-                f"{name} = {self._shown(name, value, 4)} ± {self._shown(name, self.standard[name], 2)}{sampled}"
-            )
-            for parameter in sorted(self.inputs, key=lambda one: -self.shares[one][name]):
+            lines.append(f"{name} = {self._with_spread(name)}{sampled}")
+            for parameter in self._largest_first(name):
                 number, spread = self.inputs[parameter]
                 lines.append(
                     f"  {100.0 * self.shares[parameter][name]:3.0f} %  {parameter} = {number:.4g} ± {spread:.2g}"
@@ -101,9 +122,7 @@ class Uncertainty:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        rows = [(name, f"{self._shown(name, value, 4)} ± {self._shown(name, self.standard[name], 2)}")
-                for name, value in self.value.items()]  # fmt: skip
-        return html_table("Uncertainty", rows)
+        return html_table("Uncertainty", [(name, self._with_spread(name)) for name in self.value])
 
 
 def uncertainty(

@@ -29,6 +29,9 @@ drawn at random the tail was read as a wave in 15, and by this factor in all of 
 
 WAVES = ("primary", "secondary", "third")
 
+UNCERTAINTY = "uncertainty"
+"""The attribute of a run that holds uncertainty budgets by sensor, as JSON: their text and the rows of a table."""
+
 NUMERICAL_ERROR = "numerical_error"
 """The attribute of a run that holds its numerical errors as JSON, by bead."""
 

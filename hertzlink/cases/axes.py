@@ -79,7 +79,9 @@ def axes_of(case: Case) -> list[Axis]:
         values = _steps(case, path, key, entry) if isinstance(entry, Steps) else _values(case, path, key, entry)
         texts = [*(case.data["sweep"][key] if isinstance(entry, list) else case.data["sweep"][key].values())]
         unit, size, si = unit_at(case, path, values[0], texts)
-        axes.append(Axis(path, _name(path, axes), values, unit, size, si, words_of(case, path)))
+        axes.append(
+            Axis(path, name_of(path, [axis.name for axis in axes]), values, unit, size, si, words_of(case, path))
+        )
     if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
         raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
     return sorted(axes, key=lambda axis: axis.path[0] == "chain")
@@ -192,9 +194,9 @@ def _label(path: Path) -> str:
     return re.sub(r"\W", "_", str(last) if isinstance(last, str) else f"{path[-2]}_{last}")
 
 
-def _name(path: Path, earlier: Iterable[Axis]) -> str:
-    """Return a short name for an axis, which no other has."""
+def name_of(path: Path, earlier: Iterable[str]) -> str:
+    """Return a short name for an entry, which no other has."""
     name = _label(path)
-    if name in OWN_NAMES or name in {axis.name for axis in earlier}:
+    if name in OWN_NAMES or name in earlier:
         return re.sub(r"\W+", "_", written(path)).strip("_")
     return name

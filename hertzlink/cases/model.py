@@ -169,6 +169,9 @@ class CaseModel(Part):
     run: RunPart = Field(description='a section: [run] with until = "1.5 ms"')
     sweep: Annotated[dict[str, Axis], Field(min_length=1)] | None = None
     measure: MeasurePart = Field(default_factory=MeasurePart)
+    sensitivities: Annotated[dict[str, float | str], Field(min_length=1)] | None = Field(
+        None, description='paths and standard uncertainties, such as "structure.thickness" = "0.02 mm" or "2 %"'
+    )
     identify: IdentifyPart | None = None
 
     @property

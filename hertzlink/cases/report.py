@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.results.ar_and_tof import NUMERICAL_ERROR, reflections
+from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
@@ -123,6 +123,8 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     above = _above_one(row[-2] for row in rows)
     lines = [*table(head, shown, "waves.csv"), *above, f"energy created or lost: {error:.1e} of the impact's"]
     lines += ["\n" + entry["text"] for entry in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
+    for sensor, budget in json.loads(data.attrs.get(UNCERTAINTY, "{}")).items():
+        lines += [f"\nuncertainty at bead {sensor}, with the share of each entry", budget["text"]]
     columns = np.column_stack([data.time.values, *(force.values for force in forces)])
     return lines, {
         "waves.csv": csv_text(heads, rows),

@@ -55,7 +55,7 @@ def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
     many = task.case.model.chain
     paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
     law = {"kind": "jackson_green"}
-    changes = {**dict.fromkeys(paths, law), "measure.numerical_error": False}
+    changes = {**dict.fromkeys(paths, law), "measure.numerical_error": False, "sensitivities": None}
     # The user was warned of the same in the first run.
     with collected(), labelled("contacts that yield"):
         try:

@@ -9,10 +9,12 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.inference.numerical_error import numerical_error
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.findings import findings_of
 from coupling.results.measures import sensor_force
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.cases.axes import Axis, axes_of, path_of
+from hertzlink.cases.budget import budget_of
 from hertzlink.cases.case import Case, of_run, run_once
 from hertzlink.cases.entry_paths import Path, put, written
 from hertzlink.cases.faults import Fault
@@ -104,6 +106,7 @@ def task_of(case: Case) -> Task:
         case.model.only_chain("a numerical error")
         if axes:
             raise Fault(("measure", "numerical_error"), "is that of one run; leave out [sweep], or this entry")
+    budget_of(case)
     if axes and case.model.run.save_every is not None:
         raise Fault(("run", "save_every"), "is chosen by a sweep; leave it out")
     return Task(case, axes, sensors_of(case, task.first), along)
@@ -155,6 +158,9 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
         for sensor in task.sensors if case.model.measure.numerical_error else ():
             with of_run():
                 data = numerical_error(case.simulation, case.until, sensor).noted_in(data)
+        if budget := budget_of(case):
+            for sensor in task.sensors:
+                data = budget.of_sensor(sensor, findings_of(data)).noted_in(data, sensor)
     elif task.along is None:
         build = Build(case, task.axes)
         measure = Measure(task.sensors, case.model.measure.traces, case.model.measure.chain)

@@ -1,5 +1,6 @@
 """Reports of runs, signals, sweeps and batches."""
 
+import json
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.plots import swept, traces
-from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
+from coupling.results.ar_and_tof import UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
 from coupling.results.measures import energy_error
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of
@@ -59,8 +60,12 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
     with suppress(ValueError):  # of clipped samples, of which the table tells
         pictures.append(shown("spectrum", words, lambda ax: traces.spectrum(data, numbers[0], ax)))
     title = f"Waves of {who}" if who else "Waves"
-    return Section(title, tables=[table(f"AR and TOF at the sensors{' of ' * bool(who)}{who}", head, rows)],
-                   pictures=pictures)  # fmt: skip
+    tables = [table(f"AR and TOF at the sensors{' of ' * bool(who)}{who}", head, rows)]
+    if budgets := json.loads(data.attrs.get(UNCERTAINTY, "{}")):
+        shares = [row for budget in budgets.values() for row in budget["rows"]]
+        columns = "measure", "value ± standard uncertainty", "shares of the variance"
+        tables.append(table("What uncertain parameters do to AR and TOF", columns, shares))
+    return Section(title, tables=tables, pictures=pictures)
 
 
 def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
