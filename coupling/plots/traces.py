@@ -1,6 +1,6 @@
 """Plots of one run or signal: forces with their waves, the chain over time, the spectrum and the energies."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,8 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.reading import Reading
 from coupling.results.waves import NoWave, ReflectedWave, Reflections
-from structures.checks import whole
+from structures.checks import instance, positive, short, whole
+from structures.structure import Vector
 from structures.units import handy
 
 if TYPE_CHECKING:
@@ -41,7 +42,10 @@ ENERGIES = {
 """The energies of a run, in words."""
 
 
-def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None) -> "Axes":
+def traces(
+    run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None,
+    spreads: Mapping[str, float] | None = None,
+) -> "Axes":  # fmt: skip
     """Draw the force at sensors over time, with its waves marked, and AR and TOF in words.
 
     Parameters
@@ -52,6 +56,9 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
         Beads, 1 to N from the struck end; by default the middle bead of a run, all of a signal.
     ax : Axes, optional
         Where to draw; by default on a new figure.
+    spreads : mapping, optional
+        Of a run of `sensitivities`: the standard uncertainty of each parameter, in SI units. A band shows the standard
+        uncertainty of the force that follows.
 
     Returns
     -------
@@ -61,7 +68,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     Raises
     ------
     ValueError
-        For a sweep, and a sensor that the Dataset does not hold.
+        For a sweep, a sensor that the Dataset does not hold, and parameters by which it has no derivatives.
 
     Examples
     --------
@@ -80,6 +87,11 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
         colour = COLOURS[place % len(COLOURS)]
         ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.1, label=f"force at bead {number}")
+        if spreads is not None:
+            width = _uncertainty_of_force(run, number, spreads)
+            low, high = force.values - width, force.values + width
+            words = f"its standard uncertainty at bead {number}"
+            ax.fill_between(1e6 * force.time.values, low, high, color=colour, alpha=0.3, linewidth=0.0, label=words)
         _mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
     ax.axhline(0.0, color=INK, linewidth=0.4)
     ax.margins(x=0.0, y=0.1)
@@ -271,6 +283,19 @@ def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
         what = "chain" if axes == ["chain"] else "run"
         raise ValueError(f"run: has the axes {', '.join(axes)}; choose one {what} with run.isel({axes[0]}=0)")
     return force
+
+
+def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, float]) -> Vector:
+    """Return the standard uncertainty of the force at a sensor by the law of propagation, N."""
+    names = run.parameter.values.tolist() if "contact_force_derivative" in run else []
+    instance("spreads", spreads, Mapping, 'a mapping such as {"thickness": 2e-5}')
+    if wrong := [name for name in spreads if name not in names]:
+        has = f"derivatives by {', '.join(names)}" if names else "no derivatives; take one of sensitivities"
+        raise ValueError(f"spreads: {short(wrong[0])} is no parameter; the run has {has}")
+    slopes = run.contact_force_derivative.sel(contact=[sensor, sensor + 1]).mean("contact").transpose("parameter", ...)
+    deviations = np.array([positive(f"spreads[{name!r}]", spread) for name, spread in spreads.items()])
+    width: Vector = np.linalg.norm(deviations[:, None] * slopes.sel(parameter=list(spreads)).values, axis=0)
+    return width
 
 
 def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str) -> None:

@@ -207,6 +207,23 @@ def test_a_budget_adds_squares_and_agrees_with_sampling():
     assert max(map(len, str(budget).splitlines())) <= 80
 
 
+def test_a_band_shows_the_uncertainty_of_a_force(change):
+    # Force and time scale with the speed: at the peak, where the force does not change with time, u(F)/F = 1.2 u(v)/v.
+    ax = hl.plots.traces(change, 6, spreads={"impact_speed": 0.01 * SPEED})
+    force = hl.sensor_force(change, 6)
+    peak = int(force.values.argmax())
+    corners = ax.collections[0].get_paths()[0].vertices
+    at_peak = corners[np.isclose(corners[:, 0], 1e6 * float(change.time[peak]))][:, 1]
+    # Samples lie beside the peak; dF/dt adds 0.2 t there.
+    assert np.ptp(at_peak) / 2.0 == pytest.approx(0.012 * float(force[peak]), rel=0.05)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert any(text.startswith("its standard uncertainty at bead 6") for text in words)
+    with pytest.raises(ValueError, match="spreads: 'thickness' is no parameter; the run has derivatives by modulus"):
+        hl.plots.traces(change, 6, spreads={"thickness": 1e-5})
+    with pytest.raises(ValueError, match="the run has no derivatives; take one of sensitivities"):
+        hl.plots.traces(build().run(1e-4), 6, spreads={"modulus": 1e7})
+
+
 def test_parts_of_a_value_have_several_names():
     budgets = [hl.uncertainty(build, 7e-4, 6, modulus=spread) for spread in ("2 %", "2%", "2 percent", 0.02 * MODULUS)]
     assert {budget.inputs["modulus"] for budget in budgets} == {(MODULUS, 0.02 * MODULUS)}
