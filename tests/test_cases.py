@@ -235,11 +235,14 @@ CHAINS = {
     "spring": hl.Chain([STEEL] * 4, hl.SpringLoaded(STEEL, 200.0, 2e-3, 1e-3)),
     "push": hl.Chain([STEEL] * 4, hl.PushedBead((0.0, 1e-5, 2e-5), (0.0, 5.0, 0.0))),
     "piston": hl.Chain([STEEL] * 4, hl.Piston((0.0, 1e-5), (0.0, 1e-6)), preload=3.0),
-    "gravity": hl.Chain([STEEL] * 4, STEEL, 0.1, gravity=9.81, inclination=0.4, integrator="rk4"),
+    # A loss too: tests of losses compile these kernels.
+    "gravity, Runge-Kutta, loss LinearDashpot": hl.Chain(
+        [STEEL] * 4, STEEL, 0.1, gravity=9.81, inclination=0.4, integrator="rk4", dissipation=hl.LinearDashpot(5.0)
+    ),
     **{
         f"loss {type(loss).__name__}": hl.Chain([STEEL] * 4, STEEL, 0.2, dissipation=loss)
         for loss in (
-            hl.LinearDashpot(5.0), hl.PowerDashpot(5.0, 1.5, "thesis"), hl.MassProportional(900.0),
+            hl.PowerDashpot(5.0, 1.5, "thesis"), hl.MassProportional(900.0),
             hl.KuwabaraKono(1e-6), hl.Tsuji(0.07), hl.Restitution(0.9),
         )
     },

@@ -163,8 +163,8 @@ MORE: dict[str, dict[str, Any]] = {
     "plain": {},
     "gravity": {"gravity": 9.81},
     "preload": {"preload": 5.0},
-    "dashpot": {"dissipation": hl.LinearDashpot(4.0)},
-    "RK4": {"integrator": "rk4"},
+    # Verlet's method with a dashpot is compared with this one below.
+    "dashpot, RK4": {"dissipation": hl.LinearDashpot(4.0), "integrator": "rk4"},
 }
 
 
@@ -203,9 +203,7 @@ def test_a_chain_that_never_yields_is_hertzian_to_the_bit(kind: Callable[[float]
     assert float(abs(strong.dent).max()) == 0.0
 
 
-@pytest.mark.parametrize(
-    "more", [MORE[name] for name in ("dashpot", "preload", "RK4")], ids=["dashpot", "preload", "RK4"]
-)
+@pytest.mark.parametrize("more", [MORE["dashpot, RK4"], MORE["preload"]], ids=["dashpot, RK4", "preload"])
 def test_others_are_hertzian_up_to_rounding(more: dict[str, Any]) -> None:
     runs = [hl.CoSimulation(chain(law, bead=HARD, **more), WALL).run(3e-4) for law in (None, hl.laws.Thornton(NEVER))]
     force = [run.contact_force.values for run in runs]
