@@ -11,13 +11,15 @@ import hertzlink as hl
 THOROUGH_FIXTURES = ("explicit",)
 
 BEAD, SPEED, UNTIL = hl.Sphere(2.38e-3, hl.STEEL_316), 0.5, 32e-6
+CELLS = 16e-6
+"""m. With 12 µm peaks are 0.2 % closer, for three times the time; impulses and arrivals hardly change."""
 
 
 @pytest.fixture(scope="module")
 def explicit() -> xr.Dataset:
     """Forces on the mean of each saved interval, so that nodes that close one by one matter less."""
     chain = hl.Chain([BEAD] * 3, BEAD, SPEED)
-    return hl.explicit_chain(chain, UNTIL, spacing=12e-6, save_every=0.1e-6)
+    return hl.explicit_chain(chain, UNTIL, spacing=CELLS, save_every=0.1e-6)
 
 
 def substructured(modes: int) -> xr.Dataset:
@@ -40,19 +42,19 @@ def passages(run: xr.Dataset, contacts: int = 3) -> tuple[Any, Any, Any]:
 
 @pytest.mark.thorough
 def test_two_beads_collide_alike() -> None:
-    """Impulse and time of the contact within 0.1 %, its peak within 0.2 %, by cells of 12 µm."""
-    theirs = hl.explicit_chain(hl.Chain([BEAD], BEAD, SPEED), 18e-6, spacing=12e-6, save_every=0.1e-6)
+    """Impulse and time of the contact within 0.1 %, its peak within 0.5 %, by cells of 16 µm."""
+    theirs = hl.explicit_chain(hl.Chain([BEAD], BEAD, SPEED), 18e-6, spacing=CELLS, save_every=0.1e-6)
     chain = hl.DeformableChain([BEAD], BEAD, SPEED, modes=8)
     modal = hl.CoSimulation(chain, None).run(until=18e-6, save_every=0.1e-6)
-    for found, expected, close in zip(passages(modal, 1), passages(theirs, 1), (1e-3, 1e-3, 2e-3), strict=True):
+    for found, expected, close in zip(passages(modal, 1), passages(theirs, 1), (1e-3, 1e-3, 5e-3), strict=True):
         assert found == pytest.approx(expected, rel=close)
-    assert modal.velocity[-1].values == pytest.approx(theirs.velocity[-1].values, abs=1e-5 * SPEED)
+    assert modal.velocity[-1].values == pytest.approx(theirs.velocity[-1].values, abs=2e-5 * SPEED)
 
 
 @pytest.mark.thorough
 def test_waves_pass_alike(explicit: xr.Dataset) -> None:
     """Impulses, arrivals and the beads' last speeds within 0.1 %, as rigid beads' are not; and peaks, which the
-    explicit chain's nodes shake as they close one by one, within the 0.4 % that its cells of 12 µm leave them. The time
+    explicit chain's nodes shake as they close one by one, within the 0.5 % that its cells of 16 µm leave them. The time
     from the first contact to the third agrees to 0.05 %."""
     expected = passages(explicit)
     for modes in (3, 8):
@@ -61,7 +63,7 @@ def test_waves_pass_alike(explicit: xr.Dataset) -> None:
         assert found[0] == pytest.approx(expected[0], rel=1e-3)
         assert found[1] == pytest.approx(expected[1], rel=1e-3)
         assert found[1][2] - found[1][0] == pytest.approx(expected[1][2] - expected[1][0], rel=5e-4)
-        assert found[2] == pytest.approx(expected[2], rel=4e-3)
+        assert found[2] == pytest.approx(expected[2], rel=5e-3)
         last = (run.velocity[-1] - explicit.velocity[-1]).values
         assert last == pytest.approx(np.zeros(4), abs=1.2e-3 * SPEED)
     rigid = passages(substructured(1))
