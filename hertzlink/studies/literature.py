@@ -1,6 +1,5 @@
 """Numbers of other authors and programs: the source, their value, ours with its numerical error, and a verdict."""
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from math import acos, sqrt
@@ -18,7 +17,17 @@ from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import Row, Rows
-from hertzlink.studies.verdicts import CONDITION, DIFFERS, MISPRINT, REPRODUCED, printed, verdict
+from hertzlink.studies.verdicts import (
+    CONDITION,
+    DIFFERS,
+    MISPRINT,
+    REPRODUCED,
+    Verdict,
+    counted,
+    in_words,
+    printed,
+    verdict,
+)
 from particles.chain import LawOfPair
 
 __all__ = ["Conditions", "figures", "run", "table"]
@@ -326,9 +335,8 @@ def _verdict(one: Row) -> tuple[str, str]:
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then each number; a reason has verdict, numerical error, set-up and source."""
     entries = judged(data)
-    counts = Counter(word for _, _, word, _ in entries)
     read = sum(MEMORY not in _source(name) for name, *_ in entries)
-    said = ", ".join(f"{count} {word}" for word, count in counts.items())
+    said = in_words(counted(Verdict(word) for _, _, word, _ in entries))
     head = Row(f"{len(entries)} numbers", "", "", reason=f"{said}; the text of {read} was read. {RULE}")
     errors = _numbers(data, "error")
     rows = []

@@ -36,6 +36,7 @@ from hertzlink.studies.verdicts import (
     Verdict,
     counted,
     exact,
+    in_words,
     verdict,
 )
 from structures.caution import collected
@@ -227,20 +228,16 @@ def _counts(data: xr.Dataset, part: str = "") -> dict[str, int]:
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then each part under its name; a row's reason begins with its verdict."""
-    rules = f"{_in_words(_counts(data))}. {' '.join(RULE.split())}"
+    rules = f"{in_words(_counts(data))}. {' '.join(RULE.split())}"
     rows = [Row(f"{sum(_counts(data).values())} numbers and statements", "", "", reason=rules)]
     for part in PARTS:
-        counts = _in_words(_counts(data, part)) or "inputs, without verdicts"
+        counts = in_words(_counts(data, part)) or "inputs, without verdicts"
         rows.append(Row(part.upper(), "", "", reason=f"{counts}; {source(part)}"))
         for name, row, said in judged(data):
             if name == part:
                 verdict = said.word.upper() + (f" ({said.detail})" if said.detail else "")
                 rows.append(row._replace(reason=verdict + (f": {row.reason}" if row.reason else "")))
     return rows
-
-
-def _in_words(counts: dict[str, int]) -> str:
-    return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
 
 
 def summary(data: xr.Dataset) -> str:

@@ -1,7 +1,7 @@
 """Verdicts on numbers that others printed: each is computed from the row of a study, none is written by hand."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from math import inf, isfinite, isnan
 from typing import NamedTuple
 
@@ -127,6 +127,14 @@ def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
     """Return how many there are of each."""
     words = [verdict.word for verdict in verdicts]
     return {word: words.count(word) for word in VERDICTS}
+
+
+def in_words(counts: Mapping[str, int]) -> str:
+    """Return how many there are of each, without those of which there is none."""
+    plural = {DIFFERS: "differ", MISPRINT: "misprints"}
+    return ", ".join(
+        f"{count} {plural.get(word, word) if count > 1 else word}" for word, count in counts.items() if count
+    )
 
 
 def _bare(said: str) -> str:
