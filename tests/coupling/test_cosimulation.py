@@ -95,12 +95,20 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
     "two chains, one plate": (PRESSED, PAIR),
     "a chain between two structures": (hl.Chain([BEAD] * 4, None, 0.3), LAYERED, WALL),
     "an unused contact": (SHORT[0], hl.ContactPoint(PAIR, 1)),
-    "deformable beads": ([hl.DeformableChain([BEAD] * 3, BEAD, 0.3), SHORT[0]], [WALL, LAYERED]),
+    # Of each kind of law, loss, striker, integrator and bead that the chains above lack.
     "chains of three kinds": (
         [
-            hl.Chain([BEAD] * 5, BEAD, 0.3, law=hl.laws.PowerLaw(2e8, 1.3), integrator="rk4", gravity=9.81),
-            hl.Chain([BEAD] * 4, BEAD, 0.4, law=hl.laws.Thornton(6e8)),
-            hl.Chain([BEAD] * 3, hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, 20.0, 0.0)), dissipation=hl.Tsuji(0.1)),
+            hl.Chain(
+                [BEAD] * 5,
+                BEAD,
+                0.3,
+                gravity=9.81,
+                dissipation=hl.Tsuji(0.1),
+                integrator="rk4",
+                law=hl.laws.PowerLaw(2e8, 1.3),
+            ),
+            hl.Chain([BEAD] * 4, hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, 20.0, 0.0)), law=hl.laws.Thornton(6e8)),
+            hl.DeformableChain([BEAD] * 3, BEAD, 0.3),
         ],
         [LAYERED, WALL, hl.rod(LAYERS, base="free")],
     ),
@@ -111,7 +119,7 @@ HOW: dict[str, dict[str, Any]] = {
     "": {}, "quadratic": {"waveform": "quadratic"}, "adaptive": {"window": hl.Adaptive(1e-4)}
 }  # fmt: skip
 
-LONG_TO_COMPILE = "deformable beads", "chains of three kinds"
+LONG_TO_COMPILE = ("chains of three kinds",)
 
 
 @pytest.mark.parametrize(
