@@ -275,9 +275,10 @@ def test_the_plugin_imports_nothing_heavy(tmp_path: Path) -> None:
 
 def test_the_lines_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = (Path(__file__).parent.parent / "docs" / "regression_tests.md").read_text(encoding="utf-8")
-    direct, by_fixture = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    direct, by_fixture, published = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     monkeypatch.chdir(tmp_path)
     exec(direct, {})
+    exec(published, {})
     (tmp_path / "test_wall.py").write_text(by_fixture)
     assert pytest_in(tmp_path, "--update-references").returncode == 0
     assert (tmp_path / "references" / "test_wall" / "test_wall.nc").is_file()
