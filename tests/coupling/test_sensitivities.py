@@ -52,7 +52,7 @@ def test_a_measure_of_the_users_own_and_its_units():
         build,
         7e-4,
         [6],
-        measure=lambda runs: runs.contact_force.max(("time", "contact")).rename("peak"),
+        measure=lambda runs: runs.contact_force.max(("time", "contact"), keep_attrs=True).rename("peak"),
         modulus=MODULUS,
     )
     assert change.peak_derivative.attrs["units"] == "N per unit of the parameter"
