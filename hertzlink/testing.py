@@ -3,6 +3,7 @@
 from coupling.references import assert_same_waves as assert_same_waves
 from hertzlink._help import offer as _offer
 from particles.chain import LawOfPair as _LawOfPair
+from structures.checks import function as _function
 
 
 def assert_literature(law: _LawOfPair) -> None:
@@ -15,6 +16,8 @@ def assert_literature(law: _LawOfPair) -> None:
 
     Raises
     ------
+    ValueError
+        If the law is no function.
     AssertionError
         If a number differs by more than its printed digits or scatter allow; the message lists each one.
 
@@ -25,6 +28,7 @@ def assert_literature(law: _LawOfPair) -> None:
     """
     from hertzlink.studies.literature import of_chains, problems
 
+    _function("law", law, 2, "a function of a body and the next body, such as hl.contact_law")
     found = problems(*of_chains(law))
     if found:
         raise AssertionError("\n".join([f"{len(found)} numbers of the literature are not reproduced:", *found]))

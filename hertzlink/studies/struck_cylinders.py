@@ -14,6 +14,7 @@ from coupling.inference.prediction import high_passed
 from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
 from hertzlink.studies.table import Row, Rows
+from hertzlink.studies.verdicts import NOT_GIVEN
 from particles.bead import STANDARD_GRAVITY
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.reduction import DEFAULT_PULSE
@@ -242,7 +243,7 @@ def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
 def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
     """Return the range of the results over the dashpots, by the name of this condition."""
     low, high = float(values.fillna(0.0).min()) * factor, float(values.fillna(0.0).max()) * factor
-    return {f"γ between {DASHPOTS[0]:g} and {DASHPOTS[-1]:g} N s/m, which is not given": f"{low:.5g} to {high:.5g}"}
+    return {f"γ between {DASHPOTS[0]:g} and {DASHPOTS[-1]:g} N s/m, {NOT_GIVEN}": f"{low:.5g} to {high:.5g}"}
 
 
 def undamped(data: xr.Dataset) -> dict[str, str]:

@@ -25,7 +25,6 @@ WEAK_AMPLITUDE_RATIO = 0.1  # Figure 6.11's limit of AR for a secondary wave.
 # This is one choice that comes close to the experiment at 6.35 mm, not a fit: other pairs come equally close.
 SHARE, RELAXATION, VISCOUS_DASHPOT = 0.4, 30e-6, 4.0
 SHARES = (0.3, SHARE, 0.5)
-VISCOUS = f"PTFE that loses {100.0 * SHARE:.0f} % of its modulus in {1e6 * RELAXATION:.0f} µs"
 VISCOUS_UPPER = 6.35e-3
 
 
@@ -144,16 +143,14 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _amplitudes(data: xr.Dataset) -> list[Row]:
     expected = THESIS.theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
-    relaxed = data.viscous_amplitude_ratio.sel(share=SHARE)
-    viscous: tuple[dict[str, str], ...] = {VISCOUS: f"{struck.ratio(relaxed, 'secondary'):.6g}"}, {}
     rows = []
-    for place, upper, theory, other in zip((0, -1), (6.35, 101.6), expected, viscous, strict=True):
+    for place, upper, theory in zip((0, -1), (6.35, 101.6), expected, strict=True):
         both = data.amplitude_ratio.isel(length=place, drop=True)
         first, second = (struck.ratio(both.sel(dashpot=struck.DASHPOT), wave) for wave in struck.WAVES)
         doubt, more = (struck.sensitivity(both.sel(wave=wave)) for wave in struck.WAVES)
         range_, wide = (struck.over_dashpots(both.sel(wave=wave)) for wave in struck.WAVES)
         rows.append(row(f"AR, primary, {upper} mm", first, theory, doubt, otherwise=range_))
-        rows.append(row(f"AR, secondary, {upper} mm", second, more, otherwise=wide | other))
+        rows.append(row(f"AR, secondary, {upper} mm", second, more, otherwise=wide))
     thinnest = thinnest_without(data.sel(dashpot=struck.DASHPOT)) * 1e3
     return [*rows, row("upper layer with no secondary wave from on", thinnest)]
 

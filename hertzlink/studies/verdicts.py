@@ -10,6 +10,8 @@ from hertzlink.studies.table import Row
 REPRODUCED, CONDITION, DIFFERS = "reproduced", "reproduced under a condition", "differs"
 MISPRINT, UNDEFINED = "misprint", "not defined"
 VERDICTS = (REPRODUCED, CONDITION, DIFFERS, MISPRINT, UNDEFINED)
+# How the name of a condition ends that stands for an input which the text does not give.
+NOT_GIVEN = "which is not given"
 # What stands for a verdict where none is counted: there is nothing to reproduce; another row judges the same number.
 INPUT_ONLY, READING = "input", "another reading"
 AS_FAR = "no farther than theory, simulation and experiment of one author"
@@ -17,7 +19,8 @@ RULE = """Reproduced: ours gives the printed digits when rounded, or lies within
 allows 10 %. Reproduced under a condition: ours agrees under the condition that is named. Differs: by how much, outside
 of every condition that is named. Misprint: the printed number or equation contradicts the same author's others, and
 the corrected form agrees with ours. Not defined: the text does not say enough to compute the number, and ours does not
-agree. A difference no larger than that between theory, simulation and experiment of the same author is a condition.
+agree. Where the text lacks an input, ours must agree over the range that is stated for it; else that is a condition. A
+difference no larger than that between theory, simulation and experiment of the same author is a condition.
 Several readings of one number are one entry. Inputs have no verdict."""
 # Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md).
 SIMULATION_ERROR = 1e-3
@@ -100,13 +103,14 @@ def _agreement(row: Row) -> Verdict | None:
     others = [(name, exact(value)) for name, value in row.otherwise.items()]
     allowed = expected.widened(row.within + SIMULATION_ERROR * (row.within > 0.0))
     if ours and allowed.contains(ours):
-        return Verdict(REPRODUCED)
+        assumed = [name for name, value in others if name.endswith(NOT_GIVEN) and value and not allowed.contains(value)]
+        return Verdict(CONDITION, assumed[0]) if assumed else Verdict(REPRODUCED)
     for name, value in others:
         if value and allowed.meets(value):
             return Verdict(CONDITION, name)
-        if value and _cut(row.thesis, value):
+        if value and row.corrected == "" and _cut(row.thesis, value):
             return Verdict(CONDITION, f"{name}; the last digit is cut off, not rounded")
-    if ours and _cut(row.thesis, ours):
+    if ours and row.corrected == "" and _cut(row.thesis, ours):
         return Verdict(CONDITION, "the last digit is cut off, not rounded")
     if ours and ours.contains(expected):
         return Verdict(CONDITION, "within the range of the cases")
@@ -115,12 +119,16 @@ def _agreement(row: Row) -> Verdict | None:
 
 def _distance(row: Row) -> str:
     """Return how far ours lies from the printed number or range, at the end that lies farther away; "" of words."""
-    expected, ours = exact(row.thesis) or printed(row.thesis), exact(row.computed)
+    said = row.thesis.removeprefix("about ") if isinstance(row.thesis, str) else row.thesis
+    expected, ours = exact(said) or printed(said), exact(row.computed)
     if expected is None or ours is None:
         return ""
     ends = ((expected.low, min(ours.low, expected.low)), (expected.high, max(ours.high, expected.high)))
     shares = [mine / theirs - 1.0 for theirs, mine in ends if theirs and isfinite(theirs)]
-    return f"by {100.0 * max(shares, key=abs):+z.2g} %" if shares and any(shares) else ""
+    if not any(shares):
+        return ""
+    percent = 100.0 * max(shares, key=abs)
+    return f"by {percent:+z.0f} %" if abs(percent) >= 10.0 else f"by {percent:+z.2g} %"
 
 
 def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:

@@ -10,6 +10,7 @@ from hertzlink.studies.verdicts import (
     DIFFERS,
     INPUT_ONLY,
     MISPRINT,
+    NOT_GIVEN,
     REPRODUCED,
     UNDEFINED,
     counted,
@@ -17,6 +18,8 @@ from hertzlink.studies.verdicts import (
     printed,
     verdict,
 )
+
+GAMMA = f"γ, {NOT_GIVEN}"
 
 PRINTED = [
     (0.77, (0.765, 0.775)),
@@ -80,6 +83,31 @@ CASES = [
     (Row("none, but elsewhere", 821.0, "none", otherwise={"equation": 821.2}), CONDITION, "equation"),
     # Several numbers.
     (Row("range within range", "0.40 to 0.46", "0.41 to 0.45"), REPRODUCED, ""),
+    (Row("far beyond about", "about 100", 116.7, within=MEASURED), DIFFERS, "by +17 %"),
+    (Row("twice as large", 1.0, 2.1), DIFFERS, "by +110 %"),
+    (
+        Row(
+            "for one value of what is not given",
+            0.42,
+            0.42,
+            within=MEASURED,
+            otherwise={f"γ, {NOT_GIVEN}": "0.37 to 0.49"},
+        ),
+        CONDITION,
+        f"γ, {NOT_GIVEN}",
+    ),
+    (
+        Row(
+            "for all values of what is not given",
+            0.42,
+            0.42,
+            within=MEASURED,
+            otherwise={f"γ, {NOT_GIVEN}": "0.419 to 0.421"},
+        ),
+        REPRODUCED,
+        "",
+    ),
+    (Row("cut, but declared a misprint", 0.2, 0.288, corrected="0.29"), MISPRINT, "corrected: 0.29"),
     (Row("range beyond range", "0.40 to 0.46", "0.30 to 0.45"), DIFFERS, "by -25 %"),
     (Row("one number for several cases", 28.5, "27.8 to 29.3"), CONDITION, "within the range of the cases"),
     # Statements.
@@ -107,7 +135,7 @@ CASES = [
     (Row("not computed", 1.11, ""), DIFFERS, ""),
     (Row("nothing where there should be something", 0.05, "none"), DIFFERS, ""),
     (Row("no number of ours", 1.0, nan), DIFFERS, ""),
-    (Row("no number elsewhere", 1.0, 2.0, otherwise={"a": nan}), DIFFERS, "by +1e+02 %"),
+    (Row("no number elsewhere", 1.0, 2.0, otherwise={"a": nan}), DIFFERS, "by +100 %"),
 ]
 
 
