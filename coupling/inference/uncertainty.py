@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
-from math import isfinite, sqrt
+from math import isfinite, isnan, nan, sqrt
 from textwrap import fill
 from typing import Any
 
@@ -252,14 +252,21 @@ def _spread(name: str, text: Any, value: float) -> float:
     if not isinstance(text, str):
         return positive(name, text)
     match = NUMBER.fullmatch(text)
-    part = PARTS.get(match[2], 0.0) if match else 0.0
-    if part and value == 0.0:
+    if match and match[2] in PARTS and value == 0.0:
         raise ValueError(f"{name} = {text!r}: is a part of the value, which is 0; must have a unit")
-    number = in_si(match[1]) * part * abs(value) if part and match else in_si(text)
-    # A temperature in °C is no difference.
-    if not (isfinite(number) and number > 0.0) or (match and not part and match[2] and in_si(f"0 {match[2]}") != 0.0):
+    if isnan(number := spread_of(text, value)):
         raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
     return number
+
+
+def spread_of(text: str, value: float) -> float:
+    """Return a standard uncertainty in SI units, also of a text that is a part of a value; NaN for one that is none."""
+    match = NUMBER.fullmatch(text)
+    part = PARTS.get(match[2], 0.0) if match else 0.0
+    number = in_si(match[1]) * part * abs(value) if part and match else in_si(text)
+    # A temperature in °C is no difference.
+    shifted = match and not part and match[2] and in_si(f"0 {match[2]}") != 0.0
+    return number if isfinite(number) and number > 0.0 and not shifted else nan
 
 
 def _single(name: str, slopes: Vector) -> Vector:

@@ -3,17 +3,18 @@
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from inspect import Parameter, Signature
+from math import isnan
 from typing import Any
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.uncertainty import PARTS, Uncertainty, uncertainty
+from coupling.inference.uncertainty import PARTS, Uncertainty, spread_of, uncertainty
 from hertzlink.cases.axes import name_of, path_of, si_value, unit_at
 from hertzlink.cases.case import Case, of_run
 from hertzlink.cases.entry_paths import Path, entry, has, put
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.units import shown
 from structures.caution import caution, collected
-from structures.units import NUMBER, factor, in_si
+from structures.units import NUMBER, factor
 
 SECTION = "sensitivities"
 
@@ -76,15 +77,12 @@ def budget_of(case: Case) -> Budget | None:
 def _spread(text: float | str, value: float, unit: str, place: Path) -> float:
     """Return a standard uncertainty in SI units; a Fault for a text that means none."""
     match = NUMBER.fullmatch(text) if isinstance(text, str) else None
-    if match and match[2] in PARTS:
-        spread = in_si(match[1]) * PARTS[match[2]] * abs(value)
-    elif match and match[2]:
+    if match and match[2] and match[2] not in PARTS:
         try:
-            spread = in_si(match[1]) * float(factor(match[2], unit))
+            factor(match[2], unit)
         except ValueError as error:
             raise Fault(place, f"{shown(text)}: {error}; the entry is in {unit or 'no unit'}") from None
-    else:
-        spread = float(text) if isinstance(text, int | float) else in_si(text)
-    if not 0.0 < spread < float("inf"):
+    spread = spread_of(str(text), value)
+    if isnan(spread):
         raise Fault(place, f'{shown(text)} must be a standard uncertainty, such as "0.02 mm" or "2 %"')
     return spread
