@@ -197,10 +197,10 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
         tight, lost, of_reduction = _finer(REDUCTION, usual, build, parameters)
         small, wrong, of_mesh = _finer(MESH, usual, build, parameters)
         plan = usual.plan(until)
-        halved = _measured(_halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
+        shorter = _measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
         tightly = values if tight is usual else _measured(tight.run(until, sensors=saved), sensor)
         smaller = values if small is usual else _measured(small.run(until, sensors=saved), sensor)
-    changes = {TIME: (TO_ZERO, values, halved), MESH: (wrong, values, smaller), REDUCTION: (lost, values, tightly)}
+    changes = {TIME: (TO_ZERO, values, shorter), MESH: (wrong, values, smaller), REDUCTION: (lost, values, tightly)}
     present = {name: value for name, value in values.items() if not isnan(value)}
     parts = {
         source: {name: factor * (there[name] - here[name]) for name in present}
@@ -234,7 +234,7 @@ def _measured(run: xr.Dataset, sensor: int) -> dict[str, float]:
     return {name: float(measure.read(run, sensor)) for name, measure in MEASURES.items()}
 
 
-def _halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
+def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
     """Return a simulation with windows and steps of half the length."""
     windows: dict[str, Any] = {"window": plan.length * plan.substeps / 2.0, "substeps": plan.substeps}
     if isinstance(simulation.window, Adaptive):

@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw, table_2_1, waves
+from hertzlink.studies import candidates, conditions, draw, table_2_1, waves
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
 from hertzlink.studies.table import Row, Rows
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.quantities import Likely
 
 row = Rows("rod_stiffness")
@@ -119,6 +120,9 @@ def walls(of: Conditions) -> xr.Dataset:
     if not of.own:
         free = hl.sweep(lambda wall: against(wall, 0.0), of.until, 1, struck.measure, wall=list(shown))
         data["wall_undamped_time_of_flight"] = free.time_of_flight
+        data = data.assign_coords(wall=list(shown)).merge(
+            candidates.on_ptfe(of.layers, dict(zip(shown, each, strict=True)))
+        )
     data = data.drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
     return data.assign_coords(wall=list(shown))
 
@@ -209,19 +213,42 @@ def _waves(data: xr.Dataset) -> list[Row]:
 
 
 def _timed(data: xr.Dataset, theory: list[float]) -> Iterable[Row]:
-    """Return the rows of TOF, with the one of a chain without losses."""
-    for timed, wall in zip(_both(data, "TOF,", "time_of_flight", 1e6, *theory), WALLS, strict=True):
+    """Return the rows of TOF, with the one of a chain without losses, and what the candidates do on PTFE."""
+    flights, ratios = (data[f"tried_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
+    moved = 1e6 * float(data.tried_on_steel)
+    tried = f"{candidates.listed(flights, 1e6, ratio=ratios)}. {candidates.of_stiffer_contact(moved)}"
+    rows = _both(data, "TOF,", "time_of_flight", 1e6, *theory)
+    for timed, wall, reason in zip(rows, WALLS, ("", tried), strict=True):
         free = struck.flight(data.wall_undamped_time_of_flight.sel(wall=wall))
-        yield timed._replace(otherwise={**timed.otherwise, "no losses": free})
+        yield _explained(timed, reason)._replace(otherwise={**timed.otherwise, "no losses": free})
+
+
+def _explained(one: Row, reason: str) -> Row:
+    """Return a row with more reasons."""
+    return one._replace(reason=". ".join(filter(None, (one.reason, reason))))
 
 
 def _contacts(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
-    for contact, wall in zip(_both(data, "contact with", "contact_time", 1e6), WALLS, strict=True):
+    tried = f"{candidates.spoken(data)}. {candidates.listed(data.tried_contact_time, 1e6)}"
+    rows = _both(data, "contact with", "contact_time", 1e6)
+    for contact, wall, reason in zip(rows, WALLS, ("", tried), strict=True):
         moved = data.wall_displacement.sel(wall=wall, bead=BEADS).values
         begin, end = np.flatnonzero(np.diff(moved > 0.01 * moved.max()))[:2]
         displaced = float(data.time[end] - data.time[begin]) * 1e6
-        yield contact._replace(otherwise={**contact.otherwise, DISPLACED: displaced})
+        yield _explained(contact, reason)._replace(otherwise={**contact.otherwise, DISPLACED: displaced})
+
+
+def _displaced(data: xr.Dataset) -> Iterable[Row]:
+    """Return the rows of the last bead's displacement, with equation 6.6 and what the candidates do on PTFE."""
+    tried = candidates.listed(data.tried_largest_displacement, 1e6, ".1f")
+    for moved, wall, reason in zip(
+        _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6), WALLS.values(), ("", tried),
+        strict=True,
+    ):  # fmt: skip
+        energy = 0.5 * THESIS.sphere.mass * (PARTICLE_TO_STRIKER_SPEED * THESIS.speed) ** 2
+        deepest = (2.5 * energy / THESIS.wall(wall)) ** 0.4
+        yield _explained(moved, reason)._replace(theory=1e6 * deepest)
 
 
 def _sensor(data: xr.Dataset) -> Iterable[Row]:
@@ -237,7 +264,7 @@ def _last_bead(data: xr.Dataset) -> list[Row]:
     deepest, first, second = (time * 1e6 for time in collisions(data))
     hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
     return [
-        *_both(data, "largest displacement of bead 20,", "largest_displacement", 1e6),
+        *_displaced(data),
         *_contacts(data),
         row("bead 20 deepest in PTFE", deepest),
         row("first collision of beads 20 and 19, PTFE", first),
