@@ -39,7 +39,7 @@ class Row(NamedTuple):
     from the digits that it prints: SIMULATED, MEASURED, TIMED, INPUT, or 0 for what follows from an equation.
     otherwise: ours under other conditions, by their names. holds: whether a statement without a number holds.
     corrected: what must stand there by the same author's other numbers or equations, if the printed one contradicts
-    them. undefined: what the text does not say, if it does not say enough to compute the number. provided: the
+    them. missing: the input that the text does not give, if the number cannot be computed without it. provided: the
     condition under which a statement holds that does not hold in general. number: common to rows that read one printed
     number in several ways. of: common to the theory, simulation and experiment of one quantity, whose printed numbers
     span `spread`.
@@ -55,7 +55,7 @@ class Row(NamedTuple):
     otherwise: Mapping[str, float | str] = MappingProxyType({})
     holds: bool | None = None
     corrected: float | str = ""
-    undefined: str = ""
+    missing: str = ""
     provided: str = ""
     number: str = ""
     of: str = ""
@@ -84,7 +84,7 @@ class Expected:
     reason: str = ""
     quantity: str = ""
     corrected: float | str = ""
-    undefined: str = ""
+    missing: str = ""
     provided: str = ""
     number: str = ""
     of: str = ""
@@ -113,7 +113,7 @@ class Rows:
         quantity = (entry.quantity or name).format(**labels)
         return Row(
             quantity, entry.value, computed, entry.unit, reason, theory, SCATTER[entry.scatter], otherwise, holds,
-            entry.corrected, entry.undefined, entry.provided, entry.number, entry.of,
+            entry.corrected, entry.missing, entry.provided, entry.number, entry.of,
         )  # fmt: skip
 
 

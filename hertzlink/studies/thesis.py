@@ -272,7 +272,7 @@ def in_short(data: xr.Dataset) -> list[str]:
         f"- {counts[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
         *(f"  far off: {row.quantity}, {row.computed:.4g} for {row.thesis}" for row in reversed(far) if _off(row)),
         f"- {counts[MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
-        f"- {counts[UNDEFINED]} are not defined: the text does not say enough to compute them.",
+        f"- {counts[UNDEFINED]} are not defined: the text lacks an input, which each of them names.",
         f"{words.count(INPUT_ONLY)} inputs and {words.count(READING)} other readings are listed, not counted.",
     ]
 
@@ -292,7 +292,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         axis.barh(range(len(PARTS)), widths, left=left, color=SHADES[word], label=word, height=0.7)
         left += widths
     axis.set_axisbelow(True)
-    axis.set(xlabel="numbers and statements")
+    axis.set(xlabel="numbers and statements", xlim=(0.0, 1.04 * float(left.max())))
     ratios, (scale,) = draw.panels(1, width=7.0, height=4.6)
     for word in VERDICTS[:-1]:
         entries = [(PARTS.index(part), _ratio(row)) for part, row, said in judged(data) if said.word == word]

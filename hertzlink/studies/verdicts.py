@@ -18,7 +18,7 @@ AS_FAR = "no farther than theory, simulation and experiment of one author"
 RULE = """Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. "About"
 allows 10 %. Reproduced under a condition: ours agrees under the condition that is named. Differs: by how much, outside
 of every condition that is named. Misprint: the printed number or equation contradicts the same author's others, and
-the corrected form agrees with ours. Not defined: the text does not say enough to compute the number, and ours does not
+the corrected form agrees with ours. Not defined: the text lacks an input that is named, and ours does not
 agree. Where the text lacks an input, ours must agree over the range that is stated for it; else that is a condition. A
 difference no larger than that between theory, simulation and experiment of the same author is a condition.
 Several readings of one number are one entry. Inputs have no verdict."""
@@ -88,8 +88,8 @@ def verdict(row: Row) -> Verdict:
         return Verdict(MISPRINT, f"corrected: {row.corrected}")
     if row.spread and _agreement(row._replace(thesis=row.spread, within=0.0)) is not None:
         return Verdict(CONDITION, f"{AS_FAR}, {row.spread}")
-    if row.undefined:
-        return Verdict(UNDEFINED, row.undefined)
+    if row.missing:
+        return Verdict(UNDEFINED, f"missing: {row.missing}")
     return Verdict(DIFFERS, _distance(row))
 
 

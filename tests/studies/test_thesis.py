@@ -296,6 +296,8 @@ def test_figures_show_all_entries() -> None:
     drawn = THESIS.figures(data)
     widths = sum(bar.get_width() for bar in drawn["verdicts"].axes[0].patches)
     assert widths == int((data.verdict != INPUT_ONLY).sum())
+    longest = max(bar.get_x() + bar.get_width() for bar in drawn["verdicts"].axes[0].patches)
+    assert drawn["verdicts"].axes[0].get_xlim()[1] > 1.02 * longest
     for figure in drawn.values():
         pyplot.close(figure)
 

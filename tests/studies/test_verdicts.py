@@ -125,8 +125,12 @@ CASES = [
     (Row("right as printed", 9.5, 9.52, corrected="7.5"), REPRODUCED, ""),
     (Row("equation", "G = 2μ", "G = μ", holds=False, corrected="G = μ"), MISPRINT, "corrected: G = μ"),
     # What the text leaves open, and what one author's models and experiment leave open.
-    (Row("not defined", 241.0, 497.0, undefined="how it is read"), UNDEFINED, "how it is read"),
-    (Row("not defined, but it agrees", 241.0, 241.2, undefined="how it is read"), REPRODUCED, ""),
+    (
+        Row("not defined", 241.0, 497.0, missing="the level at which it is read"),
+        UNDEFINED,
+        "missing: the level at which it is read",
+    ),
+    (Row("not defined, but it agrees", 241.0, 241.2, missing="the level at which it is read"), REPRODUCED, ""),
     (Row("between two of the thesis", 490.0, 525.0, spread="490 to 529"), CONDITION, SPREAD),
     (Row("beyond all of the thesis", 490.0, 535.0, spread="490 to 529"), DIFFERS, "by +9.2 %"),
     # Nothing to compare.
