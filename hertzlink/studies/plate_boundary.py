@@ -86,7 +86,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     """Return AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
     Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
-    eight of the 27 distances of the first scan, and brackets of 5 mm.
+    eight of the 27 distances of the first scan, and brackets of 5 mm, beside which numerical errors do not count.
     """
     of = Conditions.of(parameters)
     count, bases = joblib.cpu_count() if jobs is None else whole("jobs", jobs), of.bases(quick)
@@ -111,6 +111,8 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     label = {"units": "m", "long_name": "critical distance, equation 6.42"}
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
     data = with_units(data, thickness="m", diameter="m").merge(without_edges(of))
+    if not quick:
+        data = with_margins(data, of, count)
     return of.marked(data) if of.own else data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
 
 
@@ -132,6 +134,39 @@ def without_edges(of: Conditions) -> xr.Dataset:
         units="m", long_name="distance whose half echo is back as the contact with the infinite plate ends"
     )
     return runs.drop_attrs(deep=False)
+
+
+def with_margins(data: xr.Dataset, of: Conditions, jobs: int) -> xr.Dataset:
+    """Return critical distances with the numerical errors of AR there, and with the errors of distance that follow, m.
+
+    The far value is as wrong as it differs from AR on the infinite plate, which has neither mesh nor reduction.
+    """
+    pairs = data.critical_distance.sel(within=TOLERANCE).stack(pair=["diameter", "thickness"]).dropna("pair")
+    parallel = joblib.Parallel(min(jobs, max(1, pairs.size)), return_as="generator")
+    cases = [(*map(float, pair.pair.item()), float(pair)) for pair in pairs]
+    errors = tuple(watched(parallel(joblib.delayed(ratio_error)(*case, of) for case in cases), len(cases)))
+    here = xr.DataArray(list(errors), coords=pairs.coords, dims="pair").unstack("pair")
+    far = data.far_value.fillna(0.0) - data.infinite_amplitude_ratio.fillna(0.0)
+    data["ratio_error"] = (here**2 + far**2) ** 0.5
+    for name in ("", "relative_"):
+        ends = data[f"{name}bracket"]
+        sampled = ends.where(np.isfinite(ends), ends.sel(end="low"))
+        samples = data.amplitude_ratio.sel(distance=sampled, method="nearest")
+        slope = samples.diff("end").isel(end=0, drop=True) / ends.diff("end").isel(end=0, drop=True)
+        label = {"units": "m", "long_name": "numerical error of the critical distance"}
+        data[f"{name}margin"] = (data.ratio_error / abs(slope)).drop_vars("distance").assign_attrs(label)
+    return data
+
+
+def ratio_error(diameter: float, thickness: float, distance: float, of: Conditions = THESIS) -> float:
+    """Return how wrong AR is at a distance because of windows, mesh and reduction."""
+
+    def build() -> hl.CoSimulation:
+        plate = of.plate(thickness).at(distance, of.side / 2.0)
+        return hl.CoSimulation(of.chain(diameter), hl.reduce(plate, of.until, NEAR_REDUCTION, pulse=of.pulse))
+
+    with collected():
+        return hl.numerical_error(build, of.until, of.sensor).margins["amplitude_ratio"]
 
 
 def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> hl.ReducedPlate:
@@ -188,7 +223,8 @@ def _coefficients() -> list[Row]:
 
 def _relative(case: xr.Dataset) -> Row:
     """Return the critical distance relative to the far value."""
-    names = {f"relative_{name}": name for name in ("critical_distance", "bracket", "lower_bound")}
+    names = {f"relative_{name}": name for name in ("critical_distance", "bracket", "lower_bound", "margin")}
+    names = {name: short for name, short in names.items() if name in case}
     relative = _between(case[list(names)].rename(names))
     far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
     if far > 0.0:
@@ -214,11 +250,12 @@ def _verdict(at: xr.Dataset, low: float, high: float) -> str:
 
 
 def _between(at: xr.Dataset) -> str:
-    """Return between which distances, mm, the critical one lies."""
+    """Return between which distances, mm, the critical one lies, numerical errors included."""
     low, high = at.bracket.values * 1e3
     if at.lower_bound:
         return f"> {low:.0f}"
-    return "no wave" if np.isnan(at.critical_distance) else bracketed(low, high)
+    margin = 1e3 * float(at.margin.fillna(0.0)) if "margin" in at else 0.0
+    return "no wave" if np.isnan(at.critical_distance) else bracketed(max(low - margin, 0.0), high + margin)
 
 
 def _named(case: xr.Dataset) -> Named:

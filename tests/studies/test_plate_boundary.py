@@ -138,6 +138,29 @@ def test_far_value_is_that_of_the_infinite_plate(quick: xr.Dataset) -> None:
     assert float(abs(quick.far_value.fillna(0.0) - inside).max()) < 5e-4
 
 
+def test_a_numerical_error_widens_the_interval(quick: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error of AR over its slope between the two runs is an error of the distance, on both sides."""
+    monkeypatch.setattr(study, "ratio_error", lambda *case: 0.01)
+    far = quick.assign(infinite_amplitude_ratio=quick.far_value)
+    case = study.with_margins(far, study.THESIS, 1).sel(diameter=4.76e-3, thickness=2.29e-3, within=0.02)
+    (low, high), margin = case.bracket.values, float(case.margin)
+    ends = case.amplitude_ratio.sel(distance=[low, high], method="nearest").values
+    assert margin == pytest.approx(0.01 * (high - low) / abs(ends[1] - ends[0]))
+    wider = [float(part) for part in study._between(case).split(" to ")]
+    assert wider == pytest.approx([1e3 * (low - margin), 1e3 * (high + margin)], abs=1.0)
+    assert wider[1] - wider[0] > 1e3 * (high - low)
+
+
+@pytest.mark.thorough
+def test_numerical_error_is_that_of_the_exact_half_plane() -> None:
+    """The mesh of the study errs by 3e-4 of AR at this critical distance."""
+    diameter, thickness, until, distance = CROSSINGS[0]
+    exact = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, until)
+    run = hl.CoSimulation(study.THESIS.chain(diameter), exact).run(until)
+    error = ratio(diameter, thickness, distance) - hl.amplitude_ratio(run, sensor=7).item()
+    assert 0.5 < study.ratio_error(diameter, thickness, distance) / abs(error) < 2.0
+
+
 CROSSINGS = [
     (4.76e-3, 2.29e-3, 0.8e-3, 14.65e-3),
     (4.76e-3, 3.18e-3, 0.8e-3, 16.12e-3),
