@@ -16,6 +16,9 @@ import numpy as np
 from structures.caution import caution
 from structures.structure import Vector
 
+NODE_NUMBERS = "numbers of nodes"
+"""The data of points with the numbers that they have in the file, where no instances number them anew."""
+
 LARGEST_NUMBER = 2**31
 """Numbers of nodes and elements lie below it."""
 
@@ -547,7 +550,9 @@ class _Flat:
                 listed.append(np.arange(len(blocks[-1][1])))
         for listed in in_blocks.values():
             listed += [np.zeros(0, dtype=np.int64)] * (len(blocks) - len(listed))
-        return meshio.Mesh(np.array(places), blocks, point_sets=sets["NSET"], cell_sets=in_blocks)
+        flat = [] if any(scope.name for scope in self.scopes.values()) else list(self.index["NSET"].values())
+        numbers = {NODE_NUMBERS: np.array([*flat[0]], dtype=np.int64)} if len(flat) == 1 else {}
+        return meshio.Mesh(np.array(places), blocks, numbers, point_sets=sets["NSET"], cell_sets=in_blocks)
 
     def _named(self, kind: str) -> dict[str, Any]:
         """Return the sets by name; a name that several scopes use is that of none alone."""

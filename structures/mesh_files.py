@@ -79,17 +79,23 @@ def read_mesh(source: Any) -> Any:
 
 def in_a_process(path: Path, name: str) -> dict[str, Any]:
     """Return the parts of the mesh, read by a process that cannot take this one with it."""
+    done = reader_process(PROCESS, path, f"mesh = {name!r}")
+    return answer_of(done.returncode, done.stdout, done.stderr, path, name)
+
+
+def reader_process(script: Path, path: Path, what: str, *more: str) -> "subprocess.CompletedProcess[bytes]":
+    """Run a script that reads a file, within limits of time and memory; raise a ValueError, which begins with `what`,
+    where it hangs."""
     size = path.stat().st_size
     seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
-    command = [sys.executable, "-P", str(PROCESS), str(path.resolve()), str(seconds), str(memory)]
+    command = [sys.executable, "-P", str(script), str(path.resolve()), str(seconds), str(memory), *more]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     try:
-        done = subprocess.run(
+        return subprocess.run(
             command, capture_output=True, check=False, env=environment, timeout=PATIENCE * seconds, cwd=path.parent
         )
     except subprocess.TimeoutExpired:
-        raise ValueError(f"mesh = {name!r}: cannot be read within {PATIENCE * seconds:.0f} s; is it damaged?") from None
-    return answer_of(done.returncode, done.stdout, done.stderr, path, name)
+        raise ValueError(f"{what}: cannot be read within {PATIENCE * seconds:.0f} s; is it damaged?") from None
 
 
 def answer_of(status: int, answer: bytes, said: bytes, path: Path, name: str) -> dict[str, Any]:
@@ -100,7 +106,7 @@ def answer_of(status: int, answer: bytes, said: bytes, path: Path, name: str) ->
     if status != 0:
         raise ValueError(
             f"mesh = {name!r}: cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or "
-            f"holds what is not understood{_words(said) or _hint(suffix)}"
+            f"holds what is not understood{words_of(said) or _hint(suffix)}"
         )
     mesh: dict[str, Any] = pickle.loads(answer)
     if not mesh["cells"]:
@@ -112,8 +118,8 @@ def _hint(suffix: str) -> str:
     return "; gmsh reads more: pip install hertzlink[mesh]" if suffix in BY_GMSH and find_spec("gmsh") is None else ""
 
 
-def _words(said: bytes) -> str:
-    """Return what gmsh or meshio said of the file, where it is a sentence for users and no internal error."""
+def words_of(said: bytes) -> str:
+    """Return what a library said of the file, where it is a sentence for users and no internal error."""
     last = (said.decode("utf-8", errors="replace").strip().splitlines() or [""])[-1]
     match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", last)
     return f" ({match[1][:200]})" if match else ""

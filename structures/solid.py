@@ -141,14 +141,15 @@ def solid(
     body = BodyMesh(mesh, scale, merge, tags)
     materials, owner = body.materials(material)
     radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else patch_radius
-    patch = _Patch(body, _point("contact", contact), None if normal is None else _point("normal", normal), radius)
+    patch = Patch(body, point_of("contact", contact), None if normal is None else point_of("normal", normal), radius)
     patch.check_curvature(curvature)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
     if basis.N > MANY_DEGREES_OF_FREEDOM:
         log.warning("mesh: %d degrees of freedom take minutes and gigabytes to reduce; 30 000 mostly do", basis.N)
     mass, stiffness = body_matrices(basis, materials, owner)
     facets = None if fixed is None else body.facets.of("fixed", fixed)
-    free = _kept(basis, fixed, facets, patch)
+    spread = patch.spread(body)
+    free = _kept(basis, fixed, facets, patch, spread)
     origin = {
         "mesh": source_of(mesh),
         "material": None,
@@ -162,7 +163,7 @@ def solid(
         "materials": [asdict(material) for material in materials],
     }
     struck = materials[owner[patch.cell]]
-    mass, stiffness, spread = mass[free][:, free], stiffness[free][:, free], patch.spread[free]
+    mass, stiffness, spread = mass[free][:, free], stiffness[free][:, free], spread[free]
     field, surface = (
         elastic_field(body.mesh, body.element, body.order, free, materials, owner),
         Surface(struck, curvature),
@@ -170,12 +171,12 @@ def solid(
     return Structure(mass, stiffness, None, spread, -patch_compliance(struck, radius), surface, origin, field=field)
 
 
-def _kept(basis: Any, fixed: Tag | None, facets: Numbers | None, patch: "_Patch") -> Numbers:
+def _kept(basis: Any, fixed: Tag | None, facets: Numbers | None, patch: "Patch", spread: Vector) -> Numbers:
     """Return the degrees of freedom that move."""
     if facets is None:
         return np.arange(basis.N)
     held = basis.get_dofs(facets).all()
-    if np.any(patch.spread[held] != 0.0):
+    if np.any(spread[held] != 0.0):
         raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
     return np.setdiff1d(np.arange(basis.N), held)
 
@@ -190,10 +191,10 @@ def patch_compliance(material: Material, radius: float) -> float:
     return 2048.0 / (315.0 * pi**2 * material.contact_modulus * radius)
 
 
-class _Patch:
+class Patch:
     """The circle that carries the force: its place and normal, the cell behind it, and its load vector.
 
-    place: the point of the surface nearest to the contact, m. spread: b of all degrees of freedom.
+    place: the point of the surface nearest to the contact, m. struck: the facets on it.
     """
 
     def __init__(self, body: BodyMesh, contact: Vector, normal: Vector | None, radius: float) -> None:
@@ -215,7 +216,20 @@ class _Patch:
         near &= outward @ self.normal > LEAST_NORMAL_COSINE
         _check_fine(corners[near], radius)
         self.radius, self.corners = radius, np.unique(corners[near].reshape(-1, 3), axis=0)
-        self.spread = self._vector(body, self.facets[near], radius)
+        self.struck = self.facets[near]
+
+    def spread(self, body: BodyMesh) -> Vector:
+        """Return b of all degrees of freedom."""
+        faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=self.struck, intorder=PATCH_ORDER)
+        x, y, z = self.normal
+        return np.asarray(_push.assemble(faces, pressure=self.pressure(faces), normal_x=x, normal_y=y, normal_z=z))
+
+    def weights(self, body: BodyMesh, element: Any) -> tuple[Vector, Vector]:
+        """Return the places of the nodes of an element that a unit force acts on, n × 3, and the part of each."""
+        faces = FacetBasis(body.mesh, element, facets=self.struck, intorder=PATCH_ORDER)
+        parts = np.asarray(_weight.assemble(faces, pressure=self.pressure(faces)))
+        used = np.flatnonzero(parts)
+        return faces.doflocs.T[used], parts[used]
 
     def check_curvature(self, curvature: float) -> None:
         """Warn if the surface of the mesh has another mean curvature: that of the paraboloid through its corners."""
@@ -234,8 +248,9 @@ class _Patch:
                 "contact, and a bead's contact is stiffer on a flat surface than on a convex one; give that curvature"
             )
 
-    def _vector(self, body: BodyMesh, facets: Numbers, radius: float) -> Vector:
-        faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=facets, intorder=PATCH_ORDER)
+    def pressure(self, faces: Any) -> Vector:
+        """Return the pressure of a unit force at the points of integration, 1/m²."""
+        radius = self.radius
         offset = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
         along = np.einsum("i,ifq->fq", self.normal, offset)
         square = (offset**2).sum(axis=0) - along**2
@@ -247,8 +262,7 @@ class _Patch:
                 f"patch_radius = {radius!r}: the face around the contact carries {100.0 * total:.0f} % of the patch, "
                 "as an edge of the body is near; take a smaller patch or another contact"
             )
-        x, y, z = self.normal
-        return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
+        return np.asarray(pressure / total)
 
 
 def _curved(curvature: float) -> str:
@@ -310,11 +324,16 @@ def _check_fine(corners: Vector, radius: float) -> None:
 
 
 @LinearForm
+def _weight(v: Any, w: Any) -> Any:
+    return w.pressure * v
+
+
+@LinearForm
 def _push(v: Any, w: Any) -> Any:
     return -w.pressure * (w.normal_x * v[0] + w.normal_y * v[1] + w.normal_z * v[2])
 
 
-def _point(name: str, values: Any) -> Vector:
+def point_of(name: str, values: Any) -> Vector:
     numbers = list(values) if isinstance(values, tuple | list | np.ndarray) else []
     if len(numbers) != 3:
         raise ValueError(f"{name} = {values!r}: must be three numbers")

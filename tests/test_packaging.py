@@ -11,7 +11,13 @@ HOME = Path(__file__).parent.parent
 
 ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
 
-DECLARED_AS = {"precice": "pyprecice", "imageio_ffmpeg": "imageio-ffmpeg"}
+DECLARED_AS = {
+    "ansys": "ansys-mapdl-reader",
+    "pyNastran": "pynastran",
+    "pyuff": "pyuff",
+    "precice": "pyprecice",
+    "imageio_ffmpeg": "imageio-ffmpeg",
+}
 """Packages that need not be installed here, by the modules that they bring."""
 
 PARTS_OF = {"pydantic_core": "pydantic", "vtkmodules": "pyvista"}

@@ -21,7 +21,7 @@ from hertzlink.cases.declared import (
     union_of,
 )
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import Part, World, forms, made
+from hertzlink.cases.parts import Part, World, file_of, forms, made
 from plates.plate import Plate
 from structures.closing import Closing, Gap
 from structures.cylinder import layered_cylinder
@@ -29,6 +29,7 @@ from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_l
 from structures.damping import damped as with_damping
 from structures.described import Described, of_family, registered
 from structures.elasticity import Foundation
+from structures.imported import MEMORY, from_matrices
 from structures.moving import STEPPERS
 from structures.reduction import reduce
 from structures.rod import rod
@@ -223,8 +224,34 @@ class Solid(Built):
         return super().entries({**inputs, "material": inputs["materials"][0]})
 
 
+class FromMatrices(Built):
+    """A body from the matrices of another program."""
+
+    apart = ("damping",)
+    damping_matrix: str | None = Field(None, description='the file of a damping matrix, such as "plate.mtx"')
+
+    def arguments(self, world: World) -> Data:
+        if self.damping_matrix is None:
+            return super().arguments(world)
+        return super().arguments(world) | {"damping": file_of(self.damping_matrix, world, "damping_matrix")}
+
+    @property
+    def contacts(self) -> int:
+        node = getattr(self, "node", None)
+        return len(node) if isinstance(node, list) else 1
+
+    @classmethod
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
+        lost = [name for name, value in inputs.items() if value == MEMORY]
+        if lost:
+            raise refused(f"structure.{lost[0]}", "a matrix in memory", "write it to a file and give its path")
+        more = {"damping_matrix": inputs["damping_matrix"]} if "damping_matrix" in inputs else {}
+        return super().entries(inputs) | more
+
+
 SPECIAL.update({
-    rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid, StandardLinearSolid: LinearSolid,
+    from_matrices: FromMatrices, rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid,
+    StandardLinearSolid: LinearSolid,
 })  # fmt: skip
 
 

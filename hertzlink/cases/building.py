@@ -14,7 +14,7 @@ from hertzlink.cases.chains import Seat
 from hertzlink.cases.entry_paths import Path, written
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, RunPart, run_entries
-from hertzlink.cases.parts import World, located, made
+from hertzlink.cases.parts import World, located, made, names_file
 from plates.laminate import OrthotropicMaterial
 from structures.fineness import fineness
 from structures.material import Material
@@ -135,7 +135,10 @@ def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
     """Return the structure, reduced where it is large; the last ones are kept."""
     materials = sorted(world.materials.items()), sorted(world.sheets.items())
     # Two equal structures of one case are two bodies.
-    key = "\n".join(map(repr, (path, body, run.until, run.reduce, materials, fineness())))
+    names = [name for name in type(body).model_fields if names_file(name, getattr(body, name))]
+    files = [world.folder / getattr(body, name) for name in names]
+    written_at = [file.stat().st_mtime_ns for file in files if file.is_file()]
+    key = "\n".join(map(repr, (path, body, run.until, run.reduce, materials, fineness(), written_at)))
     if getattr(body, "mesh", None) is not None or is_unmeshed():
         return _structure(body, run, world, path)
     if key not in _STRUCTURES:

@@ -237,7 +237,7 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
             most = note.most if note.most < MOST else None
             return Form(Annotated[int, Field(ge=note.least, le=most)])
         if isinstance(note, InFile):
-            return Form(str, lambda value, world, path: file_of(value, world))
+            return Form(str, lambda value, world, path: file_of(value, world, str(path[-1])))
     if kind is float:
         return Form(Annotated[float, Unit.of(Quantity())])
     if kind in FORMS:
@@ -274,7 +274,7 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
         return Form(union(tables_of(filter(None, kinds))), made)
     table = next(filter(None, kinds), None)
     listed = next((kind for kind, _ in members if get_origin(kind) is Sequence), None)
-    if listed is not None and members[0][0] is float:
+    if listed is not None and members[0][0] in (float, int):
         return _one_or_many(_form(*members[0]), _list(listed, 1))
     words = next((notes for _, notes in members if any(isinstance(note, OneOf) for note in notes)), None)
     if words is None or table is None:

@@ -1,5 +1,6 @@
 """The base of all parts of a case: a strict table that makes an object of hertzlink's; lengths."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as File
@@ -14,6 +15,14 @@ from plates.laminate import OrthotropicMaterial
 from structures import quantities
 from structures.checks import positive
 from structures.material import Material
+
+FILES = ("mesh",)
+"""Entries that name files."""
+
+PERHAPS_FILES = ("mass", "stiffness", "damping_matrix", "contact", "frequencies", "response")
+"""Entries that name files where their text ends as a file's name does: "plate.mas", but not "2.5 g"."""
+
+ENDING = re.compile(r"\.[A-Za-z]\w*$")
 
 Length = Annotated[float, Unit.noted(quantities.Length)]
 Duration = Annotated[float, Unit.noted(quantities.Time)]
@@ -125,9 +134,16 @@ class Round(Part):
         return self.radius if self.radius is not None else 0.5 * positive("diameter", float(self.diameter or 0.0), "m")
 
 
-def file_of(name: str, world: World) -> str:
+def names_file(entry: str, value: Any) -> bool:
+    """Return whether the text of an entry names a file, relative to the file in which it stands."""
+    if not isinstance(value, str):
+        return False
+    return entry in FILES or (entry in PERHAPS_FILES and ENDING.search(value) is not None)
+
+
+def file_of(name: str, world: World, entry: str = "mesh") -> str:
     """Return the path of a file that a case names, relative to the case; raise a ValueError if it does not exist."""
     path = world.folder / File(name)
     if not path.is_file():
-        raise ValueError(f'mesh: there is no file "{path}"')
+        raise ValueError(f'{entry}: there is no file "{path}"')
     return str(path)

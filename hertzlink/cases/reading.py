@@ -14,6 +14,7 @@ from coupling.files.user_files import read_text
 from hertzlink.cases.entry_paths import Path, entry, has, parsed, put, written
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of
+from hertzlink.cases.parts import names_file
 from structures.units import in_si
 
 DEEPEST = 10
@@ -28,9 +29,6 @@ KINDS = ("kind", "shape")
 
 CHANGE = "--set"
 """The place of an entry that the command line changes."""
-
-FILES = ("mesh",)
-"""Entries that name files: relative to the file in which they stand, or to the current folder after --set."""
 
 SECTIONS_OF_RANGES: tuple[Path, ...] = (("sweep",), ("identify", "unknowns"))
 """Sections that give values to entries, by their paths."""
@@ -155,20 +153,20 @@ def _with_whole_paths(data: dict[str, Any], folder: File) -> dict[str, Any]:
     A file that is not there yet is reported where it is used; one whose name is no UTF-8 cannot stand in results.
     """
 
-    def whole(value: Any, of_file: bool) -> Any:
+    def whole(value: Any, name: str) -> Any:
         if isinstance(value, dict):
             # The entry of a sweep is a path, such as "structure.mesh".
-            return {key: whole(item, key.rpartition(".")[2] in FILES) for key, item in value.items()}
+            return {key: whole(item, key.rpartition(".")[2]) for key, item in value.items()}
         if isinstance(value, list):
-            return [whole(item, of_file) for item in value]
-        if not of_file or not isinstance(value, str):
+            return [whole(item, name) for item in value]
+        if not names_file(name, value):
             return value
         path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))
         if os.fsencode(path).decode("utf-8", "replace") != path:
             raise CaseError(f"{path}: is no name in UTF-8, so results could not hold it; give the file another name")
         return path
 
-    moved: dict[str, Any] = whole(data, False)
+    moved: dict[str, Any] = whole(data, "")
     return moved
 
 

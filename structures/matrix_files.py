@@ -1,0 +1,173 @@
+"""Files of matrices that other programs write, with the node and the direction of each row."""
+
+from math import isqrt
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from structures.foreign_files import FOREIGN, read_foreign
+
+Numbers = NDArray[np.int64]
+Vector = NDArray[np.float64]
+
+FORMATS = {
+    ".mtx": "Matrix Market, Abaqus", ".sti": "CalculiX", ".mas": "CalculiX", ".op4": "Nastran", ".pch": "Nastran",
+    ".full": "Ansys",
+}  # fmt: skip
+"""The endings of files of matrices, and the programs that write them."""
+
+MOST_ROWS = 2_000_000
+"""Degrees of freedom of the largest matrix that is read."""
+
+HELD = 1e36
+"""Abaqus writes this number on the diagonal of a held degree of freedom."""
+
+
+class LabelledMatrix(NamedTuple):
+    """A matrix; and for each row its node and its direction (1 to 6), n × 2, or None where the file has none."""
+
+    matrix: sparse.csr_array
+    labels: Numbers | None
+
+
+def read_matrix(name: str, path: Path) -> LabelledMatrix:
+    """Return the matrix of a file; name: of the argument, "mass", "stiffness" or "damping".
+
+    Raises ValueError for a file that cannot be read; time and memory are bounded by the size of the file.
+    """
+    what, suffix = f"{name} = {str(path)!r}", path.suffix.lower()
+    if not path.is_file():
+        raise ValueError(f"{what}: there is no such file")
+    if suffix not in FORMATS:
+        raise ValueError(f"{what}: must be one of {', '.join(FORMATS)}, or a matrix")
+    if suffix in FOREIGN:
+        read = read_foreign(path, what, name)
+        rows, columns, values, size = read["rows"], read["columns"], read["values"], int(read["size"])
+        return _assembled(what, rows, columns, values, size, read["labels"])
+    with path.open("rb") as file:
+        start = file.read(14)
+    return _matrix_market(what, path) if start == b"%%MatrixMarket" else _triplets(what, path)
+
+
+def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> Vector:
+    """Return the table of a text file; lines before the first that begins with a number, and "*" and "#", are comments.
+
+    columns: the numbers of columns that the table may have. what: how messages begin. Raises ValueError.
+    """
+    first, skipped = "", 0
+    with path.open(encoding="latin-1") as file:
+        for skipped, line in enumerate(file):  # noqa: B007
+            first = line.strip()[:1000]
+            if first[:1].isdigit() or (first[:1] in "+-." and first[1:2].isdigit()):
+                break
+        else:
+            raise ValueError(f"{what}: holds no line of numbers")
+    delimiter = next((mark for mark in ",;" if mark in first), None)
+    try:
+        table = np.loadtxt(
+            path, comments=["*", "#"], delimiter=delimiter, skiprows=skipped, ndmin=2, encoding="latin-1"
+        )
+    except ValueError as error:
+        reason = str(error).partition(";")[0].rstrip(".")
+        raise ValueError(f"{what}: {reason}, counted from line {skipped + 1}; is it damaged?") from None
+    if table.shape[1] not in columns:
+        many = " or ".join(map(str, columns))
+        raise ValueError(f"{what}: has {table.shape[1]} columns of numbers: must have {many}")
+    if not np.isfinite(table).all():
+        raise ValueError(f"{what}: must hold finite numbers")
+    return table
+
+
+def _matrix_market(what: str, path: Path) -> LabelledMatrix:
+    from scipy.io import mminfo, mmread
+
+    try:
+        rows, columns, entries, form, field, _ = mminfo(path)
+        least = isqrt(2 * path.stat().st_size) if form == "array" else MOST_ROWS
+        if rows > min(least, MOST_ROWS) or columns > min(least, MOST_ROWS) or entries > path.stat().st_size:
+            raise ValueError(f"claims {rows} × {columns} numbers, more than it can hold")
+        if field in ("complex", "pattern"):
+            raise ValueError(f"holds a {field} matrix, must be one of real numbers")
+        matrix = sparse.csr_array(mmread(path), dtype=float)
+    except (ValueError, OverflowError) as error:
+        raise ValueError(f"{what}: is no Matrix Market file that can be read ({error})") from None
+    return LabelledMatrix(matrix, _labels_beside(path, matrix.shape[0]))
+
+
+def _triplets(what: str, path: Path) -> LabelledMatrix:
+    """Return a matrix of lines "row column value", or "node, direction, node, direction, value"."""
+    table = numbers_in(what, path, (3, 5))
+    indices, values = table[:, :-1].astype(np.int64), table[:, -1]
+    if (indices != table[:, :-1]).any():
+        raise ValueError(f"{what}: numbers of rows and nodes must be whole")
+    if table.shape[1] == 3:
+        if indices.min() < 1:
+            raise ValueError(f"{what}: rows are counted from 1, but there is a row {indices.min()}")
+        size = int(indices.max())
+        rows, columns = indices.T - 1
+        return _assembled(what, rows, columns, values, size, _labels_beside(path, size))
+    labels, place = np.unique(indices.reshape(-1, 2), axis=0, return_inverse=True)
+    rows, columns = place.reshape(-1, 2).T
+    return _assembled(what, rows, columns, values, len(labels), labels)
+
+
+def _assembled(
+    what: str, rows: Numbers, columns: Numbers, values: Vector, size: int, labels: Numbers | None
+) -> LabelledMatrix:
+    """Return the matrix of triplets; where they fill one triangle, the other one mirrors it."""
+    if size > MOST_ROWS:
+        raise ValueError(f"{what}: has {size} rows; at most {MOST_ROWS} fit")
+    if (rows <= columns).all() or (rows >= columns).all():
+        apart = rows != columns
+        rows, columns = np.concatenate([rows, columns[apart]]), np.concatenate([columns, rows[apart]])
+        values = np.concatenate([values, values[apart]])
+    return LabelledMatrix(sparse.csr_array(sparse.coo_array((values, (rows, columns)), (size, size))), labels)
+
+
+def _labels_beside(path: Path, size: int) -> Numbers | None:
+    """Return the labels in the file of the same name with the ending .dof, lines "node.direction", as CalculiX writes
+    it."""
+    beside = path.with_suffix(".dof")
+    if not beside.is_file():
+        return None
+    try:
+        labels = np.loadtxt(beside, dtype=np.int64, delimiter=".", ndmin=2, max_rows=MOST_ROWS + 1)
+    except ValueError:
+        labels = np.zeros((0, 2), dtype=np.int64)
+    if labels.shape[1:] != (2,) or len(labels) < size:
+        raise ValueError(
+            f"stiffness: {str(beside)!r} must have {size} lines node.direction, one for each row of {path.name}"
+        )
+    return labels[:size]
+
+
+def in_order_of(what: str, other: LabelledMatrix, first: LabelledMatrix) -> sparse.csr_array:
+    """Return a matrix with the rows of another one; rows that it lacks are zero. what: how messages begin."""
+    size = first.matrix.shape[0]
+    if other.labels is None or first.labels is None or np.array_equal(other.labels, first.labels):
+        place = np.arange(other.matrix.shape[0])
+    else:
+        row_of = {label: row for row, label in enumerate(map(tuple, first.labels.tolist()))}
+        try:
+            place = np.array([row_of[label] for label in map(tuple, other.labels.tolist())], dtype=np.int64)
+        except KeyError as error:
+            node, direction = error.args[0]
+            raise ValueError(f"{what}: has direction {direction} of node {node}, which the stiffness lacks") from None
+    if place.size > size:
+        raise ValueError(f"{what}: has {place.size} rows, and the stiffness {size}")
+    spread = sparse.csr_array((np.ones(place.size), (place, np.arange(place.size))), (size, place.size))
+    return sparse.csr_array(spread @ other.matrix @ spread.T)
+
+
+def matrix_of(name: str, value: Any) -> LabelledMatrix:
+    """Return a matrix that is given, or that of a file."""
+    if isinstance(value, str | Path):
+        return read_matrix(name, Path(value))
+    try:
+        matrix = value if sparse.issparse(value) else np.atleast_2d(value)
+        return LabelledMatrix(sparse.csr_array(matrix, dtype=float), None)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: must be a matrix of real numbers, sparse or dense, or a file of one") from None
