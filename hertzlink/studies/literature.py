@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import eigsh
@@ -43,7 +44,12 @@ ANTI_RESONANCES = {
     "Jayaprakash et al.: second anti-resonance of dimers": 0.155,
 }
 CELLS = 12  # Along each side of the coarser mesh of a plate.
+PLACE = (0.4871, 0.4632)  # Of the contact, over the sides: on no line where a mode is at rest.
+FOLD, NEAR = 4, 0.2  # Windows in a sample of a ringing plate; relative distance in which a frequency is looked for.
 STEEL = hl.Material(200e9, 0.3, 8000.0)  # Of NAFEMS' plates.
+ON_SIMPLE_EDGES = (
+    ("NAFEMS, simple edges", 10.0, 0.05, STEEL), ("femorph-solver", 1.0, 0.02, hl.Material(200e9, 0.3, 7850.0)),
+)  # fmt: skip
 EDGES = {"free": ("free",) * 4, "simple": ("simple",) * 4, "clamped": ("clamped",) * 4,
          "cantilever": ("clamped", "free", "free", "free")}  # fmt: skip
 MEMORY = "from memory"
@@ -247,7 +253,7 @@ def _plates(finer: int) -> Numbers:
     large = {edges: _frequencies(10.0, 0.05, STEEL, edges, finer) for edges in ("free", "simple", "cantilever")}
     hertz = {edges: values / (2.0 * np.pi) for edges, values in large.items()}
     clamped = _frequencies(1.0, 0.01, hl.Material(210e9, 0.3, 7800.0), "clamped", finer)
-    small = _frequencies(1.0, 0.02, hl.Material(200e9, 0.3, 7850.0), "simple", finer) / (2.0 * np.pi)
+    small = _frequencies(*ON_SIMPLE_EDGES[1][1:], "simple", finer) / (2.0 * np.pi)
     plate = _plate(10.0, 0.05, STEEL, "free", 4)
     unit = 100.0 * sqrt(plate.mass_per_area / plate.rigidity)
     free, simple, squares = hertz["free"][3:], hertz["simple"], large["free"][3:] * unit
@@ -275,12 +281,57 @@ def _plate(side: float, thickness: float, material: hl.Material, edges: str, cel
 def _frequencies(side: float, thickness: float, material: hl.Material, edges: str, finer: int) -> np.ndarray:
     """Return the ten lowest angular frequencies of a square plate, rad/s, rigid motions first."""
     plate = _plate(side, thickness, material, edges, CELLS * finer)
-    structure = plate.at(0.4871 * side, 0.4632 * side)
-    shift = plate.rigidity / (plate.mass_per_area * side**4)
+    structure = plate.at(PLACE[0] * side, PLACE[1] * side)
+    return _lowest(structure, plate.rigidity / (plate.mass_per_area * side**4))
+
+
+def _lowest(structure: hl.Structure, shift: float) -> np.ndarray:
+    """Return the ten lowest angular frequencies of a structure, rad/s. shift: of the order of the lowest square."""
     scale = sparse.diags_array(1.0 / np.sqrt(structure.stiffness.diagonal() + shift * structure.mass.diagonal()))
     stiffness, mass = (sparse.csc_array(scale @ part @ scale) for part in (structure.stiffness, structure.mass))
     squares = eigsh(stiffness, 10, M=mass, sigma=-shift, return_eigenvectors=False)
     frequencies: np.ndarray = np.sqrt(np.maximum(np.sort(squares), 0.0))
+    return frequencies
+
+
+def of_plate(plate: Callable[[float, float, hl.Material, float, float], Any]) -> Numbers:
+    """Return the frequencies, Hz, of a user's plates on simple edges that are in the literature; NaN for none near.
+
+    plate: returns the Structure or participant from side, thickness, material, and the place of the contact.
+    """
+    numbers = {}
+    for name, side, thickness, material in ON_SIMPLE_EDGES:
+        body = plate(side, thickness, material, *(place * side for place in PLACE))
+        sought = {full: float(one.corrected or one.value) for full, one in row.entries.items() if full.startswith(name)}
+        if isinstance(body, hl.Structure):
+            found = _lowest(body, (2.0 * np.pi * min(sought.values())) ** 2) / (2.0 * np.pi)
+        else:
+            found = ringing(body, min(sought.values()), max(sought.values()))
+        for full, value in sought.items():
+            near = found[abs(found / value - 1.0) < NEAR]
+            numbers[full] = float(near[abs(near - value).argmin()]) if near.size else nan
+    return numbers
+
+
+def ringing(body: Any, lowest: float, highest: float) -> np.ndarray:
+    """Return the natural frequencies, Hz, at which a participant rings after a smooth pulse, near a range of them.
+
+    The pulse hardly holds what a sample of the record would fold back. The frequencies are those of the matrix pencil
+    of Hua and Sarkar (IEEE Trans. Acoust. Speech Signal Process. 38 (1990) 814), exact for a sum of few modes.
+    """
+    window, width = 1.0 / (24.0 * highest), 0.3 / highest
+    pulse = np.exp(-0.5 * ((np.arange(0.0, 10.0 * width, window) - 5.0 * width) / width) ** 2)
+    forces = np.concatenate([pulse, np.zeros(int(30.0 / (lowest * window)))])
+    state, moved = body.start(), []
+    for force in forces.tolist():
+        state, answer = body.advance(state, force, window)
+        moved.append(float(np.asarray(answer).item()))
+    rings = np.array(moved[pulse.size :: FOLD])
+    shifted = sliding_window_view(rings, rings.size // 3)
+    _, sizes, modes = np.linalg.svd(shifted / abs(rings).max(), full_matrices=False)
+    modes = modes[sizes > 1e-8 * sizes[0]].T
+    poles = np.linalg.eigvals(np.linalg.lstsq(modes[:-1], modes[1:], rcond=None)[0])
+    frequencies: np.ndarray = abs(np.angle(poles)) / (2.0 * np.pi * FOLD * window)
     return frequencies
 
 

@@ -1,7 +1,11 @@
 """Numbers of other authors: what is reproduced stays so, a wrong law is seen, and no row lacks its source."""
 
+import re
 from collections import Counter
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -47,6 +51,57 @@ def test_a_law_far_from_hertzs_is_refused_with_the_numbers_that_differ(size: flo
 
     with pytest.raises(AssertionError, match=r"MOOSE: the same duration, by its formula: .*; printed 0\.81"):
         hl.testing.assert_literature(far)
+
+
+def on_simple_edges(side: float, thickness: float, material: hl.Material, x: float, y: float) -> hl.Structure:
+    return hl.kirchhoff_plate(side, side, thickness, material, hl.Supports(*["simple"] * 4), cells=(16, 16)).at(x, y)
+
+
+def test_a_plate_has_the_published_frequencies() -> None:
+    hl.testing.assert_literature(plate=on_simple_edges)
+
+
+def test_a_plate_that_is_too_thick_is_refused() -> None:
+    with pytest.raises(AssertionError, match=r"6 numbers(.|\n)*simple edges: mode 4: 9\.697.* Hz; printed 9\.507"):
+        hl.testing.assert_literature(plate=lambda side, thickness, *of: on_simple_edges(side, 1.02 * thickness, *of))
+
+
+def test_the_plate_of_the_page_is_one() -> None:
+    """Navier's modes as a participant, in the printed digits."""
+    page = (Path(__file__).parents[2] / "docs" / "literature.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    exec(example, {})
+
+
+class Two:
+    """Two masses on springs, of which one is damped, advanced exactly: a participant."""
+
+    surface = hl.Surface(hl.PTFE)
+    rates = np.array([-0.3 + 2.0j * np.pi * 3.0, 2.0j * np.pi * 7.1])
+
+    def start(self) -> np.ndarray:
+        return np.zeros(2, complex)
+
+    def advance(self, state: np.ndarray, force: float, window: float) -> tuple[np.ndarray, float]:
+        grown = np.exp(self.rates * window)
+        state = grown * state + force * (grown - 1.0) / self.rates
+        return state, float(state.imag.sum())
+
+
+def test_ringing_finds_the_frequencies_of_a_participant() -> None:
+    found = study.ringing(Two(), 3.0, 7.0)
+    for frequency in (3.0, 7.1):
+        assert abs(found / frequency - 1.0).min() < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [({}, "law = None, plate = None"), ({"plate": 3}, "plate = 3"), ({"plate": lambda side: side}, "plate"),
+     ({"law": hl.contact_law, "rtol": 0.0}, "rtol = 0.0")],
+)  # fmt: skip
+def test_wrong_arguments_are_named(arguments: dict[str, Any], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        hl.testing.assert_literature(**arguments)
 
 
 def test_a_law_that_is_no_function_is_named() -> None:
