@@ -5,6 +5,7 @@ Stress, speed and force/length² stay; nothing in a builder, a reduction or a ru
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -160,3 +161,46 @@ def test_defaults_are_exact_enough_or_the_run_warns(name: str) -> None:
         if not any(str(one.message).startswith("mesh: ") for one in said):
             assert found[0] == pytest.approx(wanted[0], abs=5e-3)
             assert found[2:] == pytest.approx(wanted[2:], rel=5e-3)
+
+
+@pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
+@pytest.mark.parametrize("name", ["half-space", "rod", "infinite plate"])
+def test_all_moduli_and_densities_multiplied(name: str) -> None:
+    """Times go as √(ρ/E), forces as E, gravity as E/ρ, dashpots as √(E ρ), of a chain at √(E/ρ) times the speed."""
+
+    def seen(modulus: float, density: float) -> tuple[float, np.ndarray]:
+        def other(one: hl.Material) -> hl.Material:
+            return replace(one, youngs_modulus=modulus * one.youngs_modulus, density=density * one.density, name="")
+
+        swift, rod = np.sqrt(modulus / density), [replace(one, material=other(one.material)) for one in layers(1.0)]
+        bodies = {
+            "half-space": lambda: hl.half_space(other(PTFE)),
+            "rod": lambda: hl.rod(rod, elements=20),
+            "infinite plate": lambda: hl.infinite_plate(2e-3, other(ALLOY)),
+        }
+        bead = hl.Sphere(4e-3, other(STEEL))
+        loss = hl.LinearDashpot(2.0 * np.sqrt(modulus * density))
+        chain = hl.Chain([bead] * 10, bead, 0.2 * swift, gravity=9.81 * modulus / density, dissipation=loss)
+        run = hl.CoSimulation(chain, bodies[name]()).run(UNTIL / swift, UNTIL / swift / 600.0)
+        return float(run.time[-1]) * swift, run.contact_force.values / modulus
+
+    (until, expected), *others = (seen(*of) for of in ((1.0, 1.0), (3.0, 1.0), (1.0, 0.2), (0.1, 7.0)))
+    for ends, found in others:
+        assert ends == pytest.approx(until, rel=1e-12)
+        assert found == pytest.approx(expected, abs=1e-8 * expected.max())
+
+
+@pytest.mark.parametrize("body", [None, hl.half_space(PTFE)], ids=["alone", "on a half-space"])
+def test_a_faster_striker_is_another_scale_of_hertzian_chains(body: Any) -> None:
+    """Without gravity and losses forces go as v^(6/5), times as v^(−1/5), whatever the form of the wave."""
+    bead = hl.Sphere(4e-3, STEEL)
+
+    def seen(faster: float) -> np.ndarray:
+        until = UNTIL * faster**-0.2
+        run = hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.1 * faster), body).run(until, until / 600.0)
+        force: np.ndarray = run.contact_force.values / faster**1.2
+        return force
+
+    expected = seen(1.0)
+    for faster in (0.01, 2.0, 30.0):
+        assert seen(faster) == pytest.approx(expected, abs=1e-7 * expected.max())
