@@ -10,6 +10,7 @@ import hertzlink as hl
 from plates.section import homogeneous_section, stiffness_towards
 
 CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5.2e9, 3.6e9, 1600.0, "carbon-epoxy")
+CROSS = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
 STEEL, BRASS = hl.STEEL_316, hl.Material(103e9, 0.30, 8550.0)
 
 
@@ -99,6 +100,18 @@ def test_the_surface_may_be_given() -> None:
     plate = hl.kirchhoff_plate(0.2, 0.1, None, one, hl.Supports(), cells=(3, 3))
     assert plate.at(0.1, 0.05).surface.material == hl.NYLON
     assert plate.thickness == 1e-3
+
+
+def test_shear_makes_carbon_softer_to_a_tap() -> None:
+    """Plies shear easily, so a plate that may shear takes more of the wave: docs/trust.md."""
+    wall = hl.Laminate([hl.Ply(CROSS, 0.5e-3, angle) for angle in (0.0, pi / 2.0, pi / 2.0, 0.0)])
+    bead, ratios = hl.Sphere(2.38e-3, hl.STEEL_440C), []
+    for make in (hl.kirchhoff_plate, hl.mindlin_plate):
+        body = make(0.16, 0.16, None, wall, hl.Supports(*["clamped"] * 4)).at(0.08, 0.08)
+        chain = hl.Chain([bead] * 16, bead, 0.31, gravity=9.81)
+        run = hl.CoSimulation(chain, hl.reduce(body, until=5e-4)).run(5e-4)
+        ratios.append(hl.amplitude_ratio(run, 8).item())
+    assert ratios == pytest.approx([0.489, 0.474], abs=2e-3)
 
 
 def test_impedance_of_a_laminate_lies_between_those_along_and_across() -> None:

@@ -1,8 +1,6 @@
 """Numbers of other authors: what is reproduced stays so, a wrong law is seen, and no row lacks its source."""
 
-import re
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -64,13 +62,6 @@ def test_a_plate_has_the_published_frequencies() -> None:
 def test_a_plate_that_is_too_thick_is_refused() -> None:
     with pytest.raises(AssertionError, match=r"6 numbers(.|\n)*simple edges: mode 4: 9\.697.* Hz; printed 9\.507"):
         hl.testing.assert_literature(plate=lambda side, thickness, *of: on_simple_edges(side, 1.02 * thickness, *of))
-
-
-def test_the_plate_of_the_page_is_one() -> None:
-    """Navier's modes as a participant, in the printed digits."""
-    page = (Path(__file__).parents[2] / "docs" / "literature.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    exec(example, {})
 
 
 class Two:
