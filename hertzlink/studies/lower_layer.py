@@ -58,7 +58,7 @@ def table(data: xr.Dataset) -> list[Row]:
     return [
         row("AR, primary", struck.interval(ratios), *others),
         row("AR, primary, from 25.4 mm on", struck.interval(thick), lost, holds=lost < 100.0 * MEASURED),
-        row("TOF, primary", struck.interval(flights), expected, doubt, otherwise=struck.undamped(data)),
+        row("TOF, primary", struck.interval(flights), expected, doubt, struck.undamped(data)),
         row("TOF, primary, varies by", struck.lost(flights)),
         *[_delay(data, length) for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3)],
         row("AR, secondary", struck.interval(middle.amplitude_ratio.sel(wave="secondary"))),

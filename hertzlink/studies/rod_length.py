@@ -85,7 +85,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
     heavier = Conditions(bead_material=replace(hl.STEEL_440C, density=8000.0)).theory_length() * 1e3
     length, of_heavier = Conditions().theory_length() * 1e3, {"beads of 8000 kg/m³": heavier}
     return [
-        row("TOF, all lengths", struck.interval(middle, 1e6), shortest, otherwise=struck.undamped(data)),
+        row("TOF, all lengths", struck.interval(middle, 1e6), shortest, struck.undamped(data)),
         row("characteristic length c T_c/2", length, otherwise=of_heavier),
         row("arrival of the primary wave, from impact", arrival, incident, otherwise=foot),
     ]

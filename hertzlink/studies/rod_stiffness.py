@@ -118,8 +118,6 @@ def walls(of: Conditions) -> xr.Dataset:
         }
     )
     if not of.own:
-        free = hl.sweep(lambda wall: against(wall, 0.0), of.until, 1, struck.measure, wall=list(shown))
-        data["wall_undamped_time_of_flight"] = free.time_of_flight
         data = data.assign_coords(wall=list(shown)).merge(
             candidates.on_ptfe(of.layers, dict(zip(shown, each, strict=True)))
         )
@@ -213,14 +211,13 @@ def _waves(data: xr.Dataset) -> list[Row]:
 
 
 def _timed(data: xr.Dataset, theory: list[float]) -> Iterable[Row]:
-    """Return the rows of TOF, with the one of a chain without losses, and what the candidates do on PTFE."""
+    """Return the rows of TOF, and what the candidates do on PTFE."""
     flights, ratios = (data[f"tried_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
     moved = 1e6 * float(data.tried_on_steel)
     tried = f"{candidates.listed(flights, 1e6, ratio=ratios)}. {candidates.of_stiffer_contact(moved)}"
     rows = _both(data, "TOF,", "time_of_flight", 1e6, *theory)
-    for timed, wall, reason in zip(rows, WALLS, ("", tried), strict=True):
-        free = struck.flight(data.wall_undamped_time_of_flight.sel(wall=wall))
-        yield _explained(timed, reason)._replace(otherwise={**timed.otherwise, "no losses": free})
+    for timed, reason in zip(rows, ("", tried), strict=True):
+        yield _explained(timed, reason)
 
 
 def _explained(one: Row, reason: str) -> Row:

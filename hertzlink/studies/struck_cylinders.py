@@ -193,7 +193,7 @@ def over_lengths(
     if not of.own:
         ends = data.length.values[[0, -1]].tolist()
         free = hl.sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
-        data["undamped_time_of_flight"] = free.time_of_flight
+        data["undamped_time_of_flight"], data["undamped_amplitude_ratio"] = free.time_of_flight, free.amplitude_ratio
     return waves.with_units(data, length="m", solid_length="m", dashpot="N s/m")
 
 
@@ -246,9 +246,13 @@ def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
     return {f"γ between {DASHPOTS[0]:g} and {DASHPOTS[-1]:g} N s/m, {NOT_GIVEN}": f"{low:.5g} to {high:.5g}"}
 
 
-def undamped(data: xr.Dataset) -> dict[str, str]:
-    """Return TOF of the primary wave without losses, µs, for the shortest and the longest one, by its condition."""
-    return {"no losses": interval(data.undamped_time_of_flight.sel(wave="primary"), 1e6)}
+def undamped(data: xr.Dataset) -> str:
+    """Return what the primary wave is without losses, for the shortest and the longest cylinder.
+
+    That is no condition of a TOF, because AR of the same experiment excludes it.
+    """
+    flights, ratios = (data[f"undamped_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
+    return f"without losses {interval(flights, 1e6)}, but then AR is {interval(ratios)}"
 
 
 def band(values: xr.DataArray, factor: float = 1.0) -> str:

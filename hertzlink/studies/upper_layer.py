@@ -174,7 +174,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
     doubt, said = struck.sensitivity(first, 1e6), (printed[0], heavier, struck.sensitivity(second, 1e6))
     return [
         row("TOF, primary, shorter by", struck.lost(primary), struck.lost(expected.time_of_flight)),
-        row("TOF, primary", struck.interval(primary), doubt, otherwise=struck.undamped(data)),
+        row("TOF, primary", struck.interval(primary), doubt, struck.undamped(data)),
         row("TOF, secondary, 6.35 mm", float(secondary[0]), *said, otherwise=others),
         row("TOF, secondary, 101.6 mm", "none", last, printed[-1], otherwise={"equation 6.34": printed[-1]}),
         row("TOF, secondary, longer by", 100.0 * float(followed[-1] / followed[0] - 1.0), last),
