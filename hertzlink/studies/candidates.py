@@ -24,6 +24,7 @@ BASE, REFINED = "as in the table", "all steps and cells halved"
 # E of PTFE in Table 4.1, Pa; speed of the striker in section 6.2, m/s.
 SOFTER, SLOWER = 1.46e9, 0.31
 STIFFER = sqrt(2.0)  # A_c of equation 6.2 has √(2R), A_w has √R.
+DEEPEST = 450e-6  # s, when the thesis finds bead 20 deepest in PTFE.
 DASHPOTS = ((5.0, 40.0), (0.0, 30.0))  # γ_c and γ_w of equation 6.3, N s/m, which the thesis does not give.
 SENSORS = (10, 15)  # Of section 3.3.2.
 Rods = Callable[[hl.Material], Sequence[hl.Layer]]
@@ -75,6 +76,9 @@ def on_ptfe(rods: Rods, seen: Mapping[str, xr.Dataset]) -> xr.Dataset:
     found = waves.named(found.assign_coords(candidate=list(runs)), "tried")
     durations = [readings(run) for run in seen.values()]
     found["tried_duration"] = (("wall", "reading"), [list(said.values()) for said in durations], {"units": "s"})
+    found["tried_displacement"] = xr.concat([displacements(run) for run in seen.values()], "wall").assign_attrs(
+        units="m"
+    )
     hard = chain_on(rods, material=hl.STEEL_440C, stiffness=STIFFER * THESIS.wall(hl.STEEL_440C)).run(UNTIL)
     found["tried_on_steel"] = struck.measure(hard).largest_displacement
     return found.assign_coords(wall=list(seen), reading=list(durations[0]))
@@ -129,6 +133,18 @@ def _speed_of_arrivals(run: xr.Dataset, size: float, level: float) -> float:
     return (SENSORS[1] - SENSORS[0]) * size / (arrivals[1] - arrivals[0])
 
 
+def displacements(run: xr.Dataset) -> xr.DataArray:
+    """Return other readings of the last bead's displacement, m, by their names."""
+    moved = run.displacement.sel(bead=BEADS)
+    found = {
+        "above the cylinder's surface": (moved - run.surface_displacement).max(),
+        "less that at the end": moved.max() - moved[-1],
+        f"at {DEEPEST * 1e6:g} µs": moved.sel(time=DEEPEST, method="nearest"),
+        "of bead 19": run.displacement.sel(bead=BEADS - 1).max(),
+    }
+    return xr.DataArray([float(value) for value in found.values()], {"place": list(found)}, "place")
+
+
 def readings(run: xr.Dataset) -> dict[str, float]:
     """Return how long the last bead touches the structure, s, by several readings; NaN for one that does not end."""
     time, moved = run.time.values, run.displacement.sel(bead=BEADS).values
@@ -172,10 +188,11 @@ def of_stiffer_contact(on_steel: float) -> str:
     )
 
 
-def spoken(data: xr.Dataset) -> str:
-    """Return the readings of the contact's duration on steel and on PTFE, µs."""
+def spoken(values: xr.DataArray, form: str = ".0f") -> str:
+    """Return the readings of the contact's duration, µs, or of the displacement, µm, on steel and on PTFE."""
+    (along,) = set(values.dims) - {"wall"}
     each = []
-    for name in data.reading.values:
-        both = [float(value) * 1e6 for value in data.tried_duration.sel(reading=name)]
-        each.append(f"{name} {' and '.join('none' if np.isnan(v) else f'{v:.0f}' for v in both)}")
+    for name in values[along].values:
+        both = [float(value) * 1e6 for value in values.sel({along: name})]
+        each.append(f"{name} {' and '.join('none' if np.isnan(v) else f'{v:{form}}' for v in both)}")
     return f"Other readings, on steel and on PTFE: {'; '.join(each)}"

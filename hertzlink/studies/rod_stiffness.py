@@ -227,7 +227,7 @@ def _explained(one: Row, reason: str) -> Row:
 
 def _contacts(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
-    tried = f"{candidates.spoken(data)}. {candidates.listed(data.tried_contact_time, 1e6)}"
+    tried = f"{candidates.spoken(data.tried_duration)}. {candidates.listed(data.tried_contact_time, 1e6)}"
     rows = _both(data, "contact with", "contact_time", 1e6)
     for contact, wall, reason in zip(rows, WALLS, ("", tried), strict=True):
         moved = data.wall_displacement.sel(wall=wall, bead=BEADS).values
@@ -238,7 +238,8 @@ def _contacts(data: xr.Dataset) -> Iterable[Row]:
 
 def _displaced(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's displacement, with equation 6.6 and what the candidates do on PTFE."""
-    tried = candidates.listed(data.tried_largest_displacement, 1e6, ".1f")
+    said = candidates.spoken(data.tried_displacement, ".1f")
+    tried = f"{said}. {candidates.listed(data.tried_largest_displacement, 1e6, '.1f')}"
     for moved, wall, reason in zip(
         _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6), WALLS.values(), ("", tried),
         strict=True,

@@ -86,8 +86,11 @@ def test_candidates_for_ptfe_do_what_the_table_says(quick: xr.Dataset) -> None:
     assert near.size == 2
     assert (ratio.sel(candidate=near) < 0.3).all()
     assert float(abs(moved / 16.66 - 1.0).min()) > 0.05
-    steel, soft = (quick.tried_duration.sel(wall=name) * 1e6 for name in study.WALLS)
-    assert not ((abs(steel / 85.0 - 1.0) < 0.1) & (abs(soft / 241.0 - 1.0) < 0.1)).any()
+    for read, printed in ((quick.tried_duration, (85.0, 241.0)), (quick.tried_displacement, (4.39, 16.66))):
+        steel, soft = (
+            read.sel(wall=name) * 1e6 / value - 1.0 for name, value in zip(study.WALLS, printed, strict=True)
+        )
+        assert not ((abs(steel) < 0.1) & (abs(soft) < 0.1)).any()
 
 
 def test_candidates_by_another_program() -> None:
