@@ -11,6 +11,8 @@ from typing import Any
 import matplotlib.pyplot as plt
 import pytest
 
+from hertzlink.__main__ import main
+
 GALLERY = Path(__file__).parent.parent / "examples"
 
 NUMBERS = {
@@ -48,7 +50,10 @@ QUICK = ("wall.py", "layered_rod.py", "own_structure.py", "mixed_chain.py", "sig
 
 SCRIPTS = [pytest.param(name, marks=() if name in QUICK else pytest.mark.thorough) for name in NUMBERS]
 
-README = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+
+def blocks(page: str, language: str = "python") -> list[str]:
+    text = (GALLERY.parent / page).read_text(encoding="utf-8")
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 
 def test_the_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,28 +109,43 @@ def test_an_example_is_a_script_of_its_own(tmp_path: Path) -> None:
 
 def test_the_ten_lines_of_the_readme(capsys: pytest.CaptureFixture[str]) -> None:
     """Steel on PTFE of 25.4 mm with γ = 5: the secondary wave after 584 µs (an independent prototype)."""
-    exec(README[0], {})
+    exec(blocks("README.md")[0], {})
     _, flight, error = map(float, capsys.readouterr().out.split())
     assert flight == pytest.approx(584e-6, abs=2e-6)
     assert error < 1e-6
 
 
-def test_the_mixed_lines_of_the_readme(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_lines_on_mixed_chains(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The signal's AR is that of the run behind it, 0.747, and noise."""
     monkeypatch.chdir(GALLERY.parent)
-    exec(README[1], {})
+    exec(blocks("docs/python.md")[0], {})
     name, ratio = capsys.readouterr().out.splitlines()
     assert name.startswith("Hertz, elliptic contact")
     assert float(ratio) == pytest.approx(0.747, abs=0.01)
 
 
 @pytest.mark.thorough
-def test_the_lines_of_the_readme_on_a_critical_distance(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_lines_on_a_critical_distance(capsys: pytest.CaptureFixture[str]) -> None:
     """The critical distance is 14.7 mm by an independent solution of the half-plane."""
-    exec(README[2], {})
+    exec(blocks("docs/python.md")[1], {})
     printed = capsys.readouterr().out
     distance = float(printed.split()[0])
     value, low, high = map(float, re.findall(r"=(0\.\d+)", printed))
     assert distance == pytest.approx(14.7e-3, abs=0.15e-3)
     assert low <= value <= high
     assert value == pytest.approx(distance, abs=0.3e-3)
+
+
+@pytest.mark.thorough
+def test_the_case_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same plate without Python, by the command that the page names; its numbers are those that it prints."""
+    monkeypatch.chdir(tmp_path)
+    Path("edge.toml").write_text(blocks("README.md", "toml")[0], encoding="utf-8")
+    with pytest.raises(SystemExit) as end:
+        main(["run", "edge.toml"])
+    assert not end.value.code
+    table = Path("edge/table.txt").read_text(encoding="utf-8")
+    value, low, high, *_, yielding, elastic = map(float, re.findall(r"\d+\.\d+", table))
+    assert value == elastic == pytest.approx(14.7, abs=0.15)
+    page = (GALLERY.parent / "README.md").read_text(encoding="utf-8")
+    assert f"{value} mm, between {low} and {high}, and {yielding} mm where" in page
