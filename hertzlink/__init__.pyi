@@ -104,7 +104,9 @@ from structures.cylinder import layered_cylinder as layered_cylinder
 from structures.damping import damped as damped
 from structures.described import described as described
 from structures.elasticity import Foundation as Foundation
+from structures.frequency_response import from_frequency_response as from_frequency_response
 from structures.imported import from_matrices as from_matrices
+from structures.imported_modes import from_modes as from_modes
 from structures.material import ACRYLIC as ACRYLIC
 from structures.material import ALUMINIUM_6061 as ALUMINIUM_6061
 from structures.material import BRASS_360 as BRASS_360

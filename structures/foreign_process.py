@@ -83,7 +83,69 @@ def full(path: str, role: str) -> dict[str, Any]:
     return of_matrix(matrix.tocsr()[keep][:, keep], labels)
 
 
-READERS = {(".op4", True): op4, (".pch", True): punch, (".full", True): full}
+def modes_of(frequencies: Any, nodes: Any, shapes: Any, masses: Any = None, ratios: Any = None) -> dict[str, Any]:
+    """Return modes as plain arrays; shapes: modes × nodes × directions, at most six."""
+    import numpy as np
+
+    shapes = np.asarray(shapes)
+    if np.iscomplexobj(shapes):
+        raise ValueError("complex modes; they must be real")
+    wide = np.zeros((*shapes.shape[:2], 6))
+    wide[:, :, : shapes.shape[2]] = shapes
+    masses = np.ones(len(wide)) if masses is None else np.asarray(masses, dtype=float)
+    return {
+        "frequencies": np.asarray(frequencies, dtype=float), "nodes": np.asarray(nodes), "shapes": wide,
+        "masses": masses, "ratios": ratios,
+    }  # fmt: skip
+
+
+def universal(path: str, role: str) -> dict[str, Any]:
+    """Return the modes (datasets 55), or the responses (datasets 58), of a universal file."""
+    import numpy as np
+    import pyuff
+
+    file = pyuff.UFF(path)
+    kinds = file.get_set_types()
+    sets = [file.read_sets(int(i)) for i in np.flatnonzero(np.asarray(kinds) == (55 if role == "modes" else 58))]
+    if role != "modes":
+        return {"sets": [{name: one.get(name) for name in RESPONSE} for one in sets]}
+    normal = [one for one in sets if one["analysis_type"] == 2 and one["data_type"] == 2]
+    if not normal:
+        raise ValueError("no normal modes in real numbers (datasets 55)")
+    shapes = [np.stack([one[f"r{i}"] for i in range(1, 7) if f"r{i}" in one], axis=-1) for one in normal]
+    of_each = [[float(one[name]) for one in normal] for name in ("freq", "modal_m", "modal_damp_vis")]
+    return modes_of(of_each[0], normal[0]["node_nums"], shapes, of_each[1], np.array(of_each[2]))
+
+
+def op2(path: str, role: str) -> dict[str, Any]:
+    """Return the modes of Nastran, which normalises them to unit modal mass."""
+    import numpy as np
+    from pyNastran.op2.op2 import read_op2
+
+    results = read_op2(path, debug=None, build_dataframe=False).eigenvectors
+    if len(results) != 1:
+        raise ValueError(f"{len(results)} subcases with modes; one is needed")
+    (vectors,) = results.values()
+    square = np.maximum(np.asarray(vectors.eigns, dtype=float), 0.0)
+    return modes_of(np.sqrt(square) / (2.0 * np.pi), vectors.node_gridtype[:, 0], vectors.data)
+
+
+def rst(path: str, role: str) -> dict[str, Any]:
+    """Return the modes of Ansys, which normalises them to unit modal mass."""
+    from ansys.mapdl import reader
+
+    result = reader.read_binary(path)
+    every = [result.nodal_solution(i) for i in range(result.n_results)]
+    return modes_of(result.time_values, every[0][0], [shape[:, :6] for _, shape in every])
+
+
+RESPONSE = ("x", "data", "ordinate_spec_data_type", "rsp_node", "ref_node", "rsp_dir", "ref_dir", "func_type")
+"""What is needed of a dataset 58."""
+
+READERS = {
+    (".op4", True): op4, (".pch", True): punch, (".full", True): full, (".unv", False): universal,
+    (".uff", False): universal, (".op2", False): op2, (".rst", False): rst,
+}  # fmt: skip
 """The functions that read, by ending and whether a matrix is meant."""
 
 if __name__ == "__main__":

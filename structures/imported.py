@@ -148,8 +148,8 @@ def from_matrices(
     count = vector.shape[1] if vector.ndim > 1 else 1
     flexibility, surface = local + (residual_flexibility or 0.0), Surface(material, curvature)
     files = {"mass": mass, "stiffness": stiffness, "contact": contact, "mesh": mesh}
-    origin = {name: _source(value) for name, value in files.items() if value is not None}
-    notes = {} if damping is None else {"damping_matrix": _source(damping)}
+    origin = {name: source_of_argument(value) for name, value in files.items() if value is not None}
+    notes = {} if damping is None else {"damping_matrix": source_of_argument(damping)}
     return Structure(
         scale * inertia[free][:, free],
         scale * first.matrix[free][:, free],
@@ -226,7 +226,9 @@ def _at_point(
         raise ValueError("mesh: point needs the mesh of the matrices, with the numbers of its nodes")
     read = read_mesh(mesh)
     if NODE_NUMBERS not in read.point_data:
-        raise ValueError(f"mesh = {_source(mesh)!r}: does not state the numbers of its nodes; give node or contact")
+        raise ValueError(
+            f"mesh = {source_of_argument(mesh)!r}: does not state the numbers of its nodes; give node or contact"
+        )
     nodes, places = np.asarray(read.point_data[NODE_NUMBERS]), scale * points_of(read)
     if all(block.type in IGNORED_CELL_TYPES for block in read.cells):
         nearest = int(nodes[np.linalg.norm(places - point, axis=1).argmin()])
@@ -245,6 +247,6 @@ def _at_point(
     return vector, -patch_compliance(material, patch.radius)
 
 
-def _source(value: Any) -> str:
+def source_of_argument(value: Any) -> str:
     """Return what an origin says of an argument: the file, or that it was in memory."""
     return str(Path(value).absolute()) if isinstance(value, str | Path) else MEMORY

@@ -29,7 +29,9 @@ from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_l
 from structures.damping import damped as with_damping
 from structures.described import Described, of_family, registered
 from structures.elasticity import Foundation
+from structures.frequency_response import from_frequency_response
 from structures.imported import MEMORY, from_matrices
+from structures.imported_modes import from_modes
 from structures.moving import STEPPERS
 from structures.reduction import reduce
 from structures.rod import rod
@@ -224,16 +226,10 @@ class Solid(Built):
         return super().entries({**inputs, "material": inputs["materials"][0]})
 
 
-class FromMatrices(Built):
-    """A body from the matrices of another program."""
+class Imported(Built):
+    """A body from files of another program or of a test."""
 
-    apart = ("damping",)
-    damping_matrix: str | None = Field(None, description='the file of a damping matrix, such as "plate.mtx"')
-
-    def arguments(self, world: World) -> Data:
-        if self.damping_matrix is None:
-            return super().arguments(world)
-        return super().arguments(world) | {"damping": file_of(self.damping_matrix, world, "damping_matrix")}
+    without = ("shapes", "frequency")
 
     @property
     def contacts(self) -> int:
@@ -244,13 +240,30 @@ class FromMatrices(Built):
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         lost = [name for name, value in inputs.items() if value == MEMORY]
         if lost:
-            raise refused(f"structure.{lost[0]}", "a matrix in memory", "write it to a file and give its path")
+            raise refused(f"structure.{lost[0]}", "numbers in memory", "write them to a file and give its path")
+        return super().entries(inputs)
+
+
+class FromMatrices(Imported):
+    """A body from the matrices of another program."""
+
+    apart = ("damping",)
+    damping_matrix: str | None = Field(None, description='the file of a damping matrix, such as "plate.mtx"')
+
+    def arguments(self, world: World) -> Data:
+        if self.damping_matrix is None:
+            return super().arguments(world)
+        return super().arguments(world) | {"damping": file_of(self.damping_matrix, world, "damping_matrix")}
+
+    @classmethod
+    def entries(cls, inputs: Mapping[str, Any]) -> Data:
         more = {"damping_matrix": inputs["damping_matrix"]} if "damping_matrix" in inputs else {}
         return super().entries(inputs) | more
 
 
 SPECIAL.update({
-    from_matrices: FromMatrices, rod: Rod, layered_cylinder: LayeredCylinder, solid: Solid,
+    from_matrices: FromMatrices, from_modes: Imported, from_frequency_response: Imported, rod: Rod,
+    layered_cylinder: LayeredCylinder, solid: Solid,
     StandardLinearSolid: LinearSolid,
 })  # fmt: skip
 

@@ -1,0 +1,195 @@
+"""Structures from modes and from frequency responses, against the bodies that they were taken from."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import hertzlink as hl
+
+DATA = Path(__file__).parent / "data" / "calculix"
+RATIO = 0.005
+HERTZ = np.arange(50.0, 2e4, 25.0)
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+
+@pytest.fixture(scope="module")
+def plate() -> hl.Structure:
+    """A clamped plate, reduced to oscillators without damping."""
+    body = hl.kirchhoff_plate(0.2, 0.2, 4e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), highest_frequency=6e4)
+    return hl.reduce(body.at(0.1, 0.1), until=1e-3)
+
+
+def ratio(structure: hl.Structure) -> float:
+    """Return AR of a chain of 12 beads on it."""
+    chain = hl.Chain([BEAD] * 12, BEAD, impact_speed=0.02)
+    run = hl.CoSimulation(chain, structure).run(until=1e-3)
+    return float(hl.reflections(run, sensor=5).primary.amplitude_ratio)
+
+
+def mobility(structure: hl.Structure, hertz: Any) -> Any:
+    s, square = 2j * np.pi * hertz[:, None], structure.stiffness.diagonal()
+    return (s * structure.contact**2 / (square + s**2 + 2.0 * RATIO * np.sqrt(square) * s)).sum(axis=1)
+
+
+def test_modes_of_calculix_are_those_of_its_matrices() -> None:
+    cell = hl.from_matrices(
+        DATA / "one_cell.mas", DATA / "one_cell.sti", hl.ALUMINIUM_6061, node=7, residual_flexibility=0.0
+    )
+    square, vectors = eigh(cell.stiffness.toarray(), cell.mass.toarray())
+    shapes = vectors.T @ cell.contact
+    read = hl.from_modes(
+        DATA / "one_cell.frd", hl.ALUMINIUM_6061, node=7, residual_flexibility=float((shapes**2 / square)[3:].sum())
+    )
+    np.testing.assert_allclose(read.stiffness.diagonal(), square[:3], rtol=1e-8)
+    np.testing.assert_allclose(np.abs(read.contact), np.abs(shapes[:3]), rtol=2e-6)  # six digits
+    compliance = float((read.contact**2 / read.stiffness.diagonal()).sum()) + read.flexibility
+    assert compliance == pytest.approx(float(cell.contact @ np.linalg.solve(cell.stiffness.toarray(), cell.contact)))
+
+
+def test_a_table_in_millimetres_and_tonnes(tmp_path: Path) -> None:
+    (tmp_path / "modes.csv").write_text("frequency, shape, ratio\n0, 100.0, 0\n2000, 150.0, 0.01\n")
+    body = hl.from_modes(tmp_path / "modes.csv", hl.PTFE, residual_flexibility=0.0, scale=1e-3)
+    assert body.contact[0] ** -2 == pytest.approx(0.1)  # 1e-4 t
+    np.testing.assert_allclose(body.damping.diagonal(), [0.0, 2.0 * 0.01 * 2.0 * np.pi * 2000.0])
+
+
+def test_a_plate_of_its_lower_modes_reflects_as_the_plate(plate: hl.Structure) -> None:
+    full, count = ratio(plate), 40
+    square, shapes = plate.stiffness.diagonal(), plate.contact
+    higher = float((shapes**2 / square)[count:].sum())
+    lower = np.sqrt(square[:count]) / (2.0 * np.pi)
+
+    def error(residual: float) -> float:
+        body = hl.from_modes(lower, hl.ALUMINIUM_6061, shapes=shapes[:count], residual_flexibility=residual)
+        return abs(ratio(body) / full - 1.0)
+
+    assert error(higher) < 2e-3
+    assert error(0.0) > 5.0 * error(higher)
+    with pytest.warns(hl.HertzlinkWarning, match="lack the compliance of all higher ones"):
+        hl.from_modes(lower, hl.ALUMINIUM_6061, shapes=shapes[:count])
+
+
+def test_too_few_modes_are_warned_of(plate: hl.Structure) -> None:
+    lower = np.sqrt(plate.stiffness.diagonal()[:6]) / (2.0 * np.pi)
+    body = hl.from_modes(lower, hl.ALUMINIUM_6061, shapes=plate.contact[:6], residual_flexibility=0.0)
+    with pytest.warns(hl.HertzlinkWarning, match="modes up to .* kHz suits it"):
+        hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, impact_speed=0.02), body).run(until=1e-3)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_mobility_becomes_the_plate(plate: hl.Structure, noise: float) -> None:
+    rng = np.random.default_rng(3)
+    error = rng.standard_normal(HERTZ.size) + 1j * rng.standard_normal(HERTZ.size)
+    measured = mobility(plate, HERTZ) * (1.0 + noise * error / np.sqrt(2.0))
+    body = hl.from_frequency_response(measured, hl.ALUMINIUM_6061, frequency=HERTZ, tolerance=max(noise, 3e-3))
+    assert ratio(body) == pytest.approx(ratio(hl.damped(plate, hl.damping.Modal(RATIO))), rel=3e-3)
+    fit = body.origin["fit"]
+    assert fit["error"] < max(1.05 * noise, 3e-3)
+    assert fit["least_real_part"] >= 0.0
+    assert (body.damping.diagonal() >= 0.0).all()
+    assert body.flexibility >= 0.0
+
+
+def spring(hertz: Any) -> Any:
+    """Return the mobility of 14.1 g on 1.7e7 N/m with 20 N s/m, and of 2e-8 m/N in series."""
+    s = 2j * np.pi * hertz
+    return s / (1.7e7 + 20.0 * s + 0.0141 * s**2) + 2e-8 * s
+
+
+@pytest.mark.parametrize(("quantity", "order"), [("receptance", -1), ("mobility", 0), ("accelerance", 1)])
+def test_a_mass_on_a_spring_is_found(tmp_path: Path, quantity: str, order: int) -> None:
+    hertz = np.linspace(0.0, 9e3, 400)
+    values = spring(hertz) * (2j * np.pi * np.maximum(hertz, 1e-3)) ** order
+    table = np.column_stack([hertz, values.real, values.imag])
+    np.savetxt(tmp_path / "body.csv", table, delimiter=",", header="f, real, imaginary", comments="")
+    body = hl.from_frequency_response(tmp_path / "body.csv", hl.PTFE, quantity=quantity, tolerance=1e-6)
+    heaviest = int(np.argmax(body.contact))
+    assert body.contact[heaviest] ** -2 == pytest.approx(0.0141, rel=1e-4)
+    assert body.stiffness.diagonal()[heaviest] == pytest.approx(1.7e7 / 0.0141, rel=1e-4)
+    assert body.damping.diagonal()[heaviest] == pytest.approx(20.0 / 0.0141, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda y: y.conj() * -1.0, "gives energy at 100 % of its frequencies"),
+        (lambda y: y / (2j * np.pi * HERTZ), "gives energy at|is .* off"),
+        (lambda y: 0.0 * y, "must not be zero"),
+        (lambda y: y * np.nan, "must hold finite complex numbers"),
+        (lambda y: y[:10], "must be a list as long as the response"),
+        (lambda y: "no.csv", "there is no such file"),
+        (lambda y: "body.stl", "there is no such file"),
+    ],
+)
+def test_responses_of_no_passive_body_are_refused(change: Callable[[Any], Any], message: str) -> None:
+    bad = change(-1j * spring(HERTZ) if "off" in message else spring(HERTZ))
+    with pytest.raises(ValueError, match=message):
+        hl.from_frequency_response(bad, hl.PTFE, frequency=HERTZ)
+
+
+def test_universal_files(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    path, nodes = str(tmp_path / "test.uff"), np.array([3, 8])
+    for i, (hertz, along) in enumerate([(900.0, [2.0, 4.0]), (2500.0, [-1.0, 6.0])], 1):
+        columns = {f"r{axis}": np.array(along) * (axis == 3) for axis in (1, 2, 3)}
+        mode = {"freq": hertz, "modal_m": 4.0, "modal_damp_vis": 0.01, "modal_damp_his": 0.0, "mode_n": i}
+        kind = {"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2}
+        texts = {f"id{j}": "NONE" for j in range(1, 6)}
+        more = {"load_case": 1, "n_data_per_node": 3, "node_nums": nodes}
+        pyuff.UFF(path).write_sets({"type": 55, **mode, **kind, **texts, **columns, **more}, "add")
+    for node in (8, 3):
+        pyuff.UFF(path).write_sets(
+            pyuff.prepare_58(
+                func_type=4, rsp_node=node, ref_node=8, rsp_dir=3, ref_dir=3, ordinate_spec_data_type=11,
+                orddenom_spec_data_type=13, abscissa_spacing=1, num_pts=HERTZ.size, abscissa_min=HERTZ[0],
+                abscissa_inc=25.0, data=spring(HERTZ), x=HERTZ, binary=0,
+            ),
+            "add",
+        )  # fmt: skip
+    body = hl.from_modes(path, hl.PTFE, node=8, residual_flexibility=0.0)
+    np.testing.assert_allclose(body.contact, [2.0, 3.0])  # 4/√4 and 6/√4
+    np.testing.assert_allclose(np.sqrt(body.stiffness.diagonal()) / (2.0 * np.pi), [900.0, 2500.0])
+    np.testing.assert_allclose(body.damping.diagonal(), 0.02 * 2.0 * np.pi * np.array([900.0, 2500.0]))
+    measured = hl.from_frequency_response(path, hl.PTFE)
+    assert measured.contact.max() ** -2 == pytest.approx(0.0141, rel=1e-2)
+    with pytest.raises(ValueError, match="has no node 9 among its 2"):
+        hl.from_modes(path, hl.PTFE, node=9)
+
+
+@pytest.mark.thorough
+def test_ansys_results_of_its_reader() -> None:
+    examples = pytest.importorskip("ansys.mapdl.reader.examples")
+    beam = hl.from_modes(examples.rstfile, hl.STEEL_316, node=5, direction=(1.0, 0.0, 0.0), residual_flexibility=0.0)
+    # The times that its manual prints for this file, Hz.
+    np.testing.assert_allclose(
+        np.sqrt(beam.stiffness.diagonal()[:3]) / (2.0 * np.pi),
+        [7366.49503969, 7366.49503969, 11504.89523664],
+        rtol=1e-9,
+    )
+    assert np.abs(beam.contact).max() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.csv", b"", "holds no line of numbers"),
+        ("a.csv", b"900, 1.0, 0.01, 3\n", "has 4 columns of numbers: must have 2 or 3"),
+        ("a.csv", b"-900, 1.0\n", "must be zero or a positive number"),
+        ("a.frd", b"\x00" * 9, "holds no displacements of modes"),
+        ("a.frd", b" -4  DISP        4    1\n", "holds no displacements of modes"),
+        ("a.frd", b"  100CL  101 x          8   MODAL\n -4  DISP\n", "is damaged near"),
+        ("a.frd", (DATA / "one_cell.frd").read_bytes().replace(b" -1         1", b" -1         2"), "has no node 1 in"),
+        ("a.uff", b"    -1\n    55\nrubbish\n    -1\n", "cannot be read as a .uff file|needs pyuff"),
+        ("a.op2", b"\x00" * 9, "cannot be read as a .op2 file|needs pyNastran"),
+        ("a.png", b"", "must be one of .csv"),
+    ],
+)
+def test_bad_files_of_modes_are_refused(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=message) as caught:
+        hl.from_modes(tmp_path / name, hl.PTFE, node=None if name == "a.csv" else 1, residual_flexibility=0.0)
+    assert "\n" not in str(caught.value)
