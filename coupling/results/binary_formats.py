@@ -1,4 +1,4 @@
-"""Files that are no tables of text: their formats by how they begin, and how to get a text or an array from each."""
+"""Files that are no tables of text: their formats by how they begin, and what reads each, or the way to a text."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,15 @@ UNPACK = "unpack it first"
 PICTURE = "it shows the screen and holds no samples; export the trace as CSV"
 TABLE = "save the sheet as CSV (text)"
 ARRAYS = "and give time (s) and force (N) to hertzlink.as_signal"
-HDF5 = f"read it with h5py or xarray, {ARRAYS}"
+
+
+class Reader(str):
+    """The name of a function of `recorder_files` that reads a format."""
+
+
+SCOPE, TDMS, MATLAB, HDF5, SOUND, UNIVERSAL, WORKBOOK, PARQUET = map(
+    Reader, ("scope", "tdms", "matlab", "hdf5", "sound", "universal", "workbook", "parquet")
+)
 
 SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"\xd0\xcf\x11\xe0", "a workbook of old Excel (.xls)", TABLE),
@@ -20,25 +28,29 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"Rar!", "a rar archive", UNPACK),
     (0, b"\x28\xb5\x2f\xfd", "compressed by zstd", UNPACK),
     (0, b"MATLAB 7.3", "a file of MATLAB 7.3 (HDF5)", HDF5),
-    (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", f"read it with scipy.io.loadmat, {ARRAYS}"),
+    (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", MATLAB),
     (0, b"\x89HDF", "an HDF5 file", HDF5),
     (512, b"\x89HDF", "an HDF5 file", HDF5),
-    (0, b"CDF\x01", "a netCDF file", HDF5),
-    (0, b"CDF\x02", "a netCDF file", HDF5),
-    (0, b"CDF\x05", "a netCDF file", HDF5),
-    (8, b"WAVE", "a sound file (.wav)", f"read it with scipy.io.wavfile, {ARRAYS}"),
+    (0, b"CDF\x01", "a netCDF file", f"read it with xarray, {ARRAYS}"),
+    (0, b"CDF\x02", "a netCDF file", f"read it with xarray, {ARRAYS}"),
+    (0, b"CDF\x05", "a netCDF file", f"read it with xarray, {ARRAYS}"),
+    (8, b"WAVE", "a sound file (.wav)", SOUND),
     (8, b"WEBP", "a picture (.webp)", PICTURE),
     (0, b"RIFF", "a RIFF file", EXPORT),
-    (0, b"TDSm", "a TDMS file of LabVIEW", "export it as CSV, or read it with the package npTDMS"),
+    (0, b"TDSm", "a TDMS file of LabVIEW", TDMS),
     (0, b"\x93NUMPY", "an array of numpy", f"load it with numpy.load, {ARRAYS}"),
-    (2, b":WFM#", "a waveform of Tektronix (.wfm)", EXPORT),
-    (0, b"\xa5\xa5", "a waveform of Rigol (.wfm)", EXPORT),
-    (0, b"AG10", "a binary waveform of Keysight (.bin)", EXPORT),
-    (0, b"AG01", "a binary waveform of Keysight (.bin)", EXPORT),
-    (0, b"AG03", "a binary waveform of Keysight (.bin)", EXPORT),
-    (0, b"RG01", "a binary waveform of Rigol (.bin)", EXPORT),
-    (0, b"RG03", "a binary waveform of Rigol (.bin)", EXPORT),
-    (0, b"PAR1", "a Parquet file", f"read it with pandas, {ARRAYS}"),
+    (2, b":WFM#", "a waveform of Tektronix (.wfm)", SCOPE),
+    (3, b"WFM#", "a waveform of Tektronix (.wfm)", SCOPE),
+    (0, b"LLWFM", "a waveform of Tektronix (.wfm)", SCOPE),
+    (0, b"\xa5\xa5", "a waveform of Rigol (.wfm)", SCOPE),
+    (0, b"\xa1\xa5\x00\x00", "a waveform of Rigol (.wfm)", SCOPE),
+    (0, b"\x01\xff\xff\xff", "a waveform of Rigol (.wfm)", SCOPE),
+    (0, b"AG10", "a binary waveform of Keysight (.bin)", SCOPE),
+    (0, b"AG01", "a binary waveform of Keysight (.bin)", SCOPE),
+    (0, b"AG03", "a binary waveform of Keysight (.bin)", SCOPE),
+    (0, b"RG01", "a binary waveform of Rigol (.bin)", SCOPE),
+    (0, b"RG03", "a binary waveform of Rigol (.bin)", SCOPE),
+    (0, b"PAR1", "a Parquet file", PARQUET),
     (0, b"SQLite format", "a database of SQLite", EXPORT),
     (0, b"\x89PNG", "a picture (.png)", PICTURE),
     (0, b"\xff\xd8\xff", "a picture (.jpg)", PICTURE),
@@ -56,16 +68,16 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
 )  # fmt: skip
 """Place and bytes at the beginning, what the file is, and the way out."""
 
-HEADS: tuple[tuple[bytes, str], ...] = (
-    (b"WAVEDESC", "a binary waveform of LeCroy (.trc)"),
-    (b":CURV", "a binary waveform of Tektronix (.isf)"),
-    (b"BYT_N", "a binary waveform of Tektronix (.isf)"),
-    (b"BYT_NR", "a binary waveform of Tektronix (.isf)"),
+HEADS: tuple[tuple[bytes, str, Reader], ...] = (
+    (rb"WAVEDESC\0", "a binary waveform of LeCroy (.trc)", SCOPE),
+    (rb":?CURVE? ?#\d", "a binary waveform of Tektronix (.isf)", SCOPE),
+    (rb"-1\s*\n\s*58b", "a universal file (UFF 58)", UNIVERSAL),
+    (rb"NR_PT:.*YMU:", "a waveform of Yokogawa (.wfm)", SCOPE),
 )
-"""Words near the beginning of waveforms that start as text."""
+"""What stands near the beginning of waveforms that start as text."""
 
 IN_ARCHIVES: tuple[tuple[bytes, str, str], ...] = (
-    (b"xl/", "an Excel workbook (.xlsx)", TABLE),
+    (b"xl/", "an Excel workbook (.xlsx)", WORKBOOK),
     (b"opendocument.spreadsheet", "a sheet of LibreOffice (.ods)", TABLE),
     (b".npy", "arrays of numpy (.npz)", f"load them with numpy.load, {ARRAYS}"),
     (b"word/", "a document of Word (.docx)", EXPORT),
@@ -73,6 +85,9 @@ IN_ARCHIVES: tuple[tuple[bytes, str, str], ...] = (
 """What a zip archive is that holds files of these names."""
 
 MARKUP: tuple[tuple[str, str, str], ...] = (
+    (r"-1\s*\n\s{1,6}(58|151|164)\s*\n", "a universal file (UFF 58)", UNIVERSAL),
+    (r"[^\0]*\$publicinfo", "a header of Yokogawa (.hdr)", SCOPE),
+    (r"(<\?xml.*?\?>\s*)<database\b.*saveitemtype=\"data\"", "a waveform of Rohde & Schwarz (.bin)", SCOPE),
     (r"(<\?xml.*?\?>\s*|<!--.*?-->\s*|<!doctype svg.*?>\s*)*<(\w+:)?svg\b", "a picture (.svg)", PICTURE),
     (r"(<\?xml.*?\?>\s*|<!--.*?-->\s*)*<(!doctype html|html|head|body)\b", "a web page (HTML)", "save the file itself"),
     (r"<\?xml|<!doctype|<!--|<[a-z][\w:.-]*(\s[^<>]*)?>.*</", "an XML file", EXPORT),
@@ -94,11 +109,13 @@ TEXT_CONTROLS = b"\t\n\r\f\x1a"
 
 def refuse_binary(path: Path, content: bytes) -> None:
     """Raise a ValueError that names the format of a file that is no table of text, and the way out."""
-    if format_ := _named(path, content[:HEAD], content):
+    if format_ := format_of(path, content):
         raise ValueError(f"{path}: is {format_[0]}, not a text of samples; {format_[1]}")
 
 
-def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:
+def format_of(path: Path, content: bytes) -> tuple[str, str] | None:
+    """Return what a file is that is no table of text, and its Reader, or the way out; None for a text."""
+    head = content[:HEAD]
     for name_inside, name, out in IN_ARCHIVES if head[:4] == b"PK\x03\x04" else ():
         if name_inside in content:
             return name, out
@@ -106,12 +123,12 @@ def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:
         # Letters and digits, such as BM, PK or AG10, may begin a text.
         if head[place : place + len(start)] == start and not (start.isalnum() and _is_text(head)):
             return name, out
+    for words, name, out in HEADS:
+        if re.search(words, head, re.DOTALL):
+            return name, out
     if not _is_text(head):
-        for word, name in HEADS:
-            if word in head:
-                return name, EXPORT
         kind = f" ({path.suffix})" if path.suffix.lower() in SUFFIXES else ""
-        return f"a binary file{kind}", EXPORT
+        return f"a binary file{kind}", SCOPE if kind else EXPORT
     return _markup(head)
 
 

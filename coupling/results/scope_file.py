@@ -84,10 +84,9 @@ class Samples(NamedTuple):
 class ScopeFile:
     """The text of a file: its lines that are not blank, and how cells are separated."""
 
-    def __init__(self, path: Path, columns: Sequence[int]) -> None:
-        """Read the file; columns: those that are asked for. Raises a ValueError where no line holds numbers there."""
+    def __init__(self, path: Path, columns: Sequence[int], content: bytes) -> None:
+        """Hold the file's bytes; columns: those that are asked for. A ValueError where no line holds numbers there."""
         self.path = path
-        content = path.read_bytes()
         refuse_binary(path, content)
         text = decoded(content)
         if len(SHIFTED.findall(text)) > MOST_SHIFTED:

@@ -19,7 +19,16 @@ NAMES_OF_LINES = 3
 INTERVALS = {
     *("increment", "xinc", "xincr", "xincrement", "timeincrement", "deltax", "dx", "deltat", "dt", "hresolution"),
     *("sampleinterval", "samplinginterval", "sampleperiod", "samplingperiod", "sampletime", "samplingtime", "timestep"),
-    *("timeinterval", "horizinterval", "horizontalinterval", "tinc", "timebaseinterval", "timeresolution"),
+    *(
+        "timeinterval",
+        "tinterval",
+        "wfincrement",
+        "horizinterval",
+        "horizontalinterval",
+        "tinc",
+        "timebaseinterval",
+        "timeresolution",
+    ),
 }
 RATES = {"samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplingfreq", "fs", "sampfreq"}
 STARTS = {
@@ -107,7 +116,7 @@ class Header:
 
     def unit(self, column: int, wanted: str) -> Unit | None:
         """Return the unit of a column; a Unit of another quantity where the header states one."""
-        near = [row for row in self._rows if any(row) and _key(row[0]) not in KEYS][-NAMES_OF_LINES:]
+        near = [row for row in self._rows if any(row) and key_of(row[0]) not in KEYS][-NAMES_OF_LINES:]
         near_units = [
             _stated(row[column], wanted, _is_row_of_units(row)) for row in reversed(near) if len(row) > column
         ]
@@ -123,7 +132,7 @@ class Header:
 
     def counts_samples(self, column: int) -> bool:
         """Return whether a column is named as the number of the sample."""
-        return any(len(row) > column and _key(row[column]) in COUNTERS for row in self._rows[-NAMES_OF_LINES:])
+        return any(len(row) > column and key_of(row[column]) in COUNTERS for row in self._rows[-NAMES_OF_LINES:])
 
     def intervals(self) -> list[Stated]:
         """Return the intervals between samples, s, that entries state, also as rates."""
@@ -153,7 +162,7 @@ class Header:
         """Yield the units of lines such as "Vertical Units,V"."""
         wanted = TIME if names is TIME_UNITS else FORCE
         for row in self._first:
-            if not row or _key(row[0]) not in names:
+            if not row or key_of(row[0]) not in names:
                 continue
             if (rest := re.split(r"[:=]", row[0], maxsplit=1)[1:]) and rest[0].strip():
                 row = [row[0], rest[0].strip(), *row[1:]]
@@ -170,10 +179,10 @@ class Header:
         for row, below in zip(self._first, [*self._first[1:], []], strict=True):
             for k, cell in enumerate(row):
                 word, _, rest = re.sub(r"[:=]", "\0", cell, count=1).partition("\0")
-                if _key(word) not in names:
+                if key_of(word) not in names:
                     continue
                 beside, under = [*row, "", ""][k + 1 : k + 3], [*below, *[""] * (k + 2)][k : k + 2]
-                aside = "" if _key(beside[0]) in KEYS else beside[0]
+                aside = "" if key_of(beside[0]) in KEYS else beside[0]
                 alone = sum(map(bool, row)) <= len(("name", "value", "unit"))
                 for text, after in ((rest, ""), beside, *([under] if k or not aside else [])):
                     value = NUMBER_AND_UNIT.fullmatch(text.replace(",", "."))
@@ -220,7 +229,7 @@ def _cells(row: Sequence[str], columns: int, join: bool = True) -> list[str]:
     return joined if len(joined) == columns else cells
 
 
-def _key(cell: str) -> str:
+def key_of(cell: str) -> str:
     return re.sub(r"[^a-z0-9]", "", re.split(r"[(\[:=]", cell.lower())[0])
 
 

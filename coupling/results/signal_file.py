@@ -7,8 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.results.binary_formats import Reader, format_of
+from coupling.results.recorder_files import Recording, read_recording
 from coupling.results.sampling import Even, Rows, Unsampled, even_sampling, is_of_pairs, segments
-from coupling.results.scope_file import LONGEST_LINE, Samples, ScopeFile, from_first
+from coupling.results.scope_file import HUGE, LONGEST_LINE, Samples, ScopeFile, from_first
 from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
 from coupling.results.sensor import FEWEST_SAMPLES, bridged
 from structures.checks import count_of
@@ -52,9 +54,16 @@ class Trace(NamedTuple):
 
 def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, unit: str | None) -> Trace:
     """Return the columns of sensors of a file. A ValueError that names the file, the line and the way out."""
+    content = path.read_bytes()
+    kind, reader = format_of(path, content) or ("", "")
+    if isinstance(reader, Reader):
+        recording = read_recording(path, kind, reader, sampling.segment or 1)
+        if not recording.text:
+            return _of_recording(path, recording, column_of, sampling, unit)
+        content = recording.text
     columns = [*column_of.values()]
     explicit = [] if sampling.column is None else [sampling.column]
-    file = ScopeFile(path, [*explicit, *columns])
+    file = ScopeFile(path, [*explicit, *columns], content)
     time_of = _time_columns(file, column_of, sampling)
     times = sorted({column for column in time_of.values() if column is not None})
     samples = file.samples([*times, *columns], times)
@@ -85,6 +94,71 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
     scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
     notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, unit in unit_of.items() if unit.si == "V" and _are_whole(scaled[s])]
     return Trace(time[first:last], scaled, {s: unit.si for s, unit in unit_of.items()}, notes)
+
+
+def _of_recording(
+    path: Path, recording: Recording, column_of: Mapping[int, int], sampling: Sampling, unit: str | None
+) -> Trace:
+    """Return the channels of sensors, counted from 1, of a file that is no text."""
+    if sampling.column is not None:
+        raise ValueError(f"time_column = {sampling.column}: is for text; {path} states its times, or give interval=")
+    if recording.segments > 1 and sampling.segment is None:
+        raise ValueError(f"{path}: {_segments(recording.segments)}")
+    if (sampling.segment or 1) > recording.segments:
+        raise ValueError(f"{path}: segment = {sampling.segment}: must be at most {recording.segments}")
+    notes, units = [*recording.notes], dict[int, str]()
+    pieces: dict[int | None, tuple[Vector, dict[int, Vector]]] = {}
+    for sensor, column in column_of.items():
+        if not 1 <= column <= len(recording.channels):
+            names = ", ".join(f"{k} ({c.name})" for k, c in enumerate(recording.channels[:NAMED], 1))
+            more = f" … {len(recording.channels)}" if len(recording.channels) > NAMED else ""
+            raise ValueError(f"{path}: has channels {names}{more}, counted from 1, and no channel {column}")
+        channel = recording.channels[column - 1]
+        values: Vector = np.where(np.abs(channel.values) < HUGE, channel.values, np.nan)
+        count = int(np.isfinite(values).sum())
+        if count < max(FEWEST_SAMPLES, FEWEST_SHARE * values.size):
+            raise ValueError(f"{path}: sensor {sensor}: only {count} of {values.size} samples are numbers")
+        header = Header(
+            [[channel.name_of_time, f"{channel.name} ({channel.unit})" if channel.unit else channel.name]], [], 2
+        )
+        its_unit = _unit(path, header, 1, FORCE, unit)
+        units[sensor], even = its_unit.si, _times(path, channel.time, header, values.size, sampling)
+        present = even.rows >= 0
+        pieces[column] = (
+            even.time,
+            {sensor: np.where(present, its_unit.size * values[np.maximum(even.rows, 0)], np.nan)},
+        )
+        notes += [note for note in even.notes if note not in notes]
+        if lost := int((~np.isfinite(pieces[column][1][sensor])).sum()):
+            notes.append(f"sensor {sensor}: {count_of(lost, 'sample is', 'samples are')} missing, and NaN")
+    time, rows = _common(path, pieces, notes)
+    first, last = _span(rows)
+    return Trace(time[first:last], {sensor: row[first:last] for sensor, row in rows.items()}, units, notes)
+
+
+def _times(path: Path, time: Vector | None, header: Header, count: int, sampling: Sampling) -> Even:
+    """Return the even times of a channel: those of the file, or from the interval that the user gives."""
+    start, rows = sampling.start, np.arange(count)
+    if sampling.interval is not None:
+        even_time: Vector = (start or 0.0) + sampling.interval * rows.astype(float)
+        return Even(even_time, rows, rows[:0], [])
+    if time is None:
+        raise ValueError(f"{path}: states no times and no interval; give interval=, s, such as 5e-7")
+    unit = _unit(path, header, 0, TIME, sampling.unit)
+    try:
+        even = even_sampling(time, unit.size)
+    except Unsampled as error:
+        raise ValueError(f"{path}, sample {error.row + 1}: {error}") from None
+    seconds = unit.size * even.time
+    return even._replace(time=seconds if start is None else seconds + (start - seconds[0]))
+
+
+def _segments(count: int) -> str:
+    """Return how to read a file of several segments."""
+    return (
+        f"holds {count} segments, whose times begin anew; read each with segment=1 to {count}, "
+        f"such as average_taps([read_signal(…, segment=k) for k in range(1, {count + 1})])"
+    )
 
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
@@ -169,10 +243,7 @@ def _by_column(
     rows = np.arange(time.size)
     parts = segments(time)
     if len(parts) > 1 and sampling.segment is None:
-        raise ValueError(
-            f"{path}: holds {len(parts)} segments, whose times begin anew; read each with segment=1 to {len(parts)}, "
-            f"such as average_taps([read_signal(…, segment=k) for k in range(1, {len(parts) + 1})])"
-        )
+        raise ValueError(f"{path}: {_segments(len(parts))}")
     if sampling.segment is not None:
         if sampling.segment > len(parts):
             raise ValueError(

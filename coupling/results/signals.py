@@ -92,7 +92,7 @@ def read_signal(
     start: float | None = None,
     segment: int | None = None,
 ) -> xr.Dataset:
-    """Return Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
+    """Return Dataset of a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
 
     Parameters
     ----------
@@ -100,8 +100,10 @@ def read_signal(
         The file: lines of any kind, then one line for each sample. Commas, semicolons, tabs or blanks separate the
         columns; numbers have decimal points or commas. Trigger times below zero are allowed. What is no number
         (9.9E+37, OVER, an empty cell) becomes NaN, and lines that are no samples are left out, each with a warning.
+        Or a binary file of Tektronix, LeCroy, Keysight, Rigol, Siglent, Rohde & Schwarz, Yokogawa, LabVIEW or MATLAB,
+        WAV, HDF5, UFF 58, xlsx or Parquet, for most of which ``hertzlink[recorders]`` must be installed.
     sensors : mapping
-        Sensor number → column, counted from 0.
+        Sensor number → column, counted from 0; of a binary file the channel, counted from 1.
     time_column : int, optional
         The column of the time, counted from 0; by default, for each sensor, the nearest column to the left that
         increases from line to line.

@@ -425,19 +425,8 @@ def test_segments_of_a_sequence_are_taps(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"PK\x03\x04..xl/worksheets", r"an Excel workbook \(.xlsx\), not a text of samples; save the sheet as CSV"),
         (b"PK\x03\x04....", "a zip archive, not a text of samples; unpack it first"),
         (b"\x1f\x8b\x08....", "compressed by gzip, not a text of samples; unpack it first"),
-        (
-            b"RIFF\x00\x00\x00\x00WAVEfmt",
-            r"a sound file \(.wav\), not a text of samples; read it with scipy.io.wavfile",
-        ),
-        (b"MATLAB 5.0 MAT-file", r"a file of MATLAB \(.mat\), not a text of samples; read it with scipy.io.loadmat"),
-        (b"\x89HDF\r\n\x1a\n", "an HDF5 file, not a text of samples; read it with h5py or xarray"),
-        (b"TDSm\x0e\x00\x00", "a TDMS file of LabVIEW, not a text of samples; export it as CSV"),
-        (b"\x0f\x0f:WFM#003", r"a waveform of Tektronix \(.wfm\), not a text of samples; export"),
-        (b"#9000002500WAVEDESC" + bytes(90), r"a binary waveform of LeCroy \(.trc\), not a text of samples; export"),
-        (b":WFMP:BYT_N 2;:CURV #520000" + bytes(90), r"a binary waveform of Tektronix \(.isf\), not a text of samples"),
         (b"\x89PNG\r\n", r"a picture \(.png\), not a text of samples; it shows the screen"),
         (
             b'<?xml version="1.0"?>\n<!-- by hand -->\n<svg width="4"/>',

@@ -1,0 +1,373 @@
+"""Files of recorders that are no text: libraries of their formats read them in a process of bounded time and memory.
+
+Such libraries trust their files: a damaged one raises anything, allocates what it states, or never ends. The process is
+this module; it leaves arrays for the caller and may fail in any manner.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.results.scope_header import INTERVALS, RATES, STARTS, key_of
+
+EXTRA = "hertzlink[recorders]"
+
+MOST_SECONDS, MOST_MEMORY = 60, 4 << 30
+"""Processor time, s, and address space, bytes, that reading a file may take; where the system limits no memory, as on
+macOS and Windows, only the time is bounded."""
+
+MOST_SAMPLES = 50_000_000
+MOST_CHANNELS = 256
+FEWEST_SAMPLES = 16
+
+TIMES = {"t", "time", "times", "timestamp", "zeit", "x", "xvalue", "seconds", "second"}
+"""Names of arrays of times, as `key_of` gives them."""
+
+UNITS_OF_RIGOLWFM = {"v": "V", "a": "A", "w": "W"}
+
+Array = NDArray[Any]
+
+
+class Channel(NamedTuple):
+    """A channel: its name, unit and samples; its times, None where the file states none, and what their name says."""
+
+    name: str
+    unit: str
+    values: Array
+    time: Array | None = None
+    name_of_time: str = "time (s)"
+
+
+class Recording(NamedTuple):
+    """Channels of one segment, the number of segments, what is to be said; or the lines of a sheet as text."""
+
+    channels: list[Channel]
+    segments: int = 1
+    notes: tuple[str, ...] = ()
+    text: bytes = b""
+
+
+def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Recording:
+    """Return what a file of a recorder holds. A ValueError that names the file and the way out.
+
+    kind: what the file is, in words; reader: a name of READERS.
+    """
+    with TemporaryDirectory() as folder:
+        result = Path(folder) / "recording.npz"
+        command = [sys.executable, "-P", "-m", __name__, str(path.absolute()), str(result), reader, str(segment)]
+        places = os.pathsep.join(place for place in sys.path if place)
+        try:
+            done = subprocess.run(
+                command, env=os.environ | {"PYTHONPATH": places, "MPLBACKEND": "Agg"}, capture_output=True,
+                stdin=subprocess.DEVNULL, timeout=2 * MOST_SECONDS, check=False,
+            )  # fmt: skip
+            last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2][:200]
+        except subprocess.TimeoutExpired:
+            raise ValueError(_refusal(path, kind, "reading it takes too long")) from None
+        if last.startswith("ModuleNotFoundError"):
+            package = last.split("'")[1] if "'" in last else "a package"
+            raise ValueError(f"{path}: is {kind}, which {package} reads; install it with pip install '{EXTRA}'")
+        if done.returncode or not result.is_file():
+            raise ValueError(_refusal(path, kind, last or "reading it takes too long or too much memory"))
+        with np.load(result, allow_pickle=False) as arrays:
+            stated = json.loads(str(arrays["stated"]))
+            channels = [
+                Channel(name, unit, arrays[f"values{k}"], arrays[f"time{time}"] if time >= 0 else None, name_of_time)
+                for k, (name, unit, name_of_time, time) in enumerate(stated["channels"])
+            ]
+            return Recording(channels, stated["segments"], tuple(stated["notes"]), arrays["text"].tobytes())
+
+
+def _refusal(path: Path, kind: str, reason: str) -> str:
+    return f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV in the recorder's software"
+
+
+def _scope(path: str, segment: int) -> Recording:
+    """Read a waveform of Tektronix, LeCroy, Keysight, Rigol, Siglent, Rohde & Schwarz or Yokogawa."""
+    from RigolWFM import Wfm, detect_model
+
+    frame = segment - 1 if detect_model(path) == "Tek" else 0
+    waveform = Wfm.from_file(path, frame=frame)
+    units = {
+        channel.name: UNITS_OF_RIGOLWFM.get(getattr(channel.unit, "name", "v"), "") for channel in waveform.channels
+    }
+    channels = [
+        Channel(channel.name, units[channel.name], np.asarray(channel.volts), np.asarray(channel.times))
+        for channel in waveform.channels
+        if channel.volts is not None and channel.times is not None
+    ]
+    segments = int(getattr(waveform, "frame_count", 1))
+    content = Path(path).read_bytes()
+    if waveform.parser_name == "lecroy_trc" and b"LECROY_2_" in content:
+        # RigolWFM reads neither the unit nor the segments; their places are those of LeCroy's template.
+        head = content[content.index(b"WAVEDESC") :]
+        order = "<" if head[34] else ">"
+        stated, segments = (int(np.frombuffer(head, f"{order}i4", 1, place)[0]) for place in (116, 144))
+        unit = head[196:244].split(b"\0")[0].decode("latin-1").strip()
+        return _parts(channels, unit, max(segments, 1), segment, stated)
+    if waveform.parser_name == "tek_isf":
+        stated_unit, count = (_entry(content, name) for name in (rb'YUN(?:IT)?\s+"([^"]*)"', rb"NR_P(?:T)?\s+(\d+)"))
+        return _parts(channels, stated_unit, 1, 1, int(count or 0))
+    return Recording(channels, segments)
+
+
+def _entry(content: bytes, pattern: bytes) -> str:
+    """Return what an entry of a Tektronix preamble states, "" without any."""
+    import re
+
+    found = re.search(pattern, content[:2048], re.IGNORECASE)
+    return found[1].decode("latin-1") if found else ""
+
+
+def _parts(channels: list[Channel], unit: str, segments: int, segment: int, stated: int) -> Recording:
+    """Return one segment of records that follow each other, and whether samples are missing."""
+    size = channels[0].values.size if channels else 0
+    short = f"the header states {stated} samples, and {size} are in the file: was it cut off?"
+    notes = (short,) if stated > size else ()
+    length = (stated if segments > 1 else size) // segments
+    at = slice((min(segment, segments) - 1) * length, min(segment, segments) * length)
+    parts = [
+        channel._replace(unit=unit or channel.unit, values=channel.values[at], time=channel.time[:length])
+        for channel in channels
+        if channel.time is not None
+    ]
+    return Recording(parts, segments, notes)
+
+
+def _tdms(path: str, _: int) -> Recording:
+    """Read a file of LabVIEW, a channel after the other, group by group."""
+    from nptdms import TdmsFile
+
+    channels: list[Channel] = []
+    for group in TdmsFile.read(path).groups():
+        arrays, units = {}, {}
+        for channel in group.channels():
+            values = np.asarray(channel[:])
+            if not _is_numeric(values):
+                continue
+            stated = channel.properties
+            name, unit = channel.name, str(stated.get("unit_string", stated.get("NI_UnitDescription", "")))
+            interval = float(stated.get("wf_increment", 0.0))
+            if interval > 0.0:
+                start = float(stated.get("wf_start_offset", 0.0))
+                channels.append(Channel(name, unit, values, start + interval * np.arange(values.size)))
+            else:
+                arrays[name], units[name] = values, unit
+        channels += _named(arrays, units, {}, needed=False)
+    return Recording(channels)
+
+
+def _matlab(path: str, _: int) -> Recording:
+    """Read the arrays of a .mat file, such as those of PicoScope."""
+    import scipy.io
+
+    arrays = scipy.io.loadmat(path, mat_dtype=False, struct_as_record=True)
+    return Recording(_named({name: value for name, value in arrays.items() if name[:2] != "__"}, {}, {}))
+
+
+def _hdf5(path: str, _: int) -> Recording:
+    """Read the arrays of an HDF5 file, also of MATLAB 7.3 and netCDF 4; no data of other files that it names."""
+    import h5py
+
+    arrays: dict[str, Array] = {}
+    units, attributes = dict[str, str](), dict[str, Any]()
+    with h5py.File(path, "r") as file:
+        sets: list[Any] = []
+        file.visititems(lambda _, item: sets.append(item) if isinstance(item, h5py.Dataset) else None)
+        for item in sets:
+            is_text = item.attrs.get("MATLAB_class", b"double") in (b"char", b"cell", b"struct")
+            if item.dtype.kind not in "iuf" or item.external or item.is_virtual or is_text:
+                continue
+            if item.size > MOST_SAMPLES:
+                raise ValueError(f"{item.name} holds {item.size} numbers, must be at most {MOST_SAMPLES}")
+            name = str(item.name).strip("/")
+            arrays[name] = np.asarray(item[()])
+            units[name] = next((_text(item.attrs[key]) for key in ("units", "unit") if key in item.attrs), "")
+            for place in (item, item.parent):
+                attributes |= {key: value for key, value in place.attrs.items() if np.size(value) == 1}
+    return Recording(_named(arrays, units, attributes))
+
+
+def _sound(path: str, _: int) -> Recording:
+    """Read the channels of a .wav file; samples are parts of the full scale."""
+    from scipy.io import wavfile
+
+    rate, samples = wavfile.read(path)
+    columns = samples.reshape(samples.shape[0], -1)
+    if columns.dtype.kind in "iu":
+        half = (
+            float(np.iinfo(columns.dtype).max // 2 + 1)
+            if columns.dtype.kind == "u"
+            else -float(np.iinfo(columns.dtype).min)
+        )
+        columns = (columns - half if columns.dtype.kind == "u" else columns) / half
+    time = np.arange(columns.shape[0]) / float(rate)
+    channels = [Channel(f"channel {k + 1}", "", column, time) for k, column in enumerate(columns.T)]
+    return Recording(channels, notes=("samples are parts of the full scale; calibration is N for the full scale",))
+
+
+def _universal(path: str, _: int) -> Recording:
+    """Read the time responses of data sets 58 of a universal file."""
+    import pyuff
+
+    channels, left_out = [], 0
+    sets = pyuff.UFF(path).read_sets()
+    for entry in sets if isinstance(sets, list) else [sets]:
+        if entry.get("type") != 58 or entry.get("func_type") != 1 or np.iscomplexobj(entry["data"]):
+            left_out += entry.get("type") == 58
+            continue
+        unit = str(entry.get("ordinate_axis_units_lab", "")).strip()
+        name = str(entry.get("id1", "")).strip() or f"node {entry.get('rsp_node')}"
+        values = np.asarray(entry["data"])
+        channels.append(Channel(name, "" if unit.upper() == "NONE" else unit, values, np.asarray(entry["x"])))
+    notes = (f"{left_out} data sets 58 are no time responses, and were left out",) if left_out else ()
+    return Recording(channels, notes=notes)
+
+
+def _workbook(path: str, _: int) -> Recording:
+    """Read the first sheet of a workbook that holds samples, as lines of text with tabs."""
+    from openpyxl import load_workbook
+
+    lines: list[str] = []
+    with open(path, "rb") as file:
+        for sheet in load_workbook(file, read_only=True, data_only=True).worksheets:
+            lines = ["\t".join(map(_cell, row)) for row in sheet.iter_rows(values_only=True)]
+            if len(lines) >= FEWEST_SAMPLES:
+                break
+    return Recording([], text="\n".join(lines).encode())
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else " ".join(str(value).split())
+
+
+def _parquet(path: str, _: int) -> Recording:
+    """Read the columns of a Parquet file."""
+    import pyarrow.parquet
+
+    file = pyarrow.parquet.ParquetFile(path)
+    if file.metadata.num_rows * file.metadata.num_columns > MOST_SAMPLES:
+        raise ValueError(f"holds {file.metadata.num_rows} rows, too many to read")
+    table = file.read()
+    columns = {name: table.column(name).to_numpy() for name in table.column_names}
+    return Recording(_named(columns, {}, {}))
+
+
+def _named(
+    arrays: Mapping[str, Array], units: Mapping[str, str], stated: Mapping[str, Any], needed: bool = True
+) -> list[Channel]:
+    """Return channels from arrays by their names: vectors, columns of matrices, and numbers such as an interval."""
+    numbers = {
+        key_of(name): float(np.ravel(value)[0])
+        for name, value in [*stated.items(), *arrays.items()]
+        if _is_number(value)
+    }
+    vectors = dict(_vectors(arrays))
+    if not vectors:
+        if needed:
+            raise ValueError(f"holds no array of {FEWEST_SAMPLES} or more numbers")
+        return []
+    time_name = next((name for name in vectors if key_of(name.rpartition("/")[2]) in TIMES), None)
+    usual = Counter(vector.size for vector in vectors.values()).most_common(1)[0][0]
+    size = usual if time_name is None else vectors[time_name].size
+    time, name_of_time = None, "time (s)"
+    if time_name is not None:
+        time, unit = vectors[time_name], units.get(time_name, "")
+        name_of_time = f"{time_name} ({unit})" if unit else time_name
+    else:
+        intervals = [numbers[key] for key in numbers if key in INTERVALS]
+        intervals += [1.0 / numbers[key] for key in numbers if key in RATES and numbers[key] > 0.0]
+        if intervals:
+            time = next((numbers[key] for key in numbers if key in STARTS), 0.0) + intervals[0] * np.arange(size)
+    return [
+        Channel(name, units.get(name, ""), vector, time, name_of_time)
+        for name, vector in vectors.items()
+        if name != time_name and vector.size == size
+    ]
+
+
+def _vectors(arrays: Mapping[str, Array]) -> Iterable[tuple[str, Array]]:
+    """Yield each array of samples, and each column of a matrix; the longer side of it is the time."""
+    for name, value in arrays.items():
+        array = np.squeeze(np.asarray(value))
+        if not _is_numeric(array) or array.ndim > 2 or max(array.shape, default=0) < FEWEST_SAMPLES:
+            continue
+        if array.ndim == 1:
+            yield name, array
+            continue
+        columns = array if array.shape[0] < array.shape[1] else array.T
+        for k, column in enumerate(columns[:MOST_CHANNELS]):
+            yield f"{name}[{k}]", column
+
+
+def _is_numeric(value: Array) -> bool:
+    return bool(value.dtype.kind in "iuf")
+
+
+def _is_number(value: Any) -> bool:
+    array = np.asarray(value)
+    return array.size == 1 and _is_numeric(array)
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+READERS: dict[str, Callable[[str, int], Recording]] = {
+    "scope": _scope,
+    "tdms": _tdms,
+    "matlab": _matlab,
+    "hdf5": _hdf5,
+    "sound": _sound,
+    "universal": _universal,
+    "workbook": _workbook,
+    "parquet": _parquet,
+}
+"""Functions that read a file, by the name that the table of formats has for them."""
+
+
+def main(path: str, result: str, reader: str, segment: str) -> None:
+    """Read a file with bounded time and memory, and leave its arrays in another file."""
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
+        if sys.platform == "linux":
+            resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    with warnings.catch_warnings(record=True) as said:
+        recording = READERS[reader](path, int(segment))
+    channels = [channel for channel in recording.channels if channel.values.size >= FEWEST_SAMPLES][:MOST_CHANNELS]
+    if sum(channel.values.size for channel in channels) > MOST_SAMPLES:
+        raise ValueError(f"holds more than {MOST_SAMPLES} samples")
+    if not channels and not recording.text:
+        raise ValueError("holds no channel of samples")
+    times: list[Array] = []
+    rows = []
+    arrays = {}
+    for k, channel in enumerate(channels):
+        place = next((i for i, time in enumerate(times) if time is channel.time), -1)
+        if channel.time is not None and place < 0:
+            place = len(times)
+            times.append(channel.time)
+        rows.append((channel.name, channel.unit, channel.name_of_time, place))
+        arrays[f"values{k}"] = np.asarray(channel.values, dtype=float)
+    arrays |= {f"time{k}": np.asarray(time, dtype=float) for k, time in enumerate(times)}
+    notes = [*recording.notes, *dict.fromkeys(str(warning.message).split("\n")[0][:200] for warning in said)][:5]
+    stated = json.dumps({"channels": rows, "segments": recording.segments, "notes": notes})
+    np.savez(
+        result, allow_pickle=False, stated=np.array(stated), text=np.frombuffer(recording.text, np.uint8), **arrays
+    )
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,202 @@
+"""Files of recorders: each is written here by its published layout or by another library, and compared with the trace.
+
+The samples are whole counts of a digitiser, so that every format holds them exactly. `hl.read_signal` reads volts.
+"""
+
+import struct
+import wave
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+import hertzlink as hl
+
+STEP, START, VOLT = 5e-7, -1e-4, 2.0**-12
+TIME = START + STEP * np.arange(1200)
+COUNTS = np.round(sum(a * np.exp(-(((TIME - at) / 1.5e-5) ** 2)) for a, at in ((8000, 1e-4), (3000, 3.5e-4)))).astype(
+    "i2"
+)
+VOLTS = VOLT * COUNTS
+
+
+def tektronix_isf(path: Path) -> None:
+    """Layout: programmer manual of the TDS series, WFMPre and CURVe."""
+    head = (
+        f':WFMPRE:BYT_NR 2;BIT_NR 16;ENCDG BIN;BN_FMT RI;BYT_OR MSB;NR_PT 1200;WFID "Ch1";PT_FMT Y;XINCR {STEP};'
+        f'PT_OFF 0;XZERO {START};XUNIT "s";YMULT {VOLT / 2};YZERO 0.5;YOFF 1024.0E0;YUNIT "V";:CURVE #42400'
+    )
+    # (count - YOFF) * YMULT + YZERO is the voltage.
+    path.write_bytes(head.encode() + (2 * COUNTS + 1024 - int(1.0 / VOLT)).astype(">i2").tobytes())
+
+
+def lecroy_trc(path: Path, segments: int = 1) -> None:
+    """Layout: template LECROY_2_3 of the remote control manual."""
+    desc = bytearray(346)
+    desc[:8], desc[16:26] = b"WAVEDESC", b"LECROY_2_3"
+    data, times = np.tile(COUNTS, segments), 16 * segments * (segments > 1)
+    for place, form, value in (
+        (32, "h", 1), (34, "h", 1), (36, "i", 346), (48, "i", times), (60, "i", 2 * data.size), (116, "i", data.size),
+        (144, "i", segments), (156, "f", VOLT), (160, "f", 0.0), (176, "f", STEP), (180, "d", START),
+    ):  # fmt: skip
+        struct.pack_into("<" + form, desc, place, value)
+    desc[76:84], desc[196:197], desc[244:245] = b"LECROY64", b"V", b"S"
+    path.write_bytes(b"#9000002768" + bytes(desc) + bytes(times) + data.astype("<i2").tobytes())
+
+
+def keysight_bin(path: Path) -> None:
+    """Layout: appendix on binary data of the InfiniiVision 2000 X-Series guide."""
+    wave_header = struct.pack(
+        "<5If3d2I16s16s24s16sdI", 140, 1, 1, 1200, 0, 6e-4, START, STEP, START, 2, 1, b"27 NOV 2026", b"10:00:00",
+        b"MSO-X 2024A:MY1", b"1", 0.0, 0,
+    )  # fmt: skip
+    data = VOLTS.astype("<f4").tobytes()
+    body = wave_header + struct.pack("<IHHI", 12, 1, 4, len(data)) + data
+    path.write_bytes(b"AG10" + struct.pack("<II", 12 + len(body), 1) + body)
+
+
+def labview_tdms(path: Path) -> None:
+    tdms = pytest.importorskip("nptdms")
+    how = {"wf_increment": STEP, "wf_start_offset": START, "unit_string": "mV"}
+    with tdms.TdmsWriter(path) as writer:
+        writer.write_segment([tdms.ChannelObject("taps", "bead 7", 1e3 * VOLTS, properties=how)])
+
+
+def picoscope_mat(path: Path) -> None:
+    scipy.io.savemat(path, {"A": VOLTS[:, None], "Tinterval": STEP, "Tstart": START, "Length": 1200, "Version": "6.14"})
+
+
+def matlab_73(path: Path) -> None:
+    """Layout: an HDF5 file behind a text of 512 bytes; arrays lie transposed."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in (("t", TIME), ("force", VOLTS)):
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
+        file.create_dataset("note", data=np.frombuffer(b"struck by a rod of 4 mm", "u1").astype("u2")[:, None]).attrs[
+            "MATLAB_class"
+        ] = np.bytes_("char")
+    with open(path, "r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
+def hdf5(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        values = file.create_dataset("run 1/force", data=1e3 * VOLTS)
+        values.attrs.update({"units": "mV", "sample_rate": 1.0 / STEP, "t0": START})
+
+
+def sound(path: Path) -> None:
+    with wave.open(str(path), "wb") as file:
+        file.setparams((1, 4, 2_000_000, 1200, "NONE", ""))
+        file.writeframes((COUNTS.astype("<i4") << 18).tobytes())
+
+
+def universal_58(path: Path) -> None:
+    """Layout: data set 58 of the universal file formats of SDRC, formatted."""
+    lines = [f"{-1:6d}", f"{58:6d}", "bead 7", "NONE", "27-Nov-26", "NONE", "NONE"]
+    lines.append(f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{7:10d}{3:4d} {'NONE':10s}{0:10d}{0:4d}")
+    lines.append(f"{4:10d}{1200:10d}{1:10d}{START:13.5e}{STEP:13.5e}{0.0:13.5e}")
+    axes = ((17, "Time", "s"), (1, "Voltage", "V"), (0, "NONE", "NONE"), (0, "NONE", "NONE"))
+    lines += [f"{code:10d}{0:5d}{0:5d}{0:5d} {name:20s} {unit:20s}" for code, name, unit in axes]
+    lines += ["".join(f"{v:20.11e}" for v in VOLTS[k : k + 4]) for k in range(0, 1200, 4)]
+    path.write_text("\n".join([*lines, f"{-1:6d}", ""]))
+
+
+def workbook(path: Path) -> None:
+    book = pytest.importorskip("openpyxl").Workbook()
+    for row in [("Tap 1",), ("Time (ms)", "Channel A (mV)"), *zip(1e3 * TIME, 1e3 * VOLTS, strict=True)]:
+        book.active.append(row)
+    book.save(path)
+
+
+def parquet(path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    import pyarrow.parquet
+
+    pyarrow.parquet.write_table(arrow.table({"time (us)": 1e6 * TIME, "A (mV)": 1e3 * VOLTS}), path)
+
+
+FORMATS: dict[str, tuple[Callable[[Path], None], str]] = {
+    "tektronix.isf": (tektronix_isf, "RigolWFM"),
+    "lecroy.trc": (lecroy_trc, "RigolWFM"),
+    "keysight.bin": (keysight_bin, "RigolWFM"),
+    "labview.tdms": (labview_tdms, "nptdms"),
+    "pico.mat": (picoscope_mat, "scipy"),
+    "matlab73.mat": (matlab_73, "h5py"),
+    "hdf5.h5": (hdf5, "h5py"),
+    "sound.wav": (sound, "scipy"),
+    "universal.uff": (universal_58, "pyuff"),
+    "workbook.xlsx": (workbook, "openpyxl"),
+    "table.parquet": (parquet, "pyarrow"),
+}
+"""How each is written, and the library that reads it."""
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_recording_holds_the_samples_and_times_that_were_written(tmp_path: Path, name: str) -> None:
+    write, library = FORMATS[name]
+    pytest.importorskip(library)
+    write(tmp_path / name)
+    plain = (tmp_path / name).rename(tmp_path / "recording")  # formats are recognised by content
+    is_sound = name == "sound.wav"  # which begins at 0, and whose full scale is 1
+    signal = hl.read_signal(plain, {7: 1}, calibration=20.0 if is_sound else 10.0, baseline=0.0)
+    np.testing.assert_allclose(signal.time, TIME - START * is_sound, atol=1e-10)
+    np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), 10.0 * VOLTS, atol=1e-6)
+
+
+def test_segments_of_a_sequence(tmp_path: Path) -> None:
+    pytest.importorskip("RigolWFM")
+    lecroy_trc(tmp_path / "taps.trc", segments=3)
+    with pytest.raises(ValueError, match=r"taps\.trc: holds 3 segments, .* segment=1 to 3"):
+        hl.read_signal(tmp_path / "taps.trc", {7: 1}, calibration=1.0)
+    signal = hl.read_signal(tmp_path / "taps.trc", {7: 1}, calibration=1.0, segment=3, baseline=0.0)
+    np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), VOLTS, atol=1e-6)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_damaged_recording_is_refused_in_one_line(tmp_path: Path, name: str) -> None:
+    write, library = FORMATS[name]
+    pytest.importorskip(library)
+    write(tmp_path / name)
+    path = tmp_path / name
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(
+        ValueError, match=rf"{name}.* (cannot be read|must hold|has no|no numbers|unpack it)"
+    ) as refused:
+        hl.read_signal(path, {7: 1}, calibration=1.0)
+    assert "\n" not in str(refused.value)
+
+
+def test_without_the_extra_a_message_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "nptdms.py").write_text("import a_package_that_nobody_has")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "a.tdms").write_bytes(b"TDSm\x0e\x00\x00\x00")
+    with pytest.raises(ValueError, match=r"a\.tdms: is a TDMS file .* pip install 'hertzlink\[recorders\]'"):
+        hl.read_signal(tmp_path / "a.tdms", {7: 1}, calibration=1.0)
+
+
+def test_channels_times_and_units_that_a_file_does_not_have(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"force": VOLTS})
+    with pytest.raises(ValueError, match=r"a\.mat: states no times and no interval; give interval="):
+        hl.read_signal(path, {7: 1}, calibration=1.0)
+    signal = hl.read_signal(path, {7: 1}, unit="N", interval=STEP)
+    assert float(signal.time[1] - signal.time[0]) == pytest.approx(STEP)
+    with pytest.raises(ValueError, match=r"has channels 1 \(force\), counted from 1, and no channel 2"):
+        hl.read_signal(path, {7: 2}, unit="N", interval=STEP)
+    with pytest.raises(ValueError, match="time_column = 0: is for text"):
+        hl.read_signal(path, {7: 1}, unit="N", time_column=0)
+
+
+def test_no_more_memory_than_a_file_states(tmp_path: Path) -> None:
+    """A few bytes of HDF5 that stand for 8 TB are refused before they are laid out."""
+    path = tmp_path / "huge.h5"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("force", shape=(10**12,), chunks=(10**6,), dtype="f8", compression="gzip")
+    with pytest.raises(
+        ValueError, match=r"huge\.h5: is an HDF5 file that cannot be read \(ValueError: /force holds 10+ numbers"
+    ):
+        hl.read_signal(path, {7: 1}, calibration=1.0)
