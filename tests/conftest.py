@@ -3,15 +3,31 @@
 import os
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from hypothesis import settings
+from numba.core import event
 
 # Tests run in one process for each core; threads of linear algebra would wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
+
+WHOLE = pytest.StashKey[list[pytest.Item]]()
+"""The tests of which all cases run, whatever `--every` leaves."""
+
+
+class NoFurtherLoop(event.Listener):  # type: ignore[misc]
+    """Skips a test that would compile the loop of a run for further types, which takes some five seconds."""
+
+    def on_start(self, event: Any) -> None:
+        if event.data["dispatcher"].py_func.__name__ == "move_on":
+            pytest.skip("needs a loop that no docstring's example compiles")
+
+    def on_end(self, event: Any) -> None:
+        pass
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -31,20 +47,31 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
     """A test is thorough where a fixture that it uses takes long: its module names such fixtures in
     THOROUGH_FIXTURES. Of the tests that are chosen, `--every` leaves a part, but all cases of those that a module names
-    in EVERY_CASE."""
+    in EVERY_CASE. These come first, and the others run with the loops that they compile."""
     for one in items:
         slow = getattr(getattr(one, "module", None), "THOROUGH_FIXTURES", ())
         if set(slow) & set(getattr(one, "fixturenames", ())):
             one.add_marker(pytest.mark.thorough)
     yield
-    tests, kept, left_out = Counter[str](), list[pytest.Item](), list[pytest.Item]()
+    if config.getoption("every") == 1:
+        return
+    tests, left_out = Counter[str](), list[pytest.Item]()
+    whole, part = config.stash.setdefault(WHOLE, []), list[pytest.Item]()
     for one in items:
         file, _, test = one.nodeid.partition("::")
         if test.partition("[")[0] in getattr(getattr(one, "module", None), "EVERY_CASE", ()):
-            kept.append(one)
+            whole.append(one)
             continue
-        (left_out if tests[file] % config.getoption("every") else kept).append(one)
+        (left_out if tests[file] % config.getoption("every") else part).append(one)
         tests[file] += 1
-    if left_out:
-        config.hook.pytest_deselected(items=left_out)
-        items[:] = kept
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = whole + part
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Of what `--every` leaves, only tests of which all cases run compile loops."""
+    if item.config.getoption("every") == 1 or item in item.config.stash[WHOLE]:
+        return (yield)
+    with event.install_listener("numba:compile", NoFurtherLoop()):
+        return (yield)

@@ -32,14 +32,12 @@ def forces(shared: hl.CoSimulation, save_every: float = 1e-6) -> np.ndarray:
     return np.asarray(shared.run(UNTIL, save_every=save_every).contact_force)
 
 
-CASES = pytest.mark.parametrize(
-    ("reduced", "scheme"),
-    [(True, hl.Condensed()), (False, hl.Condensed()), (False, hl.IQN_ILS())],
-    ids=["compiled", "windows", "iterated"],
-)
+CASES = {
+    "compiled": (True, hl.Condensed()), "windows": (False, hl.Condensed()), "iterated": (False, hl.IQN_ILS()),
+}  # fmt: skip
 
 
-@CASES
+@pytest.mark.parametrize(("reduced", "scheme"), CASES.values(), ids=CASES)
 def test_threads_share_a_simulation(reduced: bool, scheme: object) -> None:
     """Eight runs in four threads, with two lengths of window between saved times; none was run before."""
     lengths = [1e-6, 1.5e-6] * 4
@@ -54,16 +52,16 @@ def test_threads_share_a_simulation(reduced: bool, scheme: object) -> None:
 @pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
 @pytest.mark.parametrize("method", ["spawn", "fork"])
-@CASES
-def test_processes_take_a_simulation_along(method: str, reduced: bool, scheme: object) -> None:
+def test_processes_take_simulations_along(method: str) -> None:
     """Before and after a run in this process."""
-    shared = simulation(reduced, scheme)
     with ProcessPoolExecutor(1, multiprocessing.get_context(method)) as processes:
-        before = processes.submit(forces, shared).result()
-        expected = forces(shared)
-        after = processes.submit(forces, shared).result()
-    assert np.array_equal(before, expected)
-    assert np.array_equal(after, expected)
+        for reduced, scheme in CASES.values():
+            shared = simulation(reduced, scheme)
+            before = processes.submit(forces, shared).result()
+            expected = forces(shared)
+            after = processes.submit(forces, shared).result()
+            assert np.array_equal(before, expected)
+            assert np.array_equal(after, expected)
 
 
 @pytest.mark.thorough

@@ -543,7 +543,7 @@ LONGER = 8e-4
 """A record that holds the primary and the secondary wave."""
 
 
-@pytest.mark.parametrize("draws", [1, pytest.param(6, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("draws", [1, pytest.param(3, marks=pytest.mark.thorough)])
 def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) -> None:
     """Of six intervals of 95 % two or more miss the truth once in thirty times."""
     values, inside = list[float](), 0
@@ -625,7 +625,7 @@ def test_a_prediction_is_no_longer_than_the_structure_was_made_for(made_for: flo
 def test_features_of_a_signal_that_the_model_lacks_are_not_explained() -> None:
     signal = tap(wall(3e9, 0.1), (3, 7), until=LONGER)
     with pytest.warns(hl.HertzlinkWarning, match="the model lacks something"):
-        found = hl.identify(signal, wall, until=LONGER, compare="features", scan=8, starts=1, modulus=(1e9, 2e10))
+        found = hl.identify(signal, wall, until=LONGER, compare="features", guess={"modulus": 3e9}, modulus=(1e9, 2e10))
     assert not found.explained
 
 

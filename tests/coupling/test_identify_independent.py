@@ -61,13 +61,13 @@ def test_a_plate_is_found_from_near_values() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("seed", "distance", "thickness"), [(1, 15e-3, 2e-3), (12, 60e-3, 5e-3)])
-def test_plates_are_found_from_the_whole_ranges(seed: int, distance: float, thickness: float) -> None:
-    """A thin plate near its edge, and a thick one far from it, which is not found without the scans along each range.
+def test_a_plate_is_found_from_the_whole_ranges() -> None:
+    """A thick one far from its edge, which is not found without the scans along each range.
 
-    Of two intervals in each case one may miss by chance; with these seeds none does.
+    Of two intervals one may miss by chance; with this seed none does.
     """
-    signal = measured(Case(EdgedPlate(thickness, distance), until=UNTIL), seed)
+    thickness, distance = 5e-3, 60e-3
+    signal = measured(Case(EdgedPlate(thickness, distance), until=UNTIL), 12)
     found = hl.identify(signal, clamped, NUISANCES, **RANGES)
     assert found.explained
     assert found["thickness"].identifiable
@@ -120,7 +120,7 @@ def rod_found(length: float, seed: int) -> Identification:
         return hl.CoSimulation(chain(impact_speed), bar(length, modulus))
 
     ranges = {"length": (0.03, 0.3), "modulus": (50e9, 400e9), "impact_speed": RANGES["impact_speed"]}
-    return hl.identify(signal, build, NUISANCES, **ranges)
+    return hl.identify(signal, build, NUISANCES, scan=32, starts=2, **ranges)
 
 
 @pytest.mark.thorough
