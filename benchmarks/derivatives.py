@@ -32,23 +32,24 @@ def main() -> None:
         radii = dict.fromkeys(RADII[:count], 4.76e-3)
         simulation, around = build(**radii), parameters_around(build, radii)
         plan, kept = simulation.plan(UNTIL), kept_at(SENSORS, 20)
-        alone, loop, everything = list[float](), list[float](), list[float]()
+        loops, everything = list[float](), list[float]()
         for _ in range(REPEATS):
+            begin = time.process_time()
             frames = Frames(simulation.interface, plan.rows, kept)
             engine = Work(simulation.interface, simulation.scheme, None, plan, frames, None, None).engine(frames.saved)
-            alone.append(seconds(engine, plan.total))
-            begin = time.process_time()
-            tangents = TangentEngine(
-                simulation, simulation, plan, Frames(simulation.interface, plan.rows, kept), around
-            )
-            tangents.recorder_of(plan.length)
             made = time.process_time() - begin
-            loop.append(seconds(tangents, plan.total))
-            everything.append(made + loop[-1])
-        run, more, whole = median(alone), median(loop), median(everything)
+            run = seconds(engine, plan.total)
+            begin = time.process_time()
+            frames = Frames(simulation.interface, plan.rows, kept)
+            tangents = TangentEngine(simulation, simulation, plan, frames, around)
+            tangents.recorder_of(plan.length)
+            more = time.process_time() - begin
+            loop = seconds(tangents, plan.total)
+            loops.append(loop / run - 1.0)
+            everything.append((more + loop) / (made + run) - 1.0)
         print(
-            f"{count:3d} parameters: {more / run - 1.0:5.2f} runs of {1e3 * run:.2f} ms more, "
-            f"{whole / run - 1.0:5.2f} with the derivatives of what the run is made of"
+            f"{count:3d} parameters: {median(loops):5.2f} runs of {1e3 * run:.2f} ms more, "
+            f"{median(everything):5.2f} with the derivatives of what the run is made of"
         )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from coupling.cosimulation import CoSimulation
-from coupling.engine import Engine, structure_piece
+from coupling.engine import Engine, StructureWindows
 from coupling.interface import FIRST
 from coupling.kernels.agreement import Contacts
 from coupling.kernels.records import Run
@@ -25,7 +25,7 @@ from coupling.recording.frames import Frames, Kept
 from coupling.schemes.windows import Adaptive
 from particles.kernels.motion import WORK_ROWS
 from structures.checks import instance
-from structures.kernels.duals import DIRECTIONS, LANES, Lane, Lanes
+from structures.kernels.duals import WIDTHS, Lane, Lanes
 from structures.kernels.linear import Oscillators
 from structures.moving import MovingStructure
 from structures.structure import Vector
@@ -46,6 +46,12 @@ NUDGE = 1e-9
 
 NEGLIGIBLE = 1e-5
 """Part of the largest change of a force, of parameters by as much as they are, below which doubts do not matter."""
+
+SHARED = 7
+"""What a group of directions takes to compute values, in entries of dual numbers: measured."""
+
+LINE = 64
+"""Bytes of a line of the cache."""
 
 ROUNDING = 1e-12
 """Part of a number by which it changes without reason."""
@@ -177,7 +183,9 @@ def _built(build: Build, parameters: Mapping[str, float], name: str) -> CoSimula
     return run
 
 
-def numbers_of(simulation: CoSimulation, length: float, usual: CoSimulation | None = None) -> Numbers:
+def numbers_of(
+    simulation: CoSimulation, length: float, usual: CoSimulation | None = None, windows: StructureWindows | None = None
+) -> Numbers:
     """Return what a run with windows of a length, s, is made of, with the signs of the modes of a usual one."""
     interface, structures = simulation.interface, list(simulation.interface.structures)
     if usual is not None:
@@ -185,7 +193,7 @@ def numbers_of(simulation: CoSimulation, length: float, usual: CoSimulation | No
     starts = [chain.start() for chain in interface.chains]
     return Numbers(
         tuple(chain.model for chain in interface.chains),
-        *structure_piece(interface, structures, length),
+        *(windows or StructureWindows()).of(interface, structures, length),
         interface.static,
         np.concatenate([state.position for state in starts]),
         np.concatenate([state.velocity for state in starts]),
@@ -194,7 +202,7 @@ def numbers_of(simulation: CoSimulation, length: float, usual: CoSimulation | No
 
 def aligned(piece: Any, usual: Any) -> Any:
     """Return oscillators with the signs of others: the sign of a mode is arbitrary."""
-    if not isinstance(piece, Oscillators) or piece.contact.shape != usual.contact.shape:
+    if piece is usual or not isinstance(piece, Oscillators) or piece.contact.shape != usual.contact.shape:
         return piece
     sign = np.where((piece.contact * usual.contact).sum(axis=0) < 0.0, -1.0, 1.0)
     return piece._replace(contact=piece.contact * sign, response=piece.response * np.tile(sign, 2))
@@ -233,11 +241,24 @@ def _is_number(leaf: Any) -> bool:
     return isinstance(leaf, float) or (isinstance(leaf, np.ndarray) and leaf.dtype == float)
 
 
-def _shape(piece: Any) -> Any:
-    """Return types and shapes of all that a piece holds."""
+def _are_alike(piece: Any, other: Any) -> bool:
+    """Return whether two pieces differ in numbers only, not in types and shapes."""
+    if piece is other:
+        return True
     if isinstance(piece, tuple):
-        return type(piece), tuple(map(_shape, piece))
-    return np.shape(piece) if _is_number(piece) else (np.shape(piece), np.asarray(piece).tobytes())
+        return type(piece) is type(other) and len(piece) == len(other) and all(map(_are_alike, piece, other))
+    if _is_number(piece):
+        return _is_number(other) and np.shape(piece) == np.shape(other)
+    return np.array_equal(piece, other)
+
+
+def _leaves(piece: Any) -> list[Any]:
+    return [leaf for part in piece for leaf in _leaves(part)] if isinstance(piece, tuple) else [piece]
+
+
+def _in_a_row(numbers: Numbers) -> Vector:
+    """Return all numbers of a run as one row."""
+    return np.concatenate([np.ravel(leaf) for leaf in _leaves(numbers) if _is_number(leaf)])
 
 
 def rates_of(name: str, usual: Numbers, around: Sequence[Numbers], step: float) -> tuple[Numbers, Numbers]:
@@ -248,29 +269,29 @@ def rates_of(name: str, usual: Numbers, around: Sequence[Numbers], step: float) 
 
     Raises a ValueError where the numbers change their kind or count.
     """
-    if len({repr(_shape(numbers)) for numbers in (usual, *around)}) > 1:
+    if not all(_are_alike(usual, numbers) for numbers in around):
         raise ValueError(
             f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
             "may; fix the mesh (cells), or reduce with another tolerance"
         )
+    here, values = _in_a_row(usual), np.array([_in_a_row(numbers) for numbers in around])
+    before, below, above, after = values
+    moves = np.ptp(values, axis=0) > ROUNDING * abs(values).max(axis=0)
+    rate = np.where(moves, WEIGHTS @ values, 0.0) / step
+    bend = (2.0 * (above + below) - 0.5 * (after + before) - 3.0 * here) / step
+    doubt = np.where(moves, rate - (above - below) / (2.0 * step) + bend, 0.0)
 
-    def rate(*leaves: Any) -> Any:
-        if not _is_number(leaves[0]):
-            return leaves[0]
-        values = np.array(leaves)
-        moves = np.ptp(values, axis=0) > ROUNDING * abs(values).max(axis=0)
-        return np.where(moves, np.tensordot(WEIGHTS, values, 1) / step, 0.0)
+    def as_piece(row: Vector) -> Any:
+        ends = np.cumsum([np.size(leaf) if _is_number(leaf) else 0 for leaf in _leaves(usual)])
+        parts = iter(np.split(row, ends[:-1]))
 
-    def doubt(fine: Any, here: Any, *leaves: Any) -> Any:
-        if not _is_number(fine):
-            return fine
-        before, below, above, after = leaves
-        bend = (2.0 * (above + below) - 0.5 * (after + before) - 3.0 * here) / step
-        moves = np.ptp(np.array(leaves), axis=0) > ROUNDING * abs(np.array(leaves)).max(axis=0)
-        return np.where(moves, fine - (above - below) / (2.0 * step) + bend, 0.0)
+        def part(leaf: Any) -> Any:
+            numbers = next(parts)
+            return numbers.reshape(np.shape(leaf)) if _is_number(leaf) else leaf
 
-    rates = over_leaves(rate, *around)
-    return rates, over_leaves(doubt, rates, usual, *around)
+        return over_leaves(part, usual)
+
+    return as_piece(rate), as_piece(doubt)
 
 
 def _changes(rate: Any) -> bool:
@@ -279,10 +300,16 @@ def _changes(rate: Any) -> bool:
 
 
 def zeros(*shape: int) -> Vector:
-    """Return dual numbers that are zero, each within a line of the cache: they take half the time."""
-    memory = np.zeros(int(np.prod(shape)) * LANES + LANES)
-    start = -memory.ctypes.data % (memory.itemsize * LANES) // memory.itemsize
-    return memory[start : start + memory.size - LANES].reshape(*shape, LANES)
+    """Return numbers that are zero from the begin of a line of the cache on: dual numbers take half the time then."""
+    count = int(np.prod(shape))
+    memory = np.zeros(count + LINE // 8)
+    start = -memory.ctypes.data % LINE // memory.itemsize
+    return memory[start : start + count].reshape(shape)
+
+
+def width_for(directions: int) -> Any:
+    """Return the type of the dual numbers that carry directions in the least time."""
+    return min(WIDTHS, key=lambda width: ceil(directions / (WIDTHS[width] - 1)) * (SHARED + WIDTHS[width]))
 
 
 class TangentEngine(Engine):
@@ -299,19 +326,26 @@ class TangentEngine(Engine):
         super().__init__(simulation.interface, scheme, plan, frames.saved)
         self.simulation, self.parameters, self.frames, self.doubts = usual, parameters, frames, doubts
         self.directions = self.interface.size + len(parameters) + (not doubts)
-        self.groups = range(ceil(self.directions / DIRECTIONS))
+        self.width = width_for(self.directions)
+        self.entries = WIDTHS[self.width]
+        self.groups = range(ceil(self.directions / (self.entries - 1)))
         self._recorders, self._numbers = dict[float, Tangents](), dict[float, tuple[Numbers, list[Numbers]]]()
         self.moving = self._moving(*self._rates(self.length))
         rows, groups = plan.rows, len(self.groups)
-        self.force = zeros(groups, rows, frames.sensors.force.shape[1])
-        self.velocity = zeros(groups, rows, frames.sensors.velocity.shape[1])
+        self.force = self._zeros(groups, rows, frames.sensors.force.shape[1])
+        self.velocity = self._zeros(groups, rows, frames.sensors.velocity.shape[1])
+
+    def _zeros(self, *shape: int) -> Vector:
+        """Return dual numbers that are zero, as plain numbers."""
+        return zeros(*shape, self.entries)
 
     def _rates(self, length: float) -> tuple[Numbers, list[Numbers]]:
         """Return the numbers of the run, and their derivatives in each direction."""
         if length not in self._numbers:
-            usual, rates, doubts = numbers_of(self.simulation, length), list[Numbers](), list[Numbers]()
+            usual = numbers_of(self.simulation, length, None, self.windows)
+            rates, doubts = list[Numbers](), list[Numbers]()
             for name, simulations, step in self.parameters:
-                around = [numbers_of(simulation, length, self.simulation) for simulation in simulations]
+                around = [numbers_of(run, length, self.simulation, self.windows) for run in simulations]
                 around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
                 rate, doubt = rates_of(name, usual, around, step)
                 rates.append(rate)
@@ -336,31 +370,35 @@ class TangentEngine(Engine):
             if not _is_number(value):
                 return value
             values = self._lanes(np.atleast_1d(np.asarray(value)), [np.atleast_1d(slope) for slope in slopes])
-            return Lane(values) if np.ndim(value) == 0 else Lanes(values)
+            return (Lane if np.ndim(value) == 0 else Lanes)(values, self.width())
 
         return over_leaves(dual, usual, *rates)
 
     def _lanes(self, value: Vector, slopes: Sequence[Vector]) -> Vector:
-        """Return dual numbers as groups × shape × LANES. The first directions are those of the surfaces."""
-        lanes = zeros(len(self.groups), *value.shape)
+        """Return dual numbers as groups × shape × entries. The first directions are those of the surfaces."""
+        lanes = self._zeros(len(self.groups), *value.shape)
         lanes[..., 0] = value
-        for number, slope in enumerate(slopes, self.interface.size):
-            lanes[number // DIRECTIONS, ..., 1 + number % DIRECTIONS] = slope
+        for slope, (group, entry) in zip(slopes, self._places, strict=False):
+            lanes[group, ..., entry] = slope
         return lanes
+
+    @property
+    def _places(self) -> list[tuple[int, int]]:
+        """The group and the entry of each direction that is not that of a surface."""
+        places = (divmod(number, self.entries - 1) for number in range(self.interface.size, self.directions))
+        return [(group, 1 + number) for group, number in places]
 
     def _moving(self, usual: Numbers, rates: Sequence[Numbers]) -> Moving:
         """Return the start of the run in dual numbers."""
         groups, contacts, coordinates = len(self.groups), self.interface.size, usual.y.size
-        state, saved = np.zeros(self._state_size), self.frames.sensors.force.shape[1]
         return Moving(
             self._lanes(usual.y, [rate.y for rate in rates]),
             self._lanes(usual.v, [rate.v for rate in rates]),
-            self._lanes(state, []),
-            self._lanes(state, []),
-            zeros(groups, 3, contacts),
-            zeros(groups, 2, contacts),
-            zeros(1, WORK_ROWS, coordinates),
-            zeros(1, saved),
+            self._zeros(groups, 2, self._state_size),
+            np.zeros(groups, dtype=int),
+            self._zeros(groups, 3, contacts),
+            self._zeros(groups, 2, contacts),
+            self._zeros(1, WORK_ROWS, coordinates),
             np.zeros(groups, dtype=bool),
         )
 
@@ -380,7 +418,7 @@ class TangentEngine(Engine):
             plan = Contacts(plan.static, plan.compliance, plan.steps, behind, self.interface.begin, self.quadratic)
             self._recorders[length] = Tangents(
                 self.frames.saved, self.frames.sensors, plan, model, self.moving, np.zeros((contacts, contacts)),
-                np.zeros(contacts), self.force, self.velocity,
+                self.force, self.velocity, self.width(),
             )  # fmt: skip
         return self._recorders[length]
 
@@ -390,8 +428,7 @@ class TangentEngine(Engine):
 
     def by_direction(self) -> tuple[list[Vector], list[Vector]]:
         """Return the derivatives of forces and velocities in each direction."""
-        places = [divmod(number, DIRECTIONS) for number in range(self.interface.size, self.directions)]
         force, velocity = (
-            [kept[group, ..., 1 + lane] for group, lane in places] for kept in (self.force, self.velocity)
+            [kept[group, ..., entry] for group, entry in self._places] for kept in (self.force, self.velocity)
         )
         return force, velocity

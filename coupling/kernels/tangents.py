@@ -6,7 +6,7 @@ forces, w the surfaces at the end and answer(w, p) what the chains answer, F = a
     (I − A C) dF = dA,   A = ∂answer/∂w,   dA = the answer's derivative where the forces are held.
 
 The chains therefore carry some directions more than were asked for: the surface of each contact at the window's end.
-These come first. Direction d lies in group d // DIRECTIONS, in entry 1 + d % DIRECTIONS of the dual numbers.
+These come first, all of them in the first group of directions.
 
 References
 ----------
@@ -19,10 +19,10 @@ from coupling.kernels.agreement import PIECES
 from coupling.kernels.recorders import reads_structure, record
 from particles.kernels.motion import advance, contact_forces
 from structures.kernel_cache import inner
-from structures.kernels.arrays import copy, solve
-from structures.kernels.duals import DIRECTIONS, Lanes, as_duals
+from structures.kernels.arrays import solve
+from structures.kernels.duals import Lanes, as_duals
 from structures.kernels.families import of_run
-from structures.kernels.linear import let_go, push, read
+from structures.kernels.linear import let_go, push, read, respond
 from structures.kernels.pieces import for_each
 from structures.structure import Vector
 
@@ -40,22 +40,21 @@ class Model(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """The state of a run in dual numbers, as plain numbers: groups × shape × LANES."""
+    """The state of a run in dual numbers, as plain numbers: groups × shape × entries."""
 
     y: Vector
     """Coordinates of all chains, m; and velocities, m/s."""
     v: Vector
     body: Vector
-    """The state of the structures, without the response to the pending forces; and where no force acts, at the end."""
-    free: Vector
+    """Two states of the structures: without the response to the pending forces, and work space."""
+    now: Vector
+    """Which of these is that of the run, in each group."""
     surface: Vector
     """Rows of K displacements, m: at the end of the last window, of the one before it, and of the one that is tried."""
     force: Vector
     """Two rows of K: mean forces of the last window, pending; and what the chains answer to the surfaces, N."""
     work: Vector
     """Work space of chains."""
-    saved: Vector
-    """Forces of contacts, work space."""
     moved: Vector
     """Whether the structures of each group have moved."""
 
@@ -71,12 +70,13 @@ class Tangents(NamedTuple):
     model: Any
     moving: Any
     matrix: Vector
-    """K × K, and K numbers: work space."""
-    right: Vector
+    """K × K numbers: work space."""
     force: Vector
-    """Groups × saved times × contacts × LANES, N per unit of each parameter."""
+    """Groups × saved times × contacts × entries, N per unit of each parameter."""
     velocity: Vector
-    """Groups × saved times × bodies × LANES."""
+    """Groups × saved times × bodies × entries."""
+    width: Any
+    """Four, Eight or Sixteen entries."""
 
     @staticmethod
     def reads_structure(recorder: Any, row: int) -> bool:
@@ -87,7 +87,7 @@ class Tangents(NamedTuple):
         """Move the dual numbers on over a window that is agreed, before the run takes it over."""
         for group in range(recorder.force.shape[0]):
             move_group(recorder, group, run, trial, t, window)
-        join_groups(recorder, trial)
+            join_group(recorder, group, trial)
 
     @staticmethod
     def record(
@@ -101,42 +101,47 @@ class Tangents(NamedTuple):
 @inner()
 def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window: float) -> None:
     """Move the dual numbers of a group on over a window whose forces are held, and its surfaces at the end."""
-    moving, plan, count = recorder.moving, recorder.plan, trial.contact.size
-    chains, structure = of_run(recorder.model.chains, group), of_run(recorder.model.structure, group)
-    compliance, static = (
-        as_duals(recorder.model.compliance.values, group),
-        as_duals(recorder.model.static.values, group),
-    )
-    body, free, force = as_duals(moving.body, group), as_duals(moving.free, group), as_duals(moving.force, group)
-    surface = as_duals(moving.surface, group)
-    for i in range(run.y.size):
-        moving.y[group, i, 0], moving.v[group, i, 0] = run.y[i], run.v[i]
-        for k in range(count if group == 0 else 0):
+    moving, plan, width, count = recorder.moving, recorder.plan, recorder.width, trial.contact.size
+    chains, structure, compliance, static = of_run(recorder.model, group)
+    body, force = as_duals(moving.body, group, width), as_duals(moving.force, group, width)
+    surface, now = as_duals(moving.surface, group, width), moving.now[group]
+    take_values(moving, group, run)
+    for k in range(count):
+        for entry in range(moving.force.shape[3]):
+            moving.moved[group] = moving.moved[group] or moving.force[group, 0, k, entry] != 0.0
+        for i in range(run.y.size if group == 0 else 0):
             moving.y[0, i, 1 + k], moving.v[0, i, 1 + k] = 0.0, 0.0
-    for k in range(count):
-        for lane in range(DIRECTIONS + 1):
-            moving.moved[group] = moving.moved[group] or moving.force[group, 0, k, lane] != 0.0
     if moving.moved[group]:
-        for k in range(count):
-            push(structure, k, force[0, k], body)
-        let_go(structure, body, free)
-        copy(free, body)
+        if count == 1:
+            respond(structure, force[0, 0], body[now], body[1 - now])
+        else:
+            for k in range(count):
+                push(structure, k, force[0, k], body[now])
+            let_go(structure, body[now], body[1 - now])
+        now = 1 - now
+        moving.now[group] = now
     for k in range(count):
-        place = read(structure, k, free) if moving.moved[group] else 0.0 * force[0, k]
+        place = read(structure, k, body[now]) if moving.moved[group] else 0.0 * force[0, k]
         for j in range(count):
             place += compliance[k, j] * trial.contact[j].force
         surface[2, k] = place
-        moving.surface[group, 2, k, 0], moving.surface[group, 0, k, 0] = (
-            trial.contact[k].surface,
-            run.contact[k].surface,
-        )
+        moving.surface[group, 2, k, 0] = trial.contact[k].surface
+        moving.surface[group, 0, k, 0] = run.contact[k].surface
         if group == 0:
             moving.surface[0, 2, k, 1 + k] = 1.0
         force[1, k] = 0.0
     bends = plan.quadratic and run.totals[0].remembered > 0
     last = run.window[0].length if bends else window
-    y, v, work = as_duals(moving.y, group), as_duals(moving.v, group), as_duals(moving.work, 0)
+    y, v = as_duals(moving.y, group, width), as_duals(moving.v, group, width)
+    work = as_duals(moving.work, 0, width)
     answer_chains(chains, 0, plan, t, window, last, bends, y, v, surface, static, force, work)
+
+
+@inner()
+def take_values(moving: Any, group: int, run: Any) -> None:
+    """Take the values of coordinates and velocities from the run."""
+    for i in range(run.y.size):
+        moving.y[group, i, 0], moving.v[group, i, 0] = run.y[i], run.v[i]
 
 
 @inner()
@@ -180,66 +185,54 @@ answer_chains = for_each(answer_chain)
 
 
 @inner()
-def join_groups(recorder: Any, trial: Any) -> None:
-    """Let the forces and the surfaces of a window agree in all directions."""
-    moving, count, compliance = recorder.moving, trial.contact.size, recorder.model.compliance.values
-    matrix, right = recorder.matrix, recorder.right
-    for group in range(moving.y.shape[0]):
-        for lane in range(1, DIRECTIONS + 1):
-            if group > 0 or lane > count:
-                for k in range(count):
-                    right[k] = moving.force[group, 1, k, lane]
-                    for j in range(count):
-                        matrix[k, j] = 1.0 if j == k else 0.0
-                        for i in range(count):
-                            matrix[k, j] -= moving.force[0, 1, k, 1 + i] * compliance[0, i, j, 0]
-                solve(matrix, right, count)
-                correct(moving, group, lane, compliance[0], right)
-        for k in range(count):
-            for lane in range(DIRECTIONS + 1):
-                moving.surface[group, 1, k, lane] = moving.surface[group, 0, k, lane]
-                moving.surface[group, 0, k, lane] = moving.surface[group, 2, k, lane]
-            moving.force[group, 0, k, 0] = trial.contact[k].force
-            for lane in range(1, count + 1 if group == 0 else 1):
-                moving.surface[group, 0, k, lane] = 0.0
-
-
-@inner()
-def correct(moving: Any, group: int, lane: int, compliance: Vector, change: Vector) -> None:
-    """Add to a direction what the derivatives of the forces do to surfaces and chains."""
-    for k in range(change.size):
-        moving.force[group, 0, k, lane] = change[k]
-        way = 0.0
-        for j in range(change.size):
-            way += compliance[k, j, 0] * change[j]
-        moving.surface[group, 2, k, lane] += way
-        for i in range(moving.y.shape[1]):
-            moving.y[group, i, lane] += moving.y[0, i, 1 + k] * way
-            moving.v[group, i, lane] += moving.v[0, i, 1 + k] * way
+def join_group(recorder: Any, group: int, trial: Any) -> None:
+    """Let the forces and the surfaces of a window agree in all directions of a group."""
+    moving, matrix, width, count = recorder.moving, recorder.matrix, recorder.width, trial.contact.size
+    y, v, surface = (
+        as_duals(moving.y, group, width),
+        as_duals(moving.v, group, width),
+        as_duals(moving.surface, group, width),
+    )
+    force, compliance = as_duals(moving.force, group, width), recorder.model.compliance.values[0]
+    for k in range(count):
+        for j in range(count):
+            matrix[k, j] = 1.0 if j == k else 0.0
+            for i in range(count):
+                matrix[k, j] -= moving.force[0, 1, k, 1 + i] * compliance[i, j, 0]
+    for k in range(count):
+        force[0, k] = force[1, k]
+        for entry in range(count + 1 if group == 0 else 1):
+            moving.force[group, 0, k, entry] = 0.0
+    solve(matrix, force[0], count)
+    for k in range(count):
+        way = 0.0 * force[0, k]
+        for j in range(count):
+            way += compliance[k, j, 0] * force[0, j]
+        for i in range(y.size):
+            y[i] += moving.y[0, i, 1 + k] * way
+            v[i] += moving.v[0, i, 1 + k] * way
+        surface[1, k] = surface[0, k]
+        surface[0, k] = surface[2, k] + way
+        for entry in range(1, count + 1 if group == 0 else 1):
+            moving.surface[group, 0, k, entry] = 0.0
+    for k in range(count):
+        moving.force[group, 0, k, 0] = trial.contact[k].force
 
 
 @inner()
 def save_group(recorder: Any, group: int, row: int, t: float, run: Any, begin: Vector) -> None:
     """Keep the derivatives of forces and velocities at a saved time."""
-    moving, sensors = recorder.moving, recorder.sensors
-    chains, surface = of_run(recorder.model.chains, group), as_duals(moving.surface, group)
-    for i in range(run.y.size):
-        moving.y[group, i, 0], moving.v[group, i, 0] = run.y[i], run.v[i]
+    moving, sensors, width = recorder.moving, recorder.sensors, recorder.width
+    chains, surface = of_run(recorder.model.chains, group), as_duals(moving.surface, group, width)
+    take_values(moving, group, run)
     window = run.window[0].length if run.totals[0].remembered > 0 else 1.0
-    y, v, work, forces = (
-        as_duals(moving.y, group),
-        as_duals(moving.v, group),
-        as_duals(moving.work, 0),
-        as_duals(moving.saved, 0),
-    )
-    save_chains(chains, 0, sensors, t, window, y, v, surface, begin, forces, work)
-    for j in range(recorder.force.shape[2]):
-        for lane in range(1, DIRECTIONS + 1):
-            recorder.force[group, row, j, lane] = moving.saved[0, j, lane]
+    y, v = as_duals(moving.y, group, width), as_duals(moving.v, group, width)
+    velocity, work = as_duals(recorder.velocity, group, width), as_duals(moving.work, 0, width)
+    forces = as_duals(recorder.force, group, width)
+    save_chains(chains, 0, sensors, t, window, y, v, surface, begin, forces[row], work)
     for c in range(begin.shape[0] - 1):
         for j in range(sensors.begin[c, 1], sensors.begin[c + 1, 1]):
-            for lane in range(1, DIRECTIONS + 1):
-                recorder.velocity[group, row, j, lane] = moving.v[group, begin[c, 0] + sensors.body[j], lane]
+            velocity[row, j] = v[begin[c, 0] + sensors.body[j]]
 
 
 @inner()

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from structures.kernel_cache import inner
-from structures.kernels.duals import value_of
+from structures.kernels.duals import three_halves, value_of, where_dual
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -106,6 +106,17 @@ def hertz_on_spring(scale: float, approach: float) -> float:
     return part * part * approach
 
 
+def hertz(stiffness: float, overlap: float) -> float:
+    """Return k δ^1.5, zero of a contact that is open."""
+    closed = overlap if overlap > NEGLIGIBLE else 0.0
+    return stiffness * closed * sqrt(closed)
+
+
+where_dual(
+    hertz, lambda stiffness, overlap: stiffness * three_halves(overlap) if overlap > NEGLIGIBLE else 0.0 * overlap, 1
+)
+
+
 class Hertz(NamedTuple):
     """F = k δ^1.5."""
 
@@ -114,8 +125,7 @@ class Hertz(NamedTuple):
 
     @staticmethod
     def force(law: Any, i: int, overlap: float) -> float:
-        closed = overlap if overlap > NEGLIGIBLE else 0.0
-        return law.stiffness[i] * closed * sqrt(closed)
+        return hertz(law.stiffness[i], overlap)
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
@@ -267,8 +277,7 @@ class Yielding(NamedTuple):
     def force(law: Any, i: int, overlap: float) -> float:
         if overlap > law.limit[i]:
             return loading_force(law, i, overlap)
-        elastic = overlap - law.dent[i]
-        return float(law.hard[i] * elastic * sqrt(elastic)) if elastic > NEGLIGIBLE else 0.0
+        return float(hertz(law.hard[i], overlap - law.dent[i]))
 
     @staticmethod
     def slope(law: Any, i: int, overlap: float) -> float:
@@ -292,8 +301,7 @@ class Yielding(NamedTuple):
             law.limit[i] = overlap
             law.hard[i], law.dent[i] = unloading_after(law, i, overlap)
             return loading_force(law, i, overlap)
-        elastic = overlap - law.dent[i]
-        return float(law.hard[i] * elastic * sqrt(elastic)) if elastic > NEGLIGIBLE else 0.0
+        return float(hertz(law.hard[i], overlap - law.dent[i]))
 
     @staticmethod
     def copy_limits(law: Any, limits: Vector) -> None:

@@ -54,7 +54,7 @@ def _text(kind: Any, place: str, pieces: dict[str, Any]) -> str:
     if piece is Columns:
         return f"{place}.values[{':, ' * (kind.types[0].ndim - 1)}run]"
     if piece in (Lanes, Lane):
-        return f"as_duals({place}.values, run){'[0]' if piece is Lane else ''}"
+        return f"as_duals({place}.values, run, {place}.width){'[0]' if piece is Lane else ''}"
     if not hasattr(kind, "types"):
         return place
     parts = ", ".join(_text(part, f"{place}[{i}]", pieces) for i, part in enumerate(kind.types))

@@ -6,6 +6,7 @@ import numpy as np
 
 from structures.kernel_cache import inner
 from structures.kernels.arrays import dot
+from structures.kernels.duals import without_small
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -20,16 +21,26 @@ def let_go(structure: Any, state: Vector, free: Vector) -> None:
 
 
 @by_type
+def respond(structure: Any, force: float, state: Vector, free: Vector) -> None:
+    """Let a force act on contact 0, then none: `push` and `let_go`. The state without the response may stay so."""
+    push(structure, 0, force, state)
+    let_go(structure, state, free)
+
+
+@by_type
 def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
     """Put the state at the end of a window in which no force acts into `free`.
 
     contact: records of the contacts. Their pending forces are those of the window before; the state without the
     response to them may stay so.
     """
+    if contact.size == 1:
+        respond(structure, contact[0].pending, state, free)
+        contact[0].pending = 0.0
+        return
     for k in range(contact.size):
-        if contact[k].pending != 0.0:
-            push(structure, k, contact[k].pending, state)
-            contact[k].pending = 0.0
+        push(structure, k, contact[k].pending, state)
+        contact[k].pending = 0.0
     let_go(structure, state, free)
 
 
@@ -76,11 +87,10 @@ def quadratic_form(matrix: Vector, x: Vector) -> float:
 def add(row: Vector, force: float, state: Vector) -> None:
     """Add a response to a state; what is negligible becomes zero.
 
-    Sums are not contracted: `Oscillators.follow` gives the same bits, so that what is saved does not change a run.
+    Sums are not contracted: `Oscillators.respond` gives the same bits, so that what is saved does not change a run.
     """
     for i in range(row.size):
-        value = state[i] + force * row[i]
-        state[i] = value if abs(value) >= SMALLEST else 0.0
+        state[i] = without_small(state[i] + force * row[i], SMALLEST)
 
 
 class Oscillators(NamedTuple):
@@ -108,18 +118,12 @@ class Oscillators(NamedTuple):
             free[n + i] = rows[2, i] * state[i] + rows[3, i] * state[n + i]
 
     @staticmethod
-    def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
-        """Let the pending force act and the oscillators go in one pass, where there is one contact."""
-        if contact.size > 1:
-            for k in range(contact.size):
-                push(structure, k, contact[k].pending, state)
-                contact[k].pending = 0.0
-            let_go(structure, state, free)
-            return
-        rows, response, force, n = structure.rows, structure.response, contact[0].pending, structure.squares.size
+    def respond(structure: Any, force: float, state: Vector, free: Vector) -> None:
+        """Do both in one pass."""
+        rows, response, n = structure.rows, structure.response, structure.squares.size
         for i in range(n):
-            u, v = state[i] + force * response[0, i], state[n + i] + force * response[0, n + i]
-            u, v = u if abs(u) >= SMALLEST else 0.0, v if abs(v) >= SMALLEST else 0.0
+            u = without_small(state[i] + force * response[0, i], SMALLEST)
+            v = without_small(state[n + i] + force * response[0, n + i], SMALLEST)
             free[i] = rows[0, i] * u + rows[1, i] * v
             free[n + i] = rows[2, i] * u + rows[3, i] * v
 

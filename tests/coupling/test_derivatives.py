@@ -12,8 +12,9 @@ import hertzlink as hl
 from coupling.inference import derivatives
 from coupling.inference.derivatives import differentiate, numbers_of
 from coupling.recording.frames import kept_at
+from particles.kernels.laws import hertz
 from structures.kernel_cache import entry
-from structures.kernels.duals import as_duals
+from structures.kernels.duals import WIDTHS, Eight, as_duals, without_small
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 BEADS, SENSOR = 6, 4
@@ -220,43 +221,46 @@ def test_derivatives_agree_with_complex_steps_over_20_000_steps(name):
 
 
 @entry
-def of_duals(memory, other, made):
+def of_duals(memory, other, made, width):
     """Fill two dual numbers with what kernels do to numbers."""
-    x, a, result = as_duals(memory, 0), as_duals(other, 0), as_duals(made, 0)
+    x, a, result = as_duals(memory, 0, width), as_duals(other, 0, width), as_duals(made, 0, width)
     total = 0.0
     for i in range(x.size):
         overlap = x[i] - a[i]
         closed = overlap if overlap > 1e-60 else 0.0
         total += a[i] * closed * sqrt(closed) / (1.0 + x[i]) - 2 * abs(-x[i]) ** a[i] + exp(-(x[i] ** 2))
-        total += max(x[i] - 1.5, a[i]) - min(0.5 * x[i], a[i])
+        total += max(x[i] - 1.5, a[i]) - min(0.5 * x[i], a[i]) + hertz(a[i], x[i]) + hertz(2.0, x[i])
         total += sin(x[i]) * cos(a[i]) + tanh(x[i]) + atan(a[i]) + log(1.0 + x[i])
     result[0] = total
-    result[1] += 3.0
+    result[1] = without_small(result[1] + 3.0, 1.0)
 
 
-def test_dual_numbers_follow_the_chain_rule():
-    rng = np.random.default_rng(1)
-    numbers = 1.0 + rng.random((1, 5, 8)), rng.random((1, 5, 8)), np.ones((1, 2, 8))
-    of_duals(*numbers)
-    (x, a), directions = [part[0, :, 0] for part in numbers[:2]], range(1, 8)
+@pytest.mark.parametrize("width", WIDTHS)
+def test_dual_numbers_follow_the_chain_rule(width):
+    rng, entries = np.random.default_rng(1), WIDTHS[width]
+    numbers = 1.0 + rng.random((1, 5, entries)), rng.random((1, 5, entries)), np.ones((1, 2, entries))
+    numbers[2][0, 1, -1] = 1e-200
+    of_duals(*numbers, width())
+    (x, a), directions = [part[0, :, 0] for part in numbers[:2]], range(1, entries)
 
     def total(x, a):
         value = 0.0
         for x_i, a_i in zip(x, a, strict=True):
             value += a_i * (x_i - a_i) ** 1.5 / (1.0 + x_i) - 2.0 * x_i**a_i + np.exp(-(x_i**2))
             value += max(x_i - 1.5, a_i, key=np.real) - min(0.5 * x_i, a_i, key=np.real)
+            value += (a_i + 2.0) * x_i**1.5
             value += np.sin(x_i) * np.cos(a_i) + np.tanh(x_i) + np.arctan(a_i) + np.log(1.0 + x_i)
         return value
 
     steps = [total(x + 1j * STEP * numbers[0][0, :, d], a + 1j * STEP * numbers[1][0, :, d]) for d in directions]
     assert numbers[2][0, 0, 0] == pytest.approx(total(x, a).real, rel=1e-14)
     assert numbers[2][0, 0, 1:] == pytest.approx(np.imag(steps) / STEP, rel=1e-13)
-    assert numbers[2][0, 1].tolist() == [4.0] + [1.0] * 7
+    assert numbers[2][0, 1].tolist() == [4.0] + [1.0] * (entries - 2) + [0.0]
 
 
 def test_a_function_of_zero_that_has_no_slope_has_the_one_of_an_open_contact():
     made = np.zeros((1, 2, 8))
-    of_duals(np.zeros((1, 1, 8)), np.zeros((1, 1, 8)), made)
+    of_duals(np.zeros((1, 1, 8)), np.zeros((1, 1, 8)), made, Eight())
     assert np.isfinite(made).all()
 
 
