@@ -18,6 +18,7 @@ from coupling.sweeps.progress import one_bar
 from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
+from hertzlink.commands.precice_command import precice_case
 from hertzlink.commands.study_command import Studies, folder_options
 from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
@@ -88,7 +89,7 @@ def cli() -> None:
     """
 
 
-for _command in (*COMMANDS, explore_case):
+for _command in (*COMMANDS, explore_case, precice_case):
     cli.add_command(_command)
 
 

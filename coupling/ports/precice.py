@@ -1,15 +1,15 @@
-"""The chain as a participant of a preCICE coupling; optional: needs preCICE 3 and its Python bindings, pyprecice."""
+"""Chain and structure as participants of a preCICE coupling; optional: needs preCICE 3 and its bindings, pyprecice."""
 
 import logging
 import re
 import signal
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -24,12 +24,19 @@ from coupling.run_checks import check_guest
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import each, finite, instance, one_of, positive, short
-from structures.structure import Vector
+from structures.moving import MovingStructure
+from structures.stepping import Stepper
+from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.units import readable
 
-DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force"}
+DATA = {"displacement": "Displacement", "force": "Force"}
+
+DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", **DATA}
 """Default names in the configuration: of the chain, its mesh, the data that it reads and the data that it writes."""
+
+STRUCTURE_NAMES = {"participant": "Structure", "mesh": "Structure-Mesh", **DATA}
+"""The same of the structure, which reads the force and writes the displacement."""
 
 STEPS_PER_CONTACT = 64
 """Steps of the chain in a contact, where neither preCICE nor the user says how long they are."""
@@ -42,6 +49,8 @@ MOST_ITERATIONS = re.compile(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 log = logging.getLogger("hertzlink.precice")
+
+T = TypeVar("T")
 
 
 def run_in_precice(
@@ -125,33 +134,157 @@ def run_in_precice(
     ...     print("no coupling")
     no coupling
     """
-    precice = _bindings()
     moving = guest_chain(chain, surface, flexibility, dt)
     longest = None if window is None else positive("window", window, "s")
-    called = DEFAULT_NAMES | _names(names or {})
-    file = path_of("configuration", configuration, "name of a file")
-    if not file.is_file():
-        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
-    participant = precice.Participant(called["participant"], str(file), 0, 1)
-    try:
-        interface = _Interface(participant, called, direction, position)
-    except (ValueError, RuntimeError) as error:
-        _release(participant, called["mesh"], error)
-        raise
-    try:
-        windows = _exchange(moving, interface, longest)
-    except BaseException:
-        # Otherwise the other participant waits until this one is deleted.
-        _finalize(participant)
-        raise
-    participant.finalize()
+    called, file = _called(DEFAULT_NAMES, names), _file(configuration)
+    places = None if position is None else [position]
+
+    def interface_of(participant: Any) -> _Interface:
+        return _Interface(participant, called, ("displacement", "force"), direction, places)
+
+    windows, version = _coupled(called, file, interface_of, lambda interface: _exchange(moving, interface, longest))
     inputs = {"chain": chain.describe(), "configuration": str(configuration), "names": called, "window": window}
-    data = _dataset(moving, windows, inputs).assign_attrs(precice=_version(precice))
+    data = _dataset(moving, windows, inputs).assign_attrs(precice=version)
     findings = windows.findings(moving, _most_iterations(file, called["participant"]))
     forces, velocity = data.contact_force.values, data.velocity.values
     findings += check_guest(moving, forces, velocity, data.interface_work.values, data.time.values)
     warn(findings)
     return with_warnings(data, findings)
+
+
+def run_structure_in_precice(
+    structure: Structure,
+    configuration: str | Path,
+    names: Mapping[str, str] | None = None,
+    direction: Sequence[float] | None = None,
+    positions: Sequence[Sequence[float]] | None = None,
+    stepper: str | Stepper = "midpoint",
+) -> xr.Dataset:
+    """Run a structure as a participant of a preCICE coupling, to its end.
+
+    The mesh of the structure has a vertex for each contact. The structure reads the mean force over the window (N) and
+    writes the displacement of the surface at its end (m), both positive away from the chain. The other participant may
+    be `run_in_precice`, or a program of the user's.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure; a large one should be reduced, see `reduce`.
+    configuration : str or Path
+        The configuration file of preCICE, with a fixed time-window-size.
+    names : mapping, optional
+        Names in the configuration that differ from "participant": "Structure", "mesh": "Structure-Mesh",
+        "displacement": "Displacement", "force": "Force".
+    direction : sequence of float, optional
+        The direction in which the chain pushes, if the data are vectors; None if both are scalars.
+    positions : sequence, optional
+        Position of the vertex of each contact, m; of a single one by default the origin.
+    stepper : str or callable
+        The time integration, see `stepping.MovingStructure`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over time and the contacts of the structure: `surface_displacement` (m), `mean_force` (N) over the window that
+        ends there, and `interface_work` (J). The attribute `precice` names the version of preCICE.
+
+    Raises
+    ------
+    ImportError
+        If pyprecice is missing.
+    ValueError
+        For bad input. Errors of preCICE are passed on.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> try:
+    ...     run = hl.run_structure_in_precice(hl.half_space(hl.ACRYLIC), "precice-config.xml")
+    ... except (ImportError, ValueError) as error:  # pyprecice, or the configuration file, is missing
+    ...     print("no coupling")
+    no coupling
+    """
+    moving = MovingStructure(structure, stepper)
+    called, file = _called(STRUCTURE_NAMES, names), _file(configuration)
+    count = len(moving.surfaces)
+    if positions is None and count > 1:
+        raise ValueError(f"positions = None: must hold a position for each of the {count} contacts")
+
+    def interface_of(participant: Any) -> _Interface:
+        return _Interface(participant, called, ("force", "displacement"), direction, positions, count)
+
+    def exchange(interface: _Interface) -> tuple[list[float], list[Vector], list[Vector]]:
+        coupling, state = interface.participant, moving.start()
+        times, forces, places = [0.0], [np.zeros(count)], [np.zeros(count)]
+        interface.initialize()
+        while coupling.is_coupling_ongoing():
+            # The state before the window is kept until the window is accepted.
+            coupling.requires_writing_checkpoint()
+            window = coupling.get_max_time_step_size()
+            force = interface.read(window)
+            after, moved = moving.advance(state, force if count > 1 else float(force[0]), window)
+            place = np.reshape(moved, count)
+            interface.write(place)
+            with _interruptible():
+                coupling.advance(window)
+            if not coupling.requires_reading_checkpoint():
+                state = after
+                times.append(times[-1] + window)
+                forces.append(force)
+                places.append(place)
+        return times, forces, places
+
+    (times, forces, places), version = _coupled(called, file, interface_of, exchange)
+    surface, force = np.array(places), np.array(forces)
+    work = np.cumsum(np.sum(force[1:] * np.diff(surface, axis=0), axis=1))
+    inputs = {"structure": structure.origin, "configuration": str(configuration), "names": called}
+    seat = ("time", "structure_contact")
+    data = {
+        "surface_displacement": (seat, surface, {"units": "m", "long_name": "displacement of the surface"}),
+        "mean_force": (seat, force, {"units": "N", "long_name": "mean force over the window"}),
+        "interface_work": ("time", np.array([0.0, *work]), {"units": "J", "long_name": "work on the structure"}),
+    }
+    return xr.Dataset(data, {"time": ("time", times, {"units": "s"})}, provenance(inputs) | {"precice": version})
+
+
+def _called(usual: Mapping[str, str], names: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the names in the configuration."""
+    instance("names", names or {}, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
+    for key, name in (names or {}).items():
+        one_of("names", key, usual)
+        instance(f"names[{key!r}]", name, str, "a name in the configuration")
+    return {**usual, **(names or {})}
+
+
+def _file(configuration: str | Path) -> Path:
+    file = path_of("configuration", configuration, "name of a file")
+    if not file.is_file():
+        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
+    return file
+
+
+def _coupled(
+    called: Mapping[str, str],
+    file: Path,
+    interface_of: Callable[[Any], "_Interface"],
+    exchange: Callable[["_Interface"], T],
+) -> tuple[T, str]:
+    """Return what an exchange of data gives, and the version of preCICE; after an error the other participant ends."""
+    precice = _bindings()
+    participant = precice.Participant(called["participant"], str(file), 0, 1)
+    try:
+        interface = interface_of(participant)
+    except (ValueError, RuntimeError) as error:
+        _release(participant, called["mesh"], error)
+        raise
+    try:
+        result = exchange(interface)
+    except BaseException:
+        # Otherwise the other participant waits until this one is deleted.
+        _finalize(participant)
+        raise
+    participant.finalize()
+    return result, _version(precice)
 
 
 class _Windows:
@@ -220,8 +353,8 @@ def _exchange(moving: MovingChain, interface: "_Interface", longest: float | Non
             coarse = left > moving.contact_time / FEWEST_PER_CONTACT * (1.0 + SAME_TIME)
             longest = moving.contact_time / STEPS_PER_CONTACT if coarse else inf
         step = left / max(1, ceil(left / longest * (1.0 - SAME_TIME)))
-        windows.states.append(advance(moving, windows.states[-1], interface.read(step), step))
-        interface.write(windows.mean_force())
+        windows.states.append(advance(moving, windows.states[-1], float(interface.read(step)[0]), step))
+        interface.write(np.array([windows.mean_force()]))
         with _interruptible():
             coupling.advance(step)
         if coupling.requires_reading_checkpoint():
@@ -265,45 +398,46 @@ def _interruptible() -> Iterator[None]:
 
 
 class _Interface:
-    """One vertex that reads a displacement and writes a force, as scalars or along a direction."""
+    """The vertices of a participant, one for each contact, which read one of displacement and force and write the
+    other one, as scalars or along a direction."""
 
     def __init__(
         self,
         participant: Any,
         names: Mapping[str, str],
+        data: tuple[str, str],
         direction: Sequence[float] | None,
-        position: Sequence[float] | None,
+        positions: Sequence[Sequence[float]] | None,
+        count: int = 1,
     ) -> None:
-        self.names, self.participant = names, participant
-        dimensions = self.participant.get_mesh_dimensions(names["mesh"])
-        vertex = np.zeros(dimensions) if position is None else _vector("position", position, dimensions)
-        sizes = [
-            self.participant.get_data_dimensions(names["mesh"], name)
-            for name in (names["displacement"], names["force"])
-        ]
+        self.participant, self.mesh, self.count = participant, names["mesh"], count
+        self.read_name, self.written_name = (names[name] for name in data)
+        dimensions = participant.get_mesh_dimensions(self.mesh)
+        places = np.zeros((count, dimensions)) if positions is None else _places(positions, count, dimensions)
+        sizes = [participant.get_data_dimensions(self.mesh, names[name]) for name in data]
         if direction is not None and max(sizes) == 1:
             raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
         self.directions = [self._along(direction, size) for size in sizes]
-        self.vertices = self.participant.set_mesh_vertices(names["mesh"], vertex[np.newaxis])
+        self.vertices = participant.set_mesh_vertices(self.mesh, places)
 
     def initialize(self) -> None:
-        """Write zero as the initial force, if preCICE requires it: everything is in static equilibrium."""
+        """Write zeros, if preCICE requires initial data: everything is in static equilibrium."""
         if self.participant.requires_initial_data():
-            self.write(0.0)
+            self.write(np.zeros(self.count))
         with _interruptible():
             self.participant.initialize()
 
-    def read(self, step: float) -> float:
-        """Return the displacement of the surface (m) at the end of the step (s)."""
-        names = self.names
-        data = self.participant.read_data(names["mesh"], names["displacement"], self.vertices, step)
-        return float(np.ravel(data) @ self.directions[0])
+    def read(self, step: float) -> Vector:
+        """Return what acts at each vertex at the end of the step (s)."""
+        data = self.participant.read_data(self.mesh, self.read_name, self.vertices, step)
+        return np.asarray(np.reshape(data, (self.count, -1)) @ self.directions[0])
 
-    def write(self, force: float) -> None:
-        """Write the mean force (N), as one row for the one vertex; scalars are plain numbers."""
-        row = force * self.directions[1]
-        values = row if row.size == 1 else row[np.newaxis]
-        self.participant.write_data(self.names["mesh"], self.names["force"], self.vertices, values)
+    def write(self, values: Vector) -> None:
+        """Write a number for each vertex; vectors are rows."""
+        rows = np.outer(values, self.directions[1])
+        self.participant.write_data(
+            self.mesh, self.written_name, self.vertices, rows.ravel() if rows.shape[1] == 1 else rows
+        )
 
     @staticmethod
     def _along(direction: Sequence[float] | None, size: int) -> Vector:
@@ -319,12 +453,12 @@ class _Interface:
         return vector / length
 
 
-def _names(names: Mapping[str, str]) -> dict[str, str]:
-    instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
-    for key, name in names.items():
-        one_of("names", key, DEFAULT_NAMES)
-        instance(f"names[{key!r}]", name, str, "a name in the configuration")
-    return dict(names)
+def _places(positions: Sequence[Sequence[float]], count: int, dimensions: int) -> Vector:
+    """Return the positions of the vertices, m."""
+    if len(positions) != count:
+        raise ValueError(f"positions = {short(positions)}: must hold a position for each of the {count} contacts")
+    name = "position" if count == 1 else "positions[{}]"
+    return np.array([_vector(name.format(k), place, dimensions) for k, place in enumerate(positions)])
 
 
 def _vector(name: str, value: Sequence[float], size: int) -> Vector:
@@ -339,10 +473,10 @@ def _bindings() -> Any:
         import precice
     except ImportError as error:
         raise ImportError(
-            f'run_in_precice needs pyprecice ({error}): install preCICE 3, then pip install "hertzlink[precice]"'
+            f'preCICE needs pyprecice ({error}): install preCICE 3, then pip install "hertzlink[precice]"'
         ) from error
     if not hasattr(precice, "Participant"):
-        raise ImportError("run_in_precice needs version 3 of preCICE and pyprecice; an older one is installed")
+        raise ImportError("hertzlink needs version 3 of preCICE and pyprecice; an older one is installed")
     return precice
 
 
