@@ -26,9 +26,16 @@ author = "the hertzlink developers"
 project_copyright = "2026, the hertzlink developers"
 release = version = hertzlink.__version__
 
-extensions = ["myst_parser", "formulas", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
+extensions = [
+    "myst_parser",
+    "formulas",
+    "sphinx.ext.autodoc",
+    "numpydoc",
+    "sphinx_gallery.gen_gallery",
+    "sphinx_design",
+]
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
-exclude_patterns = ["_examples", "_build"]
+exclude_patterns = ["_examples", "_build", "packaging", "paper"]
 html_theme = "furo"
 html_math_renderer = "drawn"
 html_static_path = ["site/static"]
@@ -37,7 +44,7 @@ html_title = f"hertzlink {release}"
 html_show_sourcelink = False
 html_copy_source = False
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"

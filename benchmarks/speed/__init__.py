@@ -1,0 +1,1 @@
+"""Benchmarks for asv: set-ups of the scripts in the folder above, timed over commits."""
