@@ -19,6 +19,7 @@ from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
 from hertzlink.commands.precice_command import precice_case
+from hertzlink.commands.signal_command import show_signal
 from hertzlink.commands.study_command import Studies, folder_options
 from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
@@ -89,7 +90,7 @@ def cli() -> None:
     """
 
 
-for _command in (*COMMANDS, explore_case, precice_case):
+for _command in (*COMMANDS, explore_case, precice_case, show_signal):
     cli.add_command(_command)
 
 

@@ -136,14 +136,14 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditione
     filled = bridged(force)
     step = resolution(force[np.isfinite(force)])
     rough = noise_level(filled)
-    lead = _lead(filled, mains)
+    lead = lead_of(filled, mains)
     if not lead:
         cautions.append("there is no quiet lead, so the offset was left as it is")
     quiet = float(np.median(filled[:lead])) if lead else 0.0
-    clipped, texts = _clipped(time, force, quiet, step, rough)
+    clipped, texts = clipped_samples(time, force, quiet, step, rough)
     cautions += texts
     seconds = float(time[lead] - time[0])
-    hum, text = _hum(time, filled, lead, mains) if mains is not None else (None, "")
+    hum, text = mains_hum(time, filled, lead, mains) if mains is not None else (None, "")
     if hum is not None:
         force, filled = force - hum, filled - hum
         done.append(f"the offset and {text}")
@@ -162,7 +162,7 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditione
     return Conditioned(np.where(clipped, np.nan, force), noise, done, cautions)
 
 
-def _lead(filled: Vector, mains: float | None) -> int:
+def lead_of(filled: Vector, mains: float | None) -> int:
     """Return how many samples at the beginning are quiet but for hum; 0 for none."""
     if mains is not None:
         off = np.abs(filled - np.median(filled))
@@ -173,7 +173,7 @@ def _lead(filled: Vector, mains: float | None) -> int:
         return 0
 
 
-def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:
+def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:
     """Return which samples are clipped or NaN already, and a sentence on each level."""
     clipped, texts = ~np.isfinite(force), []
     if clipped.any():
@@ -202,7 +202,7 @@ def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: floa
     return clipped, texts
 
 
-def _hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vector | None, str]:
+def mains_hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vector | None, str]:
     """Return the offset and hum over the whole record, N, or None, and a text on it."""
     seconds, step = float(time[lead] - time[0]), float(time[1] - time[0])
     name = f"mains hum of {mains:g} Hz"

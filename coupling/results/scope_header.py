@@ -130,6 +130,12 @@ class Header:
             return Unit(texts, UNKNOWN)
         return stated[0] if stated else None
 
+    def name(self, column: int) -> str:
+        """Return what the lines above the samples call a column; "" where they do not."""
+        cells = (row[column] for row in reversed(self._rows[-NAMES_OF_LINES:]) if len(row) > column)
+        named = [cell for cell in cells if cell and not _is_number(cell)]
+        return next((cell for cell in named if not _first_unit(cell, FORCE).name), named[0] if named else "")
+
     def counts_samples(self, column: int) -> bool:
         """Return whether a column is named as the number of the sample."""
         return any(len(row) > column and key_of(row[column]) in COUNTERS for row in self._rows[-NAMES_OF_LINES:])

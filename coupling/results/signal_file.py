@@ -23,6 +23,9 @@ NAMED = 3
 SAME = 0.02
 """Intervals of the header and of the time column differ by less than this part."""
 
+MOST_COLUMNS = 64
+"""Columns of a text that are looked at, where none are named."""
+
 FEWEST_SHARE = 0.5
 """A column holds at least this part of numbers."""
 
@@ -44,23 +47,58 @@ class Sampling(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """Times, s; the columns in SI units, NaN where a sample is missing, by sensor; their units; what is to be said."""
+    """Times, s; by sensor the columns in SI units, NaN where a sample is missing, and their units; what is to be said;
+    and what the file calls the columns."""
 
     time: Vector
     columns: dict[int, Vector]
     units: dict[int, str]
     notes: list[str]
+    names: dict[int, str]
 
 
-def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, unit: str | None) -> Trace:
-    """Return the columns of sensors of a file. A ValueError that names the file, the line and the way out."""
+TEXT = "a text"
+
+
+class Opened(NamedTuple):
+    """What a file is, its recording, or its text."""
+
+    kind: str
+    recording: Recording | None
+    text: bytes
+
+
+def open_trace(path: Path, segment: int | None = None) -> Opened:
+    """Return what a file holds, one segment of it. A ValueError that names the file and the way out."""
     content = path.read_bytes()
-    kind, reader = format_of(path, content) or ("", "")
-    if isinstance(reader, Reader):
-        recording = read_recording(path, kind, reader, sampling.segment or 1)
-        if not recording.text:
-            return _of_recording(path, recording, column_of, sampling, unit)
-        content = recording.text
+    kind, reader = format_of(path, content) or (TEXT, "")
+    if not isinstance(reader, Reader):
+        return Opened(kind, None, content)
+    recording = read_recording(path, kind, reader, segment or 1)
+    return Opened(kind, None if recording.text else recording, recording.text)
+
+
+def columns_of(path: Path, opened: Opened) -> list[int]:
+    """Return the numbers of the columns that may be sensors: channels, or the columns of a text that are no times."""
+    if opened.recording is not None:
+        return [*range(1, len(opened.recording.channels) + 1)]
+    for first in (1, 0, *range(2, MOST_COLUMNS)):
+        try:
+            file = ScopeFile(path, [first], opened.text)
+        except ValueError as error:
+            reason = error
+            continue
+        return [column for column in range(min(file.width, MOST_COLUMNS)) if column not in file.increasing]
+    raise reason
+
+
+def read_trace(
+    path: Path, column_of: Mapping[int, int], sampling: Sampling, unit: str | None, opened: Opened | None = None
+) -> Trace:
+    """Return the columns of sensors of a file. A ValueError that names the file, the line and the way out."""
+    _, recording, content = opened or open_trace(path, sampling.segment)
+    if recording is not None:
+        return _of_recording(path, recording, column_of, sampling, unit)
     columns = [*column_of.values()]
     explicit = [] if sampling.column is None else [sampling.column]
     file = ScopeFile(path, [*explicit, *columns], content)
@@ -93,7 +131,8 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
         notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
     scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
     notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, unit in unit_of.items() if unit.si == "V" and _are_whole(scaled[s])]
-    return Trace(time[first:last], scaled, {s: unit.si for s, unit in unit_of.items()}, notes)
+    names = {sensor: samples.header.name(column) for sensor, column in column_of.items()}
+    return Trace(time[first:last], scaled, {s: unit.si for s, unit in unit_of.items()}, notes, names)
 
 
 def _of_recording(
@@ -133,7 +172,8 @@ def _of_recording(
             notes.append(f"sensor {sensor}: {count_of(lost, 'sample is', 'samples are')} missing, and NaN")
     time, rows = _common(path, pieces, notes)
     first, last = _span(rows)
-    return Trace(time[first:last], {sensor: row[first:last] for sensor, row in rows.items()}, units, notes)
+    names_of = {sensor: recording.channels[column - 1].name for sensor, column in column_of.items()}
+    return Trace(time[first:last], {sensor: row[first:last] for sensor, row in rows.items()}, units, notes, names_of)
 
 
 def _times(path: Path, time: Vector | None, header: Header, count: int, sampling: Sampling) -> Even:

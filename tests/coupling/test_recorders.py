@@ -3,6 +3,7 @@
 The samples are whole counts of a digitiser, so that every format holds them exactly. `hl.read_signal` reads volts.
 """
 
+import re
 import struct
 import wave
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import pytest
 import scipy.io
 
 import hertzlink as hl
+from hertzlink import cli
 
 STEP, START, VOLT = 5e-7, -1e-4, 2.0**-12
 TIME = START + STEP * np.arange(1200)
@@ -200,3 +202,22 @@ def test_no_more_memory_than_a_file_states(tmp_path: Path) -> None:
         ValueError, match=r"huge\.h5: is an HDF5 file that cannot be read \(ValueError: /force holds 10+ numbers"
     ):
         hl.read_signal(path, {7: 1}, calibration=1.0)
+
+
+def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    time = 1e-6 * np.arange(80_000)
+    pulse = 1.2 * np.exp(-(((time - 6e-2) / 1e-4) ** 2))
+    noise = np.random.default_rng(1).normal(0.0, 0.002, time.size)
+    volts = np.minimum(np.round(pulse + noise + 0.02 * np.sin(2 * np.pi * 50.0 * time), 3), 1.0)
+    scipy.io.savemat(tmp_path / "hum.mat", {"A": volts, "Tinterval": 1e-6, "Tstart": 0.0})
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["signal", str(tmp_path / "hum.mat"), "--picture", str(tmp_path / "a.png")])
+    assert not ended.value.code
+    lines = capsys.readouterr().out.split("\n")
+    assert lines[0] == "a file of MATLAB (.mat), 80000 samples, one every 1 µs, from 0 s to 80 ms"
+    assert re.match(r" +1  A +-2\d(\.\d)? mV +1 V +1 mV +1[34]\.\d mV  50 Hz (19\.9|20|20\.1) mV$", lines[2])
+    clipped = int((volts == 1.0).sum())
+    assert f"{clipped} samples are clipped" in lines[4]
+    assert max(map(len, lines[:-2])) <= 80
+    assert lines[5].endswith("as much as white noise would: hum or drift")
+    assert (tmp_path / "a.png").stat().st_size > 5_000

@@ -1,0 +1,127 @@
+"""`hertzlink signal`: what the file of an oscilloscope or recorder holds, before anything is fitted."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hertzlink.terminal import say, show
+
+if TYPE_CHECKING:
+    from coupling.results.signal_overview import Look, Overview
+
+BLOCKS = " ▁▂▃▄▅▆▇█"
+SKETCH = 64
+"""Columns of a channel's sketch."""
+
+SHOWN = 8
+"""Channels and notes that are shown."""
+
+
+@click.command("signal", short_help="Show what a file of a scope or recorder holds.")
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--segment", metavar="NUMBER", type=click.IntRange(min=1), help="The segment of a sequence, from 1 on.")
+@click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
+@click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
+def show_signal(file: Path, segment: int | None, interval: float | None, picture: Path | None) -> None:
+    """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
+
+    A picture of the channels is written beside. Nothing is fitted; `hertzlink identify` does that.
+    """
+    from coupling.results.signal_file import Sampling
+    from coupling.results.signal_overview import overview
+    from structures.checks import positive
+
+    if not file.is_file():
+        raise ValueError(f"{file}: there is no such file")
+    seconds = None if interval is None else positive("interval", interval, "s")
+    seen = overview(file, Sampling(interval=seconds, segment=segment))
+    show(table(seen))
+    name = picture or Path(f"{file.stem}-signal.png")
+    draw(seen, name)
+    say(f"written: {name}")
+
+
+def table(seen: "Overview") -> str:
+    """Return the channels of a file as lines of at most 80 columns."""
+    from structures.units import readable
+
+    first = seen.looks[0]
+    step = float(first.time[1] - first.time[0])
+    begin, end = (readable(float(first.time[k]), "s", 4) for k in (0, -1))
+    lines = [
+        f"{seen.kind}, {first.time.size} samples, one every {readable(step, 's', 4)}, from {begin} to {end}",
+        f"{'column':>6}  {'name':14}{'least':>10}{'greatest':>10}{'step':>10}{'noise':>10}  {'hum':14}",
+    ]
+    for look in seen.looks[:SHOWN]:
+        low, high = _ends(look)
+        sizes = [readable(value, look.unit) for value in (low, high, look.step, look.noise)]
+        lines.append(
+            f"{look.column:6d}  {look.name[:13]:14}" + "".join(f"{size:>10}" for size in sizes) + f"  {_hum(look)}"
+        )
+        lines.append(f"{'':8}{sketch(look)}")
+        lines += [f"{'':8}{text}" for text in _remarks(look)]
+    if len(seen.looks) > SHOWN:
+        lines.append(f"and {len(seen.looks) - SHOWN} more channels")
+    lines += [f"column {column}: {reason}"[:80] for column, reason in [*seen.refused.items()][:SHOWN]]
+    return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
+
+
+def sketch(look: "Look") -> str:
+    """Return a channel as a line of blocks: in each piece of the record, the sample farthest from the median."""
+    import numpy as np
+
+    low, high = _ends(look)
+    middle, span = float(np.nanmedian(look.values)), (high - low) or 1.0
+    pieces = np.array_split(np.where(np.isfinite(look.values), look.values, middle), min(SKETCH, look.values.size))
+    farthest = [piece[np.argmax(np.abs(piece - middle))] for piece in pieces]
+    return "".join(BLOCKS[1 + round((len(BLOCKS) - 2) * (value - low) / span)] for value in farthest)
+
+
+def draw(seen: "Overview", name: Path) -> None:
+    """Write a picture of the channels, one above the other."""
+    from matplotlib.figure import Figure
+
+    looks = seen.looks[:SHOWN]
+    figure = Figure(figsize=(8.0, 1.2 + 1.6 * len(looks)), layout="constrained")
+    axes = figure.subplots(len(looks), sharex=True, squeeze=False)[:, 0]
+    for axis, look in zip(axes, looks, strict=True):
+        axis.plot(1e3 * look.time, look.values, linewidth=0.8)
+        axis.set_ylabel(f"{look.name[:20] or f'column {look.column}'}\n{look.unit}")
+        axis.grid(alpha=0.3)
+    axes[-1].set_xlabel("time, ms")
+    figure.savefig(name, dpi=120)
+
+
+def _ends(look: "Look") -> tuple[float, float]:
+    import numpy as np
+
+    return float(np.nanmin(look.values)), float(np.nanmax(look.values))
+
+
+def _hum(look: "Look") -> str:
+    from coupling.results.signal_overview import MAINS
+    from structures.units import readable
+
+    if look.hum is not None:
+        return f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}"
+    return "none" if look.lead * MAINS[0] >= 1.0 else "lead too short"
+
+
+def _remarks(look: "Look") -> list[str]:
+    """Return what may mislead a fit."""
+    from coupling.results.signal_overview import COLOURED
+
+    low, high = _ends(look)
+    said = []
+    if look.clipped:
+        said.append(f"{look.clipped} samples are clipped: record it with a wider range")
+    if look.missing:
+        said.append(f"{look.missing} samples are missing or beyond the range")
+    if not look.lead:
+        said.append("no quiet lead: record from before the impact on")
+    elif look.noise > max(COLOURED * look.white, look.step):
+        said.append(f"the lead scatters {look.noise / look.white:.1f} times as much as white noise would: hum or drift")
+    if 0.0 < high - low < 64 * look.step:
+        said.append(f"only {round((high - low) / look.step)} steps of the digitiser: use a narrower range")
+    return said
