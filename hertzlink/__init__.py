@@ -16,6 +16,7 @@ Its public names are listed in `__init__.pyi`; each is imported when it is first
 """
 
 from importlib import import_module
+from sys import modules as _modules
 
 from hertzlink import _rooms as _rooms  # before all others: it checks that the packages of hertzlink are its own
 
@@ -40,6 +41,8 @@ def __getattr__(name: str) -> object:
     from hertzlink._help import for_users
 
     globals()[name] = for_users(getattr(import_module(_PUBLIC[name]), name), name)
+    if "xarray" in _modules:
+        import_module("hertzlink._accessor")
     return globals()[name]
 
 

@@ -1,0 +1,68 @@
+"""The accessor `hertz` of Datasets: measures and plots of a run, a sweep or a signal, by `run.hertz`."""
+
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from coupling.plots.swept import swept, varied
+from coupling.plots.traces import sensors_of, traces
+from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
+from coupling.results.reading import Reading
+from coupling.results.schema import RUN, SIGNAL
+from coupling.results.waves import Reflections
+from structures.html_table import html_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@xr.register_dataset_accessor("hertz")  # type: ignore[no-untyped-call]
+class Hertz:
+    """Measures and plots of a Dataset of hertzlink's, with its first argument left out.
+
+    Parameters
+    ----------
+    data : Dataset
+        A run, a sweep, a batch or a signal.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=6e-4)
+    >>> print(f"{run.hertz.reflections(8).primary.amplitude_ratio:.2f}")
+    0.99
+    """
+
+    def __init__(self, data: xr.Dataset) -> None:
+        self._data = data
+
+    @property
+    def _single(self) -> bool:
+        return Reading(self._data).kind in (RUN, SIGNAL)
+
+    def reflections(self, sensor: int, **options: float) -> Reflections:
+        """Return the waves at a sensor bead, as `hl.reflections` does."""
+        return reflections(self._data, sensor, **options)
+
+    def amplitude_ratio(self, sensor: int, **options: Any) -> xr.DataArray:
+        """Return AR at a sensor bead, as `hl.amplitude_ratio` does."""
+        return amplitude_ratio(self._data, sensor, **options)
+
+    def time_of_flight(self, sensor: int, **options: Any) -> xr.DataArray:
+        """Return TOF at a sensor bead, s, as `hl.time_of_flight` does."""
+        return time_of_flight(self._data, sensor, **options)
+
+    def plot(self, sensor: int | None = None, **options: Any) -> "Axes":
+        """Draw the force at a sensor, as `hl.plots.traces` does, or AR over a sweep, as `hl.plots.swept` does."""
+        return (traces if self._single else swept)(self._data, sensor, **options)
+
+    def _repr_html_(self) -> str:
+        if not self._single:
+            return html_table("Sweep", [*varied(self._data).items()])
+        tables = [
+            reflections(self._data, sensor)._repr_html_().replace("Reflections", f"Waves at bead {sensor}")
+            for sensor in sensors_of(Reading(self._data), None)
+        ]
+        return "".join(tables)
