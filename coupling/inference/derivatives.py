@@ -329,6 +329,9 @@ class TangentEngine(Engine):
         self.width = width_for(self.directions)
         self.entries = WIDTHS[self.width]
         self.groups = range(ceil(self.directions / (self.entries - 1)))
+        # The group and the entry of each direction that is not that of a surface.
+        places = (divmod(number, self.entries - 1) for number in range(self.interface.size, self.directions))
+        self._places = [(group, 1 + number) for group, number in places]
         self._recorders, self._numbers = dict[float, Tangents](), dict[float, tuple[Numbers, list[Numbers]]]()
         self.moving = self._moving(*self._rates(self.length))
         rows, groups = plan.rows, len(self.groups)
@@ -381,12 +384,6 @@ class TangentEngine(Engine):
         for slope, (group, entry) in zip(slopes, self._places, strict=False):
             lanes[group, ..., entry] = slope
         return lanes
-
-    @property
-    def _places(self) -> list[tuple[int, int]]:
-        """The group and the entry of each direction that is not that of a surface."""
-        places = (divmod(number, self.entries - 1) for number in range(self.interface.size, self.directions))
-        return [(group, 1 + number) for group, number in places]
 
     def _moving(self, usual: Numbers, rates: Sequence[Numbers]) -> Moving:
         """Return the start of the run in dual numbers."""
