@@ -194,6 +194,17 @@ def test_punched_matrices_of_nastran(tmp_path: Path) -> None:
     assert static(pair) == pytest.approx(1.0 / 3.0e6, rel=1e-9)
 
 
+def test_output4_of_nastran(tmp_path: Path) -> None:
+    op4 = pytest.importorskip("pyNastran.op4.op4")
+    stiffness, file = np.array([[2.0e6, -2.0e6], [-2.0e6, 5.0e6]]), tmp_path / "model.op4"
+    op4.OP4(debug=None).write_op4(
+        str(file), {"KAA": (6, stiffness), "MAA": (6, np.diag([0.02, 0.05]))}, is_binary=False
+    )
+    pair = hl.from_matrices(file, file, hl.STEEL_316, contact=[0.0, 1.0])
+    assert static(pair) == pytest.approx(1.0 / 3.0e6, rel=1e-9)
+    assert pair.mass.diagonal().tolist() == [0.02, 0.05]
+
+
 BAD_FILES = [
     ("a.mtx", b"", "holds no line of numbers"),
     ("a.mtx", b"\x00\xff" * 40, "holds no line of numbers"),
