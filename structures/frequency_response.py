@@ -28,8 +28,8 @@ OF_TYPE = {8: "receptance", 11: "mobility", 12: "accelerance"}
 FEWEST, MOST = 20, 4000
 """Frequencies that a fit needs, and that it can take."""
 
-LARGEST_ERROR = 0.1
-"""Root mean square of the relative error of a fit that is warned of."""
+LARGEST_ERROR, USELESS = 0.1, 0.5
+"""Root mean squares of the relative error of a fit: beyond, a warning, and a refusal."""
 
 NEGATIVE, MOST_NEGATIVE = 0.05, 0.3
 """Parts of the frequencies at which a mobility may have a negative real part: beyond, a warning, and a refusal."""
@@ -111,6 +111,8 @@ def from_frequency_response(
     kept = np.argsort(hertz, kind="stable")
     kept = kept[hertz[kept] > 0.0]  # at zero, a receptance says nothing of a mobility
     hertz, values = hertz[kept], values[kept]
+    if (np.diff(hertz) <= 0.0).any():
+        raise ValueError(f"frequency: holds {hertz[:-1][np.diff(hertz) <= 0.0][0]} Hz twice")
     if hertz.size < FEWEST:
         raise ValueError(f"frequency: holds {hertz.size} positive numbers; {FEWEST} or more are needed")
     if hertz.size > MOST:
@@ -122,11 +124,14 @@ def from_frequency_response(
     mobility = values * (1j * omega) ** (1 - QUANTITIES[one_of("quantity", quantity, QUANTITIES)])
     _check_passive(mobility)
     fit = fit_modes(omega, mobility, tolerance, most_modes)
+    words = (
+        f"response: its fit by {fit.omega.size} modes is {100.0 * fit.error:.2g} % off (root mean square); fit a "
+        "shorter band, allow most_modes, or give more frequencies about resonances"
+    )
+    if fit.error > USELESS:
+        raise ValueError(words)
     if fit.error > LARGEST_ERROR:
-        caution(
-            f"response: its fit by {fit.omega.size} modes is {100.0 * fit.error:.2g} % off (root mean square); fit a "
-            "shorter band, allow most_modes, or give more frequencies about resonances"
-        )
+        caution(words)
     fine = np.geomspace(omega[0] / BAND, BAND * omega[-1], 20_000)
     fitted = fit.mobility(fine)
     report = {

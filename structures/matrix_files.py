@@ -3,11 +3,13 @@
 from math import isqrt
 from pathlib import Path
 from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from structures.checks import MOST
 from structures.foreign_files import FOREIGN, read_foreign
 
 Numbers = NDArray[np.int64]
@@ -100,9 +102,10 @@ def _matrix_market(what: str, path: Path) -> LabelledMatrix:
 def _triplets(what: str, path: Path) -> LabelledMatrix:
     """Return a matrix of lines "row column value", or "node, direction, node, direction, value"."""
     table = numbers_in(what, path, (3, 5))
-    indices, values = table[:, :-1].astype(np.int64), table[:, -1]
-    if (indices != table[:, :-1]).any():
+    places, values = table[:, :-1], table[:, -1]
+    if (np.abs(places) > MOST).any() or (places != np.floor(places)).any():
         raise ValueError(f"{what}: numbers of rows and nodes must be whole")
+    indices = places.astype(np.int64)
     if table.shape[1] == 3:
         if indices.min() < 1:
             raise ValueError(f"{what}: rows are counted from 1, but there is a row {indices.min()}")
@@ -134,7 +137,9 @@ def _labels_beside(path: Path, size: int) -> Numbers | None:
     if not beside.is_file():
         return None
     try:
-        labels = np.loadtxt(beside, dtype=np.int64, delimiter=".", ndmin=2, max_rows=MOST_ROWS + 1)
+        with catch_warnings():
+            simplefilter("ignore")  # numpy's, of a file without lines
+            labels = np.loadtxt(beside, dtype=np.int64, delimiter=".", ndmin=2, max_rows=MOST_ROWS + 1)
     except ValueError:
         labels = np.zeros((0, 2), dtype=np.int64)
     if labels.shape[1:] != (2,) or len(labels) < size:

@@ -205,6 +205,17 @@ def test_output4_of_nastran(tmp_path: Path) -> None:
     assert pair.mass.diagonal().tolist() == [0.02, 0.05]
 
 
+def test_rows_of_the_same_node_share_a_force(tmp_path: Path) -> None:
+    (tmp_path / "shell.sti").write_text("1 1 2e6\n2 2 2e6\n3 3 4e6\n")
+    (tmp_path / "shell.dof").write_text("5.3\n5.3\n6.3\n")  # CalculiX expands node 5 of a shell to two
+    shell = hl.from_matrices(np.eye(3), tmp_path / "shell.sti", hl.STEEL_316, node=5)
+    np.testing.assert_array_equal(shell.contact, [0.5, 0.5, 0.0])
+    for damaged in (b"", b"5.3\n", b"5.3.1\n" * 3, b"9" * 40 + b".1\n"):
+        (tmp_path / "shell.dof").write_bytes(damaged)
+        with pytest.raises(ValueError, match="must have 3 lines node"):
+            hl.from_matrices(np.eye(3), tmp_path / "shell.sti", hl.STEEL_316, node=5)
+
+
 BAD_FILES = [
     ("a.mtx", b"", "holds no line of numbers"),
     ("a.mtx", b"\x00\xff" * 40, "holds no line of numbers"),
@@ -213,6 +224,7 @@ BAD_FILES = [
     ("a.sti", b"1 1 2.0 7\n", "has 4 columns of numbers: must have 3 or 5"),
     ("a.sti", b"0 0 2.0\n", "rows are counted from 1"),
     ("a.sti", b"1.5 1 2.0\n", "must be whole"),
+    ("a.sti", b"1e300 1 2.0\n", "must be whole"),
     ("a.sti", b"1 1 nan\n", "must hold finite numbers"),
     ("a.sti", b"1 900000000000 1.0\n", "has 900000000000 rows; at most 2000000 fit"),
     ("a.mtx", b"%%MatrixMarket matrix coordinate real general\n9 9 4000000000\n1 1 1\n", "more than it can hold"),
