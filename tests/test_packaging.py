@@ -12,6 +12,7 @@ HOME = Path(__file__).parent.parent
 ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
 
 DECLARED_AS = {
+    "RigolWFM": "rigolwfm",
     "ansys": "ansys-mapdl-reader",
     "pyNastran": "pynastran",
     "pyuff": "pyuff",
