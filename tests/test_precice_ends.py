@@ -213,6 +213,16 @@ def test_a_sweep_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) ->
     assert not Path("other").exists()
 
 
+def test_missing_bindings_are_one_line(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "precice", None)
+    assert command("precice", str(folder / "case.toml"), "--participant", "Chain") == 2
+    error = capsys.readouterr().err
+    assert "pip install" in error
+    assert len(error.splitlines()) == 1
+
+
 def test_several_contacts_need_their_places() -> None:
     edges = hl.Supports("clamped", "clamped", "clamped", "clamped")
     plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, edges).at([0.05, 0.15], [0.07, 0.07])

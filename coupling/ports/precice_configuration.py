@@ -12,6 +12,10 @@ absolute limits of 1e-14 and less."""
 
 CONFIGURATION = """<?xml version="1.0" encoding="UTF-8" ?>
 <precice-configuration>
+  <log>
+    <sink type="stream" output="stdout" filter="%Severity% > info" enabled="true" />
+  </log>
+
   <data:scalar name="{force}" waveform-degree="0" />
   <data:scalar name="{displacement}" waveform-degree="1" />
 

@@ -61,7 +61,10 @@ def precice_case(
                 say(f"    hertzlink precice case.toml --participant {end}")
             written(folder)
             return
-        run, lines = _run(full_case, simulation, participant, Path(case).with_name(CONFIGURATION))
+        try:
+            run, lines = _run(full_case, simulation, participant, Path(case).with_name(CONFIGURATION))
+        except ImportError as error:
+            raise click.ClickException(str(error)) from error
     data = run.assign_attrs(provenance({"case": full_case.to_toml(), "participant": participant}))
 
     def write_results(into: Path) -> None:
