@@ -1,5 +1,6 @@
 """Linear algebra by one thread, where matrices are too small to share."""
 
+import sys
 from collections.abc import Callable
 from functools import wraps
 from threading import Lock
@@ -32,13 +33,17 @@ class _OneThread:
 
     def __init__(self) -> None:
         self._lock, self._inside = Lock(), 0
-        self._limit: threadpoolctl.threadpool_limits | None = None
+        self._limit: Any = None
+        self._libraries: tuple[int, Any] = 0, None
 
     def __enter__(self) -> None:
         with self._lock:
             if self._inside == 0:
                 _take_control()
-                self._limit = threadpoolctl.threadpool_limits(1, "blas")
+                # To look for libraries takes longer than a small run; they come with modules.
+                if (modules := len(sys.modules)) != self._libraries[0]:
+                    self._libraries = modules, threadpoolctl.ThreadpoolController()
+                self._limit = self._libraries[1].limit(limits=1, user_api="blas")
             self._inside += 1
 
     def __exit__(self, *_: Any) -> None:

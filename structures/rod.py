@@ -2,19 +2,18 @@
 
 from collections.abc import Sequence
 from math import ceil, pi
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
 from structures.checks import listed, whole
 from structures.described import described
 from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Asks, Count, OneOf, Side, Thickness
-from structures.structure import Structure
+from structures.structure import Structure, Vector
 from structures.surface import Surface
 
 ELEMENT_TRAVEL_TIME = 1.0e-6
@@ -33,6 +32,10 @@ LARGEST_RADIUS = 5.0
 
 MOST_ELEMENTS = 1_000_000
 """Upper limit for the whole rod: beyond it a wrong unit is more likely than a real need."""
+
+STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) / 3.0
+INERTIA = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30.0
+"""Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle."""
 
 BASES = ("fixed", "free", "absorbing", "contact")
 
@@ -140,16 +143,17 @@ def rod(
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     cut = _cut(cracks, len(layers))
-    counts, basis, owner = _mesh(layers, elements and fineness().cells * elements)
-    per_point = np.ones_like(basis.dx)
-    axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner, None] * per_point
-    inertia = np.array([layer.material.density * layer.area for layer in layers])[owner, None] * per_point
-    faces = basis.nodal_dofs[0, np.cumsum(counts)[cut]]
-    part = np.searchsorted(cut, owner)
-    stiffness = _assembled(_stretching, basis, axial, part, faces)
-    mass = _assembled(_inertia, basis, inertia, part, faces)
-    size = basis.N + len(cut)
-    top, bottom = basis.nodal_dofs[0, [0, -1]]
+    counts, owner, width = _mesh(layers, elements and fineness().cells * elements)
+    nodes, faces = _nodes(owner.size), np.cumsum(counts)[cut]
+    uncut = int(nodes.max()) + 1
+    # The part behind a crack has its own node there, after the others.
+    nodes[faces, 0] = uncut + np.arange(len(cut))
+    size = uncut + len(cut)
+    axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner]
+    inertia = np.array([layer.material.density * layer.area for layer in layers])[owner]
+    stiffness = _assembled(STRETCHING, axial / width, nodes, size)
+    mass = _assembled(INERTIA, inertia * width, nodes, size)
+    top, bottom = 0, owner.size
     contact = np.zeros((size, 1))
     contact[top] = 1.0
     damping: sparse.csr_array | None = None
@@ -166,7 +170,7 @@ def rod(
         surfaces.append(Surface(layers[-1].material))
     for number, face in enumerate(faces):
         apart = np.zeros(size)
-        apart[[face, basis.N + number]] = -1.0, 1.0
+        apart[[face, uncut + number]] = -1.0, 1.0
         contact = np.column_stack([contact, apart])
         surfaces.append(Surface(layers[cut[number]].material))
     if base == "fixed":
@@ -188,16 +192,14 @@ def rod_parts(
     One matrix of n × n for each layer, N/m; their sum is the stiffness of the rod. The arguments are those of `rod`.
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    _, basis, owner = _mesh(layers, elements)
-    free = np.arange(basis.N)
-    if base == "fixed":
-        free = np.setdiff1d(free, basis.nodal_dofs[0, -1])
-    parts = []
-    for i, layer in enumerate(layers):
-        axial = layer.material.youngs_modulus * layer.area * (owner == i)[:, None] * np.ones_like(basis.dx)
-        parts.append(sparse.csr_array(_stretching.assemble(basis, coefficient=axial))[free][:, free])
-        parts[-1].eliminate_zeros()
-    return parts
+    _, owner, width = _mesh(layers, elements)
+    nodes = _nodes(owner.size)
+    size = int(nodes.max()) + 1
+    free = np.setdiff1d(np.arange(size), [owner.size] if base == "fixed" else [])
+    return [
+        _assembled(STRETCHING, layer.material.youngs_modulus * layer.area / width[own], nodes[own], size)[free][:, free]
+        for layer, own in ((layer, owner == i) for i, layer in enumerate(layers))
+    ]
 
 
 def _cut(cracks: Sequence[int], layers: int) -> list[int]:
@@ -212,45 +214,29 @@ def _cut(cracks: Sequence[int], layers: int) -> list[int]:
     return cut
 
 
-def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any) -> sparse.csr_array:
-    """Return the matrix of a rod that is cut at nodes: the part behind each has its own node there, after others."""
-    whole_matrix = sparse.csr_array(form.assemble(basis, coefficient=coefficient * (part == 0)[:, None]))
-    if not len(faces):
-        return whole_matrix
-    whole_matrix.resize((basis.N + len(faces),) * 2)
-    for i in range(1, len(faces) + 1):
-        block = sparse.coo_array(form.assemble(basis, coefficient=coefficient * (part == i)[:, None]))
-        place = np.arange(basis.N)
-        place[faces[i - 1]] = basis.N + i - 1
-        rows, columns = place[block.row], place[block.col]
-        whole_matrix = whole_matrix + sparse.csr_array((block.data, (rows, columns)), shape=whole_matrix.shape)
-    whole_matrix.eliminate_zeros()
-    return whole_matrix
+def _assembled(element: Vector, factor: Vector, nodes: NDArray[np.intp], size: int) -> sparse.csr_array:
+    """Return the matrix of elements at their nodes: that of one of unit length, times the factor of each."""
+    rows, columns = np.repeat(nodes, 3, axis=1), np.tile(nodes, 3)
+    entries = factor[:, None] * element.ravel()
+    return sparse.csr_array((entries.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
 
 
-def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:
-    """Return the number of elements in each layer, their basis, and the index of the layer of each element."""
+def _nodes(count: int) -> NDArray[np.intp]:
+    """Return the nodes of each element: its ends, numbered along the rod, and its middle, numbered after all ends."""
+    first = np.arange(count)
+    return np.column_stack([first, first + 1, count + 1 + first])
+
+
+def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], NDArray[np.intp], Vector]:
+    """Return the number of elements in each layer, the layer of each element, and its length, m."""
     counts = [fineness().cells * _count(layer) if elements is None else elements for layer in layers]
     if sum(counts) > MOST_ELEMENTS:
         raise ValueError(
             f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"
         )
-    faces = np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
-    nodes = [np.linspace(faces[i], faces[i + 1], count + 1)[:-1] for i, count in enumerate(counts)]
-    basis = Basis(MeshLine(np.append(np.concatenate(nodes), faces[-1])), ElementLineP2())
-    owner = np.searchsorted(faces, basis.mesh.p[0, basis.mesh.t].mean(axis=0)) - 1
-    return counts, basis, owner
+    widths = [layer.length / count for layer, count in zip(layers, counts, strict=True)]
+    return counts, np.repeat(np.arange(len(layers)), counts), np.repeat(widths, counts)
 
 
 def _count(layer: Layer) -> int:
     return max(FEWEST_ELEMENTS, ceil(layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME)))
-
-
-@BilinearForm
-def _stretching(u: Any, v: Any, w: Any) -> Any:
-    return w.coefficient * u.grad[0] * v.grad[0]
-
-
-@BilinearForm
-def _inertia(u: Any, v: Any, w: Any) -> Any:
-    return w.coefficient * u * v

@@ -40,9 +40,9 @@ COMPARE = ("waveform", "features")
 SEARCHES = ("quick", "full")
 """How the unknowns of a plate are searched."""
 
-RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE = 200, 400, 120
+RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE = 140, 200, 110
 """Runs of typical fits with three starts: of the first unknown of interest, of each further one, of each nuisance of
-the model. 22 fits took 0.6 to 1.8 times as many."""
+the model. 24 fits took 0.8 to 1.25 times as many."""
 
 LONG_TIME = 300.0
 """The time (s) of which the user is warned."""

@@ -299,7 +299,8 @@ class Design:
         self.places = np.full(len(ranges), 0.5)
         self.here = self.prediction.traces([self.places])[0]
         if not np.isfinite(self.here).all():
-            raise ValueError(f"build: its run fails at {', '.join(f'{n} = {v:.4g}' for n, v in self.values.items())}")
+            at = ", ".join(f"{n} = {v:.4g}" for n, v in self.values.items())
+            raise ValueError(f"build: its run fails at {at}: {self.prediction.reason}")
         peaks = self.here.max(axis=-1)
         check_samples("sample_every", self.step, self.prediction.until / self.step)
         time = np.arange(0.0, self.prediction.until, self.step)

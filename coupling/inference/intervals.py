@@ -30,13 +30,10 @@ from coupling.inference.misfit import (
 )
 from coupling.inference.posterior import sampled
 from coupling.inference.prediction import NUMERICAL
-from coupling.inference.search import GlobalSearch, Solution, inverse
+from coupling.inference.search import SAME, GlobalSearch, Solution, inverse
 from coupling.inference.yield_effect import YIELD, with_yielding
 from structures.caution import caution
 from structures.structure import Vector
-
-SAME = 1e-2
-"""Solutions that differ by less than this part of each range, or by three standard deviations, are one."""
 
 WITHIN = 6.0
 """Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
@@ -60,6 +57,9 @@ CORRELATED = 0.25
 
 SHORT, LONG = 1e-3, 0.1
 """Shortest and longest first step of a profile, in parts of the range."""
+
+BEYOND = 1.05
+"""By so much longer steps than those that a straight rise of χ predicts, a profile encloses the end of an interval."""
 
 EXPLAINED = 0.9999
 """Probability of a χ² of features beyond which the model does not explain them."""
@@ -303,21 +303,23 @@ class Judgement:
         """Return the place between the best one and a limit."""
         bounds = self.misfit.bounds()
         inner, rise, p, side = float(best.p[k]), 0.0, best.p, 1.0 if limit > best.p[k] else -1.0
-        step, outer, wanted = min(max(0.5 * half, SHORT), LONG), limit, np.sqrt(REACH)
+        # The end that the curvature predicts, and a little more, to enclose it.
+        step, outer, wanted = min(max(BEYOND * half, SHORT), LONG), limit, np.sqrt(REACH)
         while abs(outer - inner) > SHORT / 2.0:
             trial = inner + side * min(step, abs(outer - inner))
             # The others move on along the ridge, else few tries would not bring them there.
             start = np.clip(p + (trial - p[k]) * ridge, *bounds)
             start[k] = trial
-            solution = self.search.solved(start, fixed=k, tries=8)
+            solution = self.search.solved(start, tries=8, fixed=k)
             new = float(np.sqrt(max(solution.misfit - best.misfit, 0.0) / inflation))
             if wanted <= new < 2.0 * wanted:
                 # Its root is nearly straight.
                 return float(inner + (wanted - rise) / (new - rise) * (trial - inner))
             if new < wanted:
                 ridge = (solution.p - p) / (trial - p[k])
+                slope = (new - rise) / abs(trial - inner)
                 inner, rise, p = trial, new, solution.p
-                step *= 1.6
+                step = min(BEYOND * (wanted - new) / slope, 1.6 * step) if slope > 0.0 else 1.6 * step
             else:
                 outer, step = trial, 0.5 * abs(trial - inner)
         return outer if outer == limit else 0.5 * (inner + outer)

@@ -78,7 +78,6 @@ class Misfit:
         self.unit = prediction.contact_time
         self.used = [np.isfinite(force) for force in measured.force]
         """The samples of each sensor that count; `keep_window` leaves out those before and after the prediction."""
-        self._last: tuple[Vector, Vector] | None = None
         self._last_slopes: tuple[Vector, Vector] | None = None
 
     @property
@@ -242,11 +241,8 @@ class Misfit:
         return traces if constant is None else high_passed(traces, self.prediction.interval, factor * constant)
 
     def _traces(self, p: Vector) -> Vector:
-        """Return the traces of the last p that was asked for, from one run."""
-        places = p[: self.size]
-        if self._last is None or not np.array_equal(self._last[0], places):
-            self._last = places.copy(), self.prediction.traces([places])[0]
-        return self._last[1]
+        """Return the traces of p, from one run, or from one that was done."""
+        return self.prediction.trace(p[: self.size])
 
     def _slopes(self, p: Vector, traces: Vector, steps: Vector, rough: bool) -> Vector:
         """Return the derivatives of the traces by the places; where a search ends, what follows it asks for those that

@@ -5,18 +5,18 @@ from math import inf, log
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from coupling.cosimulation import CoSimulation
 from coupling.loops import is_compiled
 from coupling.plan import valid_until
+from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import kind
 from coupling.results.signals import as_signal
 from coupling.results.waves import ReflectedWave
-from coupling.sweeps.batch import batch
+from coupling.sweeps.batch import records
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution, collected
@@ -35,6 +35,9 @@ ACCURACY = "screening"
 
 MOST_SAMPLES = 1e6
 """Of the trace of a sensor: a record of a second."""
+
+REMEMBERED = 1e6
+"""Samples of the latest runs that are kept, as searches start at points of a scan, and at ends of other searches."""
 
 NUMERICAL = 1e-4
 """That difference; noise below it is not believed."""
@@ -127,7 +130,10 @@ class Prediction:
         check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
         self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
         self.runs, self.failed, self._said = 0, 0, dict[str, str]()
+        self.reason = ""
+        """Why the first run failed that did."""
         self.progress: Progress | None = None
+        self._last = dict[bytes, Vector]()
         self._quick = False
         self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
@@ -141,6 +147,7 @@ class Prediction:
         check_samples("until", until, until / self.interval)
         self.time = self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1)
         self._compiled = is_compiled(self.first.interface, self.first.scheme)
+        self._kept = kept_at(self.sensors, beads)
 
     def waves(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
         """Return AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is
@@ -189,37 +196,49 @@ class Prediction:
         return simulation.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))
 
     def traces(self, places: Sequence[Vector]) -> Vector:
-        """Return the forces at the sensors, N; NaN for a run that fails."""
+        """Return the forces at the sensors, N, runs × sensors × times; NaN for a run that fails."""
         rows = [self.values(place) for place in places]
         self.runs += len(rows)
         with collected() as messages:
             traces = self._together(rows) if self._compiled else np.stack([self._alone(row) for row in rows])
         self.failed += int(np.isnan(traces).all(axis=(1, 2)).sum())
+        self._last |= {place.tobytes(): trace for place, trace in zip(places, traces, strict=True)}
+        for old in list(self._last)[: -max(1, int(REMEMBERED / traces[0].size))]:
+            del self._last[old]
         for message in messages:
-            if not message.startswith("batch: "):
-                self._said.setdefault(kind(message), message.split(" (at run ")[0])
+            self._said.setdefault(kind(message), message)
         return traces
+
+    def trace(self, places: Vector) -> Vector:
+        """Return the forces of one run, N, sensors × times; of those done lately without another run."""
+        key = places.tobytes()
+        return self._last[key] if key in self._last else self.traces([places])[0]
 
     def _together(self, rows: list[dict[str, float]]) -> Vector:
         """Return the traces of many runs in the compiled loop."""
         # A function without unknowns is of no use, so there is at least one.
         columns: dict[str, Any] = {unknown.name: [row[unknown.name] for row in rows] for unknown in self.ranges}
-        runs = batch(self.made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
-        return self._forces(runs)
+        runs = records(self.made, self.until, self.interval, self._kept, len(self.first.chain.chain.beads), columns)
+        for finding in runs.findings:
+            caution(finding)
+        self.reason = self.reason or next(iter(runs.failures), "")
+        # Runs × times × contacts.
+        return self._forces(runs.force.swapaxes(1, 2), runs.static, [index + 1 for index in self._kept.contacts])
 
     def _alone(self, row: dict[str, float]) -> Vector:
         """Return the traces of a run that only its own scheme can do, such as one with a user's structure."""
         try:
-            return self._forces(self.made(**row).run(self.until, save_every=self.interval))
+            run = self.made(**row).run(self.until, save_every=self.interval)
         except (ArithmeticError, RuntimeError, ValueError) as error:
             caution(f"run: failed for {row}: {error}")
+            self.reason = self.reason or str(error)
             return np.full((len(self.sensors), self.time.size), np.nan)
+        force = run.contact_force.transpose("contact", "time").values
+        return self._forces(force, run.static_force.values, run.contact.values.tolist())
 
-    def _forces(self, runs: xr.Dataset) -> Vector:
-        """Return the dynamic forces at the sensors, … × sensors × times, N."""
-        # As plain arrays: a fit takes the forces of some runs hundreds of times, and labels take longer than a run.
-        dynamic = runs.contact_force.transpose(..., "contact", "time").values - runs.static_force.values[..., None]
-        places = {n: k for k, n in enumerate(runs.contact.values.tolist())}
+    def _forces(self, force: Vector, static: Vector, contacts: list[int]) -> Vector:
+        """Return the dynamic forces at the sensors, … × sensors × times, N, from those of contacts."""
+        dynamic, places = force - static[..., None], {n: k for k, n in enumerate(contacts)}
         forces = [0.5 * (dynamic[..., places[n], :] + dynamic[..., places[n + 1], :]) for n in self.sensors]
         return np.stack(forces, axis=-2)
 

@@ -28,18 +28,20 @@ FLAT, FEWEST_FLAT, FINER = 0.1, 4, 5
 """Where χ² of so many points of a line exceeds the least by this part, a faint echo may hide between them, and the line
 is so many times finer there."""
 
+SAME = 1e-2
+"""Solutions that differ by less than this part of each range, or by three standard deviations, are one."""
+
 APART = 0.05
 """Starts of least squares differ at least by this part of a range in some unknown."""
 
 PRECISION = 1e-5
 """Least squares end where χ², or every unknown, changes by less than this part: for 1 000 samples by 0.01."""
 
-
 ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 """The same of rough searches, the points at which they try, and how much worse than the best one may be to go on."""
 
 ROUGH_STARTS, MORE_STARTS = 3, 3
-"""Rough searches for each full one; and those that follow while no fit explains the signal, as the scan doubles."""
+"""While no fit explains the signal: rough searches for each full one; and those that follow as the scan doubles."""
 
 RUNS_NEARBY = 16
 """Runs of a typical fit with a guess, for each unknown: five took as many, and one four times."""
@@ -73,11 +75,15 @@ class GlobalSearch:
         if self.guess is not None:
             scanned = self._scanned(self.guess[None])
             self._prepare(scanned)
-            return [self.solved(scanned[0][1])]
+            return [self.solved(scanned[0][1], rough=False)]
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
-        solutions = self._solved_from(self._apart(scanned, [], ROUGH_STARTS * self.starts))
+        solutions = self._solved_from(self._apart(scanned, [], self.starts))
+        if not self.misfit.explains(solutions[0].misfit, solutions[0].p):
+            solutions = self._solved_from(
+                self._apart(scanned, [], ROUGH_STARTS * self.starts)[self.starts :], solutions
+            )
         for _ in range(MOST_ROUNDS):
             least = solutions[0].misfit
             starts = self._along_lines(solutions)
@@ -86,7 +92,7 @@ class GlobalSearch:
                 starts += self._apart(
                     scanned, [*(solution.p for solution in solutions), *starts], MORE_STARTS * self.starts
                 )
-            solutions = sorted([*solutions, *self._solved_from(starts)], key=lambda solution: solution.misfit)
+            solutions = self._solved_from(starts, solutions)
             if explained and solutions[0].misfit > least - 1.0:
                 break
         return solutions
@@ -108,7 +114,7 @@ class GlobalSearch:
     def _prepare(self, scanned: list[tuple[float, Vector]]) -> None:
         """Choose the samples that count from the best point of the scan."""
         if not scanned:
-            raise ValueError("build: all runs of the scan fail; try a point of the ranges by itself")
+            raise ValueError(f"build: all runs of the scan fail; the first with {self.misfit.prediction.reason}")
         self.misfit.keep_window(self.misfit.time_zero(scanned[0][1]))
         self.misfit.refresh(scanned[0][1], final=False)
 
@@ -121,16 +127,19 @@ class GlobalSearch:
                 chosen.append(p)
         return chosen
 
-    def _solved_from(self, starts: Sequence[Vector]) -> list[Solution]:
-        """Return the least squares: rough ones from each start, full ones from the best of their results."""
-        roughs = sorted(
-            (self.solved(p, tries=ROUGH_TRIES, rough=True) for p in starts), key=lambda solution: solution.misfit
-        )
-        better = [solution for solution in roughs[: self.starts] if solution.misfit < WORSE * roughs[0].misfit]
-        return sorted(
-            [*(self.solved(solution.p) for solution in better), *roughs[len(better) :]],
-            key=lambda solution: solution.misfit,
-        )
+    def _solved_from(self, starts: Sequence[Vector], others: Sequence[Solution] = ()) -> list[Solution]:
+        """Return other solutions and those of rough least squares from each start, full ones from the best of these."""
+        size, full, rest = len(self.ranges), list[Solution](), list[Solution]()
+        roughs = sorted((self.solved(p, ROUGH_TRIES, ROUGH) for p in starts), key=lambda solution: solution.misfit)
+        least = min((solution.misfit for solution in (*others, *roughs[:1])), default=np.inf)
+        for rough in roughs:
+            better = len(full) < self.starts and rough.misfit < WORSE * least
+            # One valley is searched to its ground once.
+            if better and all(abs(rough.p[:size] - other.p[:size]).max() > SAME for other in (*others, *full)):
+                full.append(self.solved(rough.p))
+            else:
+                rest.append(rough)
+        return sorted([*others, *full, *rest], key=lambda solution: solution.misfit)
 
     def _along_lines(self, solutions: Sequence[Solution]) -> list[Vector]:
         """Return best minima on the lines along each range through the best solution, away from the solutions known."""
@@ -175,8 +184,13 @@ class GlobalSearch:
             self._known_lines[key] = np.array(values)
         return self._known_lines[key]
 
-    def solved(self, start: Vector, fixed: int | None = None, tries: int = 30, rough: bool = False) -> Solution:
-        """Least squares from a start; fixed: the number of an unknown that keeps its place; rough: derivatives."""
+    def solved(
+        self, start: Vector, tries: int = 30, precision: float = PRECISION, fixed: int | None = None, rough: bool = True
+    ) -> Solution:
+        """Least squares from a start; fixed: the number of an unknown that keeps its place; rough: derivatives.
+
+        An error of the derivatives leaves as large a part of the standard deviation.
+        """
         low, high = self.misfit.bounds()
         free = np.array([k for k in range(start.size) if k != fixed])
         p = np.clip(start, low, high)
@@ -193,7 +207,6 @@ class GlobalSearch:
         if not free.size:
             residual = self.misfit.residual(p)
             return Solution(p, float(residual @ residual), True)
-        precision = ROUGH if rough else PRECISION
         inner = np.clip(p[free], low[free] + 1e-9, high[free] - 1e-9)
         done = least_squares(
             lambda x: self.misfit.residual(full(x)), inner, slope, bounds=(low[free], high[free]), x_scale="jac",
@@ -204,11 +217,11 @@ class GlobalSearch:
     def refined(self, solution: Solution) -> tuple[Solution, Point]:
         """Return the least squares again, with derivatives over steps that suit the errors."""
         self.misfit.refresh(solution.p)
-        point = self.misfit.at(solution.p, self.steps)
+        point = self.misfit.at(solution.p, self.steps, rough=True)
         solution = solution._replace(misfit=point.misfit)
         errors = np.sqrt(np.diag(inverse(point.columns)))[: len(self.ranges)]
         self.steps = np.clip(STEP_OF_ERROR * errors, SHORTEST_STEP, LONGEST_STEP)
-        again = self.solved(solution.p, tries=10)
+        again = self.solved(solution.p, tries=10, rough=False)
         best = again if again.misfit <= solution.misfit else solution
         return best, self.misfit.at(best.p, self.steps)
 

@@ -166,6 +166,29 @@ def batch(
     return _together(family, [data for data, _ in outcomes], done, until, before)
 
 
+class Records(NamedTuple):
+    """What many runs leave as arrays: the contact forces, runs × times × contacts, NaN of a run that fails; the static
+    ones, runs × contacts, N; the findings of all runs, and why some failed.
+    """
+
+    force: Vector
+    static: Vector
+    findings: list[str]
+    failures: list[str]
+
+
+def records(
+    build: Callable[..., CoSimulation], until: float, interval: float, kept: Kept, beads: int, columns: dict[str, Any]
+) -> Records:
+    """Return the runs of a function one after the other, without labels and checks of its arguments, which take as long
+    as a run."""
+    number, rows = len(next(iter(columns.values()))), int(until / interval * (1.0 + 1e-9)) + 1
+    runs = _Rows(_Part(_Family(number, beads, {}, build, columns), until, interval, rows, kept, ()))
+    done = [runs.do(i) for i in range(number)]
+    failures = [str(run.failure) for run in done if run.failure]
+    return Records(runs.force, runs.static, [finding for run in done for finding in run.findings], failures)
+
+
 def _in_processes(
     parts: "Iterator[_Part]", threads: int, measure: Measure | None, jobs: int
 ) -> Iterator[tuple[xr.Dataset, "list[_Done]"]]:

@@ -698,7 +698,7 @@ def test_a_fit_says_its_stage_and_count(caplog: pytest.LogCaptureFixture, monkey
     with caplog.at_level(logging.INFO, "hertzlink.sweep"):
         found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, modulus=(2e9, 4.5e9))
     said = [record.getMessage() for record in caplog.records]
-    assert said[0] == "identify: search 1 of about 200 runs"
+    assert said[0] == "identify: search 1 of about 140 runs"
     assert {line.split()[1] for line in said} >= {"search", "intervals"}
     assert abs(int(said[-1].split()[2]) - found.runs) <= 0.1 * found.runs
 
@@ -706,9 +706,9 @@ def test_a_fit_says_its_stage_and_count(caplog: pytest.LogCaptureFixture, monkey
 @pytest.mark.parametrize(
     ("given", "runs"),
     [
-        ({"unknowns": 1}, (184, 234)), ({"unknowns": 1, "nuisances": 1}, (304, 558)),
-        ({"unknowns": 2}, (576, 1066)), ({"unknowns": 2, "nuisances": 1}, (875, 1201)),
-        ({"unknowns": 3}, (939, 1265)), ({"unknowns": 1, "nuisances": 1, "guess": True}, (30, 34)),
+        ({"unknowns": 1}, (128, 150)), ({"unknowns": 1, "nuisances": 1}, (221, 308)),
+        ({"unknowns": 2}, (265, 362)), ({"unknowns": 2, "nuisances": 1}, (507, 525)),
+        ({"unknowns": 3}, (571, 589)), ({"unknowns": 1, "nuisances": 1, "guess": True}, (31, 55)),
     ],
 )  # fmt: skip
 def test_likely_runs_are_those_of_fits(given: dict[str, Any], runs: tuple[int, int]) -> None:
