@@ -155,7 +155,8 @@ def stamp(file: str) -> str:
     Numba itself looks at the file of the kernel only, and would not notice that one changed which it calls.
     """
     root, digest = Path(__file__).parent.parent, sha256(numba.__version__.encode())
-    for source in (*sorted(path for room in OURS for path in root.glob(f"{room}/kernels/*.py")), Path(file)):
+    sources = sorted(path for room in OURS for path in root.glob(f"{room}/kernels/*.py"))
+    for source in (*sources, Path(__file__).with_name("kernel_linking.py"), Path(file)):
         digest.update(source.read_bytes())
     return digest.hexdigest()
 
