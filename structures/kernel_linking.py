@@ -17,8 +17,8 @@ FROM_PYTHON = "_ZN7cpython"
 
 
 VECTORS = '"prefer-vector-width"="256"'
-"""An attribute of a function. A chain has some twenty beads. LLVM takes vectors of eight numbers for some processors; too
-many beads are then left over, and the loop of a run takes a fifth more time."""
+"""An attribute of a function. A chain has some twenty beads. LLVM takes vectors of eight numbers for some processors;
+too many beads are then left over, and the loop of a run takes a fifth more time."""
 
 
 class Kernel(JITCodeLibrary):  # type: ignore[misc]
