@@ -78,8 +78,8 @@ def _look(column: int, trace: Trace) -> Look:
         long_lead = lead_of(filled, mains)
         hum, _ = mains_hum(time, filled, long_lead, mains)
         if hum is not None:
-            left = (filled - hum)[:long_lead].std() / filled[:long_lead].std()
-            hums.append((float(left), mains, float(np.ptp(hum) / 2.0)))
+            remainder = float((filled - hum)[:long_lead].std() / filled[:long_lead].std())
+            hums.append((remainder, mains, float(np.ptp(hum) / 2.0)))
     left, mains, size = min(hums, default=(1.0, 0.0, 0.0))
     return Look(
         column, re.split(r"\s*[(\[]", trace.names[column])[0], trace.units[column], time, values, clipped, missing,
