@@ -57,7 +57,7 @@ class ContactPoint:
     number: Annotated[int, Count(0)]
 
     def __post_init__(self) -> None:
-        _takes_part("structure", self.structure)
+        takes_part("structure", self.structure)
         count = points(self.structure)
         if self.number >= count:
             raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
@@ -315,7 +315,7 @@ class Interface:
         """Return the place of what an end of a chain faces among the structures, and the number of its point."""
         facing = half_space(chain.beads[-1].surface.material) if facing is None else facing
         whole_one, point = (facing.structure, facing.number) if isinstance(facing, ContactPoint) else (facing, None)
-        _takes_part(where, whole_one)
+        takes_part(where, whole_one)
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
@@ -383,7 +383,7 @@ def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
     )
 
 
-def _takes_part(where: str, facing: Any) -> None:
+def takes_part(where: str, facing: Any) -> None:
     """Raise a ValueError for what is neither a structure nor a participant."""
     if isinstance(facing, type):
         raise ValueError(

@@ -175,7 +175,7 @@ def listed(values: xr.DataArray, factor: float = 1.0, form: str = ".0f", ratio: 
     error = abs(each.pop(REFINED) - each.pop(BASE))
     beside = {name: "" if ratio is None else f" (AR {float(ratio.sel(candidate=name)):.2f})" for name in each}
     said = ", ".join(f"{value:{form}}{beside[name]} with {name}" for name, value in each.items())
-    return f"Numerical error {error:.1g}. Tried one by one: {said}"
+    return f"Relative numerical error {error:.1g}. Tried one by one: {said}"
 
 
 def of_stiffer_contact(on_steel: float) -> str:

@@ -197,7 +197,10 @@ def _difference(row: Row) -> str:
     expected = predicted if printed is None else printed
     if not expected or computed is None:
         return ""
-    return f"{100.0 * (computed / expected - 1.0):+z.1f} %" + (MARK if printed is None else "")
+    percent = 100.0 * (computed / expected - 1.0)
+    digits = 1 if abs(percent) >= 0.05 else 2 if abs(percent) >= 0.005 else 3
+    shown = f"{percent:+z.{digits}f} %".replace("+0.000", "+0.0")
+    return shown + (MARK if printed is None else "")
 
 
 def _amount(value: float | str) -> float | None:

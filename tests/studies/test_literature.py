@@ -1,6 +1,9 @@
 """Numbers of other authors: what is reproduced stays so, a wrong law is seen, and no row lacks its source."""
 
+import dataclasses
+import warnings
 from collections import Counter
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +17,9 @@ from hertzlink.studies.writing import Written
 
 @pytest.fixture(scope="module")
 def chains() -> tuple[dict[str, float], dict[str, float]]:
-    return study.of_chains()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", hl.HertzlinkWarning)
+        return study.of_chains()
 
 
 def test_hertz_gives_the_published_numbers_of_chains(chains: tuple[dict[str, float], ...]) -> None:
@@ -29,6 +34,13 @@ def test_a_number_that_differs_is_named(chains: tuple[dict[str, float], ...], na
     values, errors = chains
     (line,) = study.problems(values | {name: value}, errors)
     assert name in line
+
+
+def test_each_value_that_was_compared_is_named(chains: tuple[dict[str, float], ...]) -> None:
+    values, errors = chains
+    name = "MOOSE: restitution at 3 m/s"
+    (line,) = study.problems(values | {name: 0.67, f"{name}{study.OTHERWISE}{study.PARTED}": 0.65}, errors)
+    assert line == f"  {name}: 0.67; 0.65 if {study.PARTED}; printed 0.661"
 
 
 def test_a_wrong_law_is_refused() -> None:
@@ -60,7 +72,7 @@ def test_a_plate_has_the_published_frequencies() -> None:
 
 
 def test_a_plate_that_is_too_thick_is_refused() -> None:
-    with pytest.raises(AssertionError, match=r"6 numbers(.|\n)*simple edges: mode 4: 9\.697.* Hz; printed 9\.507"):
+    with pytest.raises(AssertionError, match=r"8 comparisons(.|\n)*simple edges: mode 4: 9\.697.* Hz; printed 9\.507"):
         hl.testing.assert_literature(plate=lambda side, thickness, *of: on_simple_edges(side, 1.02 * thickness, *of))
 
 
@@ -80,9 +92,46 @@ class Two:
 
 
 def test_ringing_finds_the_frequencies_of_a_participant() -> None:
-    found = study.ringing(Two(), 3.0, 7.0)
+    found, _ = study.ringing(Two(), 3.0, 7.0)
     for frequency in (3.0, 7.1):
         assert abs(found / frequency - 1.0).min() < 1e-7
+
+
+class Answers:
+    """A participant that gives one displacement, or None for its answer."""
+
+    surface = hl.Surface(hl.PTFE)
+
+    def __init__(self, answer: float | None) -> None:
+        self.answer = answer
+
+    def start(self) -> float:
+        return 0.0
+
+    def advance(self, state: float, force: float, window: float) -> Any:
+        return None if self.answer is None else (state, self.answer)
+
+
+def test_a_plate_that_moves_too_far_is_refused() -> None:
+    def light(side: float, thickness: float, material: hl.Material, x: float, y: float) -> hl.Structure:
+        plate = on_simple_edges(side, thickness, material, x, y)
+        return dataclasses.replace(plate, mass=plate.mass / 1.03, stiffness=plate.stiffness / 1.03, matrices=None)
+
+    with pytest.raises(AssertionError, match=r"2 comparisons failed:\n  NAFEMS, simple edges: modes .* 1\.03 times"):
+        hl.testing.assert_literature(plate=light)
+
+
+@pytest.mark.parametrize(
+    ("returned", "named"),
+    [(None, "plate = NoneType: must be a Structure"), (Answers, "plate = the class Answers"),
+     (SimpleNamespace(surface=hl.Surface(hl.PTFE), start=lambda: 0.0), "has no advance; must be a Structure"),
+     (Answers(float("nan")), r"plate: Answers\.advance returned a displacement of nan"),
+     (Answers(0.0), r"plate: Answers\.advance returned no displacement"),
+     (Answers(None), r"plate: Answers\.advance returned None")],
+)  # fmt: skip
+def test_what_cannot_be_struck_is_named(returned: Any, named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        hl.testing.assert_literature(plate=lambda *of: returned)
 
 
 @pytest.mark.parametrize(
