@@ -123,7 +123,10 @@ def from_frequency_response(
     omega = 2.0 * np.pi * hertz
     mobility = values * (1j * omega) ** (1 - QUANTITIES[one_of("quantity", quantity, QUANTITIES)])
     _check_passive(mobility)
-    fit = fit_modes(omega, mobility, tolerance, most_modes)
+    try:
+        fit = fit_modes(omega, mobility, tolerance, most_modes)
+    except np.linalg.LinAlgError:
+        raise ValueError("response: its fit does not converge; its numbers must be of one order of magnitude") from None
     words = (
         f"response: its fit by {fit.omega.size} modes is {100.0 * fit.error:.2g} % off (root mean square); fit a "
         "shorter band, allow most_modes, or give more frequencies about resonances"

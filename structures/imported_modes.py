@@ -93,11 +93,10 @@ def from_modes(
     count = modes.frequencies.size
     if modes.frequencies.ndim != 1 or not count or len(vector) != count:
         raise ValueError(f"shapes has shape {vector.shape}: must have a row for each of {count} frequencies")
-    ratios: Any = damping_ratios if damping_ratios is not None else 0.0 if modes.ratios is None else modes.ratios
+    stated = damping_ratios if damping_ratios is not None else 0.0 if modes.ratios is None else modes.ratios
+    ratios = np.atleast_1d(numbers("damping_ratios", stated)).ravel()
     loss = (
-        np.broadcast_to(each(not_negative, "damping_ratios", ratios), (count,))
-        if np.size(ratios) in (1, count)
-        else None
+        np.broadcast_to(each(not_negative, "damping_ratios", ratios), (count,)) if ratios.size in (1, count) else None
     )
     if loss is None:
         raise ValueError(f"damping_ratios: must be one number, or {count}, one for each mode")
@@ -108,7 +107,7 @@ def from_modes(
         "frequencies": source_of_argument(frequencies),
         "shapes": None if isinstance(frequencies, str | Path) else MEMORY,
         "modes": count,
-        "damping_ratios": None if damping_ratios is None else np.asarray(ratios).tolist(),
+        "damping_ratios": None if damping_ratios is None else np.asarray(damping_ratios).tolist(),
         "highest_frequency": highest,
     }
     omega = 2.0 * np.pi * each(not_negative, "frequencies", modes.frequencies, "Hz")

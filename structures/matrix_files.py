@@ -168,7 +168,15 @@ def in_order_of(what: str, other: LabelledMatrix, first: LabelledMatrix) -> spar
 
 
 def matrix_of(name: str, value: Any) -> LabelledMatrix:
-    """Return a matrix that is given, or that of a file."""
+    """Return a matrix that is given, or that of a file; raise a ValueError where it is not square."""
+    read = _given_or_read(name, value)
+    rows, columns = read.matrix.shape
+    if rows != columns or not rows:
+        raise ValueError(f"{name} has shape ({rows}, {columns}): must be square, n × n")
+    return read
+
+
+def _given_or_read(name: str, value: Any) -> LabelledMatrix:
     if isinstance(value, str | Path):
         return read_matrix(name, Path(value))
     try:

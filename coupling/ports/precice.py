@@ -249,11 +249,12 @@ def run_structure_in_precice(
 
 def _called(usual: Mapping[str, str], names: Mapping[str, str] | None) -> dict[str, str]:
     """Return the names in the configuration."""
-    instance("names", names or {}, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
-    for key, name in (names or {}).items():
+    names = {} if names is None else names
+    instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
+    for key, name in names.items():
         one_of("names", key, usual)
         instance(f"names[{key!r}]", name, str, "a name in the configuration")
-    return {**usual, **(names or {})}
+    return {**usual, **names}
 
 
 def _file(configuration: str | Path) -> Path:

@@ -34,14 +34,16 @@ def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
     contact: records of the contacts. Their pending forces are those of the window before; the state without the
     response to them may stay so.
     """
-    if contact.size == 1:
-        respond(structure, contact[0].pending, state, free)
-        contact[0].pending = 0.0
-        return
+    push_pending(structure, contact, state)
+    let_go(structure, state, free)
+
+
+@inner()
+def push_pending(structure: Any, contact: Any, state: Vector) -> None:
+    """Add the response to the pending forces to a state."""
     for k in range(contact.size):
         push(structure, k, contact[k].pending, state)
         contact[k].pending = 0.0
-    let_go(structure, state, free)
 
 
 @by_type
@@ -116,6 +118,15 @@ class Oscillators(NamedTuple):
         for i in range(n):
             free[i] = rows[0, i] * state[i] + rows[1, i] * state[n + i]
             free[n + i] = rows[2, i] * state[i] + rows[3, i] * state[n + i]
+
+    @staticmethod
+    def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+        """Do it in one pass, where there is one contact. Its force stays pending: a window that fails begins again."""
+        if contact.size > 1:
+            push_pending(structure, contact, state)
+            let_go(structure, state, free)
+            return
+        respond(structure, contact[0].pending, state, free)
 
     @staticmethod
     def respond(structure: Any, force: float, state: Vector, free: Vector) -> None:
