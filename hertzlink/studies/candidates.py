@@ -1,4 +1,4 @@
-"""What could explain the largest differences from the thesis: each candidate runs by itself, with its own result.
+"""What could explain four differences from the thesis: each candidate runs by itself, with its own result.
 
 The base is the chain of section 6.1 on the rod of PTFE, and the chain of section 3.3.2 at 0.63 m/s.
 """

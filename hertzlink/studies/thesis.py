@@ -36,7 +36,9 @@ from hertzlink.studies.verdicts import (
     Verdict,
     counted,
     exact,
+    in_percent,
     in_words,
+    share_off,
     verdict,
 )
 from structures.caution import collected
@@ -73,6 +75,7 @@ HEADS = dict(zip(VERDICTS, ("agrees", "condition", "differs", "misprint", "undef
 SHADES = dict(zip(VERDICTS, (*(draw.COLOURS[i] for i in (0, 2, 1)), "0.45", "0.75"), strict=True))
 EQUATIONS = "corrected equations"
 NEAR = 0.05  # A difference that is called small.
+FARTHEST = 5  # Differences that the summary names.
 LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
 
 
@@ -257,30 +260,27 @@ def summary(data: xr.Dataset) -> str:
 def in_short(data: xr.Dataset) -> list[str]:
     """Return what an examiner asks first, one line for each verdict and what is not counted."""
     entries, counts = list(judged(data)), _counts(data)
-    off = sorted(_off(row) for _, row, said in entries if said.word == DIFFERS)
-    off = [share for share in off if share > 0.0]
-    near = sum(share <= NEAR for share in off)
+    off = sorted(((share_off(row), row.quantity) for _, row, said in entries if said.word == DIFFERS), key=_size)
+    near = sum(0.0 < abs(share) <= NEAR for share, _ in off)
     corrected = sum(said.word == MISPRINT and part == EQUATIONS for part, _, said in entries)
     apart = sum(said.detail.startswith(AS_FAR) for _, _, said in entries)
-    far = sorted((row for _, row, said in entries if said.word == DIFFERS), key=_off)[-3:]
     words = [said.word for _, _, said in entries]
+    quick = " (a quick run, whose coarser studies change a few verdicts)" if data.attrs.get("quick") else ""
     return [
-        f"{sum(counts.values())} numbers and statements of the thesis:",
+        f"{sum(counts.values())} numbers and statements of the thesis{quick}:",
         f"- {counts[REPRODUCED]} are reproduced, in the printed digits or the printed scatter.",
         f"- {counts[CONDITION]} are under a condition that is named, such as gravity or a loss.",
         f"  {apart} of these lie as far off as the thesis's own theory and experiment.",
         f"- {counts[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
-        *(f"  far off: {row.quantity}, {row.computed:.4g} for {row.thesis}" for row in reversed(far) if _off(row)),
+        *(f"  {in_percent(share)}: {quantity}" for share, quantity in reversed(off[-FARTHEST:])),
         f"- {counts[MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
         f"- {counts[UNDEFINED]} are not defined: the text lacks an input, which each of them names.",
         f"{words.count(INPUT_ONLY)} inputs and {words.count(READING)} other readings are listed, not counted.",
     ]
 
 
-def _off(row: Row) -> float:
-    """Return how far ours is off, relatively; 0 where it cannot be said."""
-    ratio = _ratio(row)
-    return abs(ratio - 1.0) if ratio else 0.0
+def _size(entry: tuple[float, str]) -> float:
+    return abs(entry[0])
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

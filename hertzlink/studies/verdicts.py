@@ -90,7 +90,8 @@ def verdict(row: Row) -> Verdict:
         return Verdict(CONDITION, f"{AS_FAR}, {row.spread}")
     if row.missing:
         return Verdict(UNDEFINED, f"missing: {row.missing}")
-    return Verdict(DIFFERS, _distance(row))
+    share = share_off(row)
+    return Verdict(DIFFERS, f"by {in_percent(share)}" if share else "")
 
 
 def _agreement(row: Row) -> Verdict | None:
@@ -117,18 +118,23 @@ def _agreement(row: Row) -> Verdict | None:
     return None
 
 
-def _distance(row: Row) -> str:
-    """Return how far ours lies from the printed number or range, at the end that lies farther away; "" of words."""
+def share_off(row: Row) -> float:
+    """Return how far ours lies from the printed number or range, relatively, at the end that lies farther away.
+
+    Zero where both are words.
+    """
     said = row.thesis.removeprefix("about ") if isinstance(row.thesis, str) else row.thesis
     expected, ours = exact(said) or printed(said), exact(row.computed)
     if expected is None or ours is None:
-        return ""
+        return 0.0
     ends = ((expected.low, min(ours.low, expected.low)), (expected.high, max(ours.high, expected.high)))
-    shares = [mine / theirs - 1.0 for theirs, mine in ends if theirs and isfinite(theirs)]
-    if not any(shares):
-        return ""
-    percent = 100.0 * max(shares, key=abs)
-    return f"by {percent:+z.0f} %" if abs(percent) >= 10.0 else f"by {percent:+z.2g} %"
+    return max((mine / theirs - 1.0 for theirs, mine in ends if theirs and isfinite(theirs)), key=abs, default=0.0)
+
+
+def in_percent(share: float) -> str:
+    """Return a share with its sign."""
+    percent = 100.0 * share
+    return f"{percent:+z.0f} %" if abs(percent) >= 10.0 else f"{percent:+z.2g} %"
 
 
 def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
