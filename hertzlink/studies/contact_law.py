@@ -14,7 +14,7 @@ import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
-from hertzlink.studies.table import MEASURED, SIMULATED, Row, Rows
+from hertzlink.studies.table import SIMILAR, SIMULATED, Row, Rows
 from particles.laws.computed import ComputedLaw
 from particles.laws.power_fit import PowerFit
 from particles.solitary import HERTZ
@@ -28,8 +28,6 @@ FIRST_COMPARED = 8
 # Number of cells over the radius or half-width of the widest contact, or along each side of a half-space's grid.
 CELLS = {"axisymmetric": 30.0, "plane strain": 40.0, "plane stress": 40.0, "three-dimensional": 20.0}
 GRID_CELLS = 64.0
-# What "similar" and "good agreement" allow: curves that differ by less lie on one another in a printed figure.
-SIMILAR = 0.02
 SPHERES = "spheres"
 MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "equivalent spheres"
 STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
@@ -224,10 +222,11 @@ def _cylinders(data: xr.Dataset) -> list[Row]:
     ratios = {name: _over_theory(data, name)[0] for name in (SOLID, STRAIN, STRESS)}
     exponents = {name: _exponent(data, name, BY_FORCE) for name in ratios}
     others = {name: _exponents(data, name, LIKE_TABLE_5_1, WIDE) for name in ratios}
+    ranges = {f"over {fit}": _exponent(data, STRAIN, fit) for fit in FITS}
     differs = abs(ratios[SOLID] - 1.0) > SIMULATED
     small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))  # from the length of the cylinders
     return [
-        row(f"exponent n, {STRAIN}", exponents[STRAIN], BY_FORCE, others[STRAIN]),
+        row(f"exponent n, {STRAIN}", exponents[STRAIN], BY_FORCE, others[STRAIN], otherwise=ranges),
         row(f"exponent n, {STRESS}", exponents[STRESS], BY_FORCE),
         row(f"exponent n, {SOLID}", exponents[SOLID], BY_FORCE, others[SOLID]),
         row(f"F over equation 5.8 at 5 µm, {SOLID}", *ratios.values(), holds=differs),
@@ -265,8 +264,18 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
         meaning = f"{over}; meaningless without its n"
         rows += [
             row("F of hollow spheres", _at(force, 5.0), *said, theory=expected, ratio=ratio),
-            Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, exponent, "", reason, within=SIMULATED),
-            Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", meaning, within=MEASURED),
+            Row(
+                f"exponent n, Ri/Ro {ratio:g}",
+                law.exponent,
+                exponent,
+                "",
+                reason,
+                within=SIMULATED,
+                number=f"n {ratio:g}",
+            ),
+            Row(
+                f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", meaning, within=SIMULATED, number=f"k, Ri/Ro {ratio:g}"
+            ),
         ]
     return rows
 

@@ -12,7 +12,7 @@ import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, plate_edges, plate_waves
 from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
-from hertzlink.studies.table import Named, Row, Rows, bracketed
+from hertzlink.studies.table import WORDS, Named, Row, Rows, bracketed
 from hertzlink.studies.waves import contact_time, with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.reduced import Range, covers
@@ -196,7 +196,7 @@ def table(data: xr.Dataset) -> list[Row]:
     return [
         *(_contact(diameter) for diameter in of.bead), *(_critical(case, of) for case in pairs),
         *(row for case in pairs for row in (_relative(case), *_echo(case, of))), *_coefficients(),
-        row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < 0.02), *plate_waves.table(),
+        row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < WORDS["about 0"]), *plate_waves.table(),
         *plate_edges.table(data),
     ]  # fmt: skip
 

@@ -25,6 +25,13 @@ SIMULATED = 0.01
 # Allowed for its experiments: the scatter that it prints with its measured speeds (sections 5.3.2 and 5.3.3).
 MEASURED = 0.05
 TIMED = 0.01  # Allowed for its measured TOF: the scatter that it prints with it (section 6.1.2).
+SIMILAR = 0.02  # Curves that differ by less lie on one another in a printed figure.
+# What the thesis's words allow, relatively, or of the incident wave; EXCEEDED are true from there on.
+WORDS = dict.fromkeys(("similar", "good agreement", "very good agreement", "excellent agreement"), SIMILAR) | {
+    "close to 1.5": SIMILAR, "about 0": SIMILAR, "a good comparison": SIMULATED, "deviates": SIMULATED,
+    "discrepancy": SIMULATED, "constant": MEASURED, "no significant change": MEASURED, "none": MEASURED,
+}  # fmt: skip
+EXCEEDED = ("deviates", "discrepancy")
 # For numbers that the thesis uses without saying where they come from: there is nothing to reproduce.
 INPUT = float("nan")
 
@@ -42,7 +49,7 @@ class Row(NamedTuple):
     them. missing: the input that the text does not give, if the number cannot be computed without it. provided: the
     condition under which a statement holds that does not hold in general. number: common to rows that read one printed
     number in several ways. of: common to the theory, simulation and experiment of one quantity, whose printed numbers
-    span `spread`.
+    span `spread`. against: what the thesis prints elsewhere and the conditions contradict.
     """
 
     quantity: str
@@ -59,6 +66,7 @@ class Row(NamedTuple):
     provided: str = ""
     number: str = ""
     of: str = ""
+    against: str = ""
     spread: str = ""
 
 
@@ -88,6 +96,7 @@ class Expected:
     provided: str = ""
     number: str = ""
     of: str = ""
+    against: str = ""
 
 
 @dataclass(frozen=True)
@@ -113,7 +122,7 @@ class Rows:
         quantity = (entry.quantity or name).format(**labels)
         return Row(
             quantity, entry.value, computed, entry.unit, reason, theory, SCATTER[entry.scatter], otherwise, holds,
-            entry.corrected, entry.missing, entry.provided, entry.number, entry.of,
+            entry.corrected, entry.missing, entry.provided, entry.number, entry.of, entry.against,
         )  # fmt: skip
 
 

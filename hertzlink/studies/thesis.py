@@ -25,6 +25,7 @@ from hertzlink.studies.table import WIDTH, Row
 from hertzlink.studies.verdicts import (
     AS_FAR,
     CONDITION,
+    CONTRADICTS,
     DIFFERS,
     INPUT_ONLY,
     MISPRINT,
@@ -260,27 +261,34 @@ def summary(data: xr.Dataset) -> str:
 def in_short(data: xr.Dataset) -> list[str]:
     """Return what an examiner asks first, one line for each verdict and what is not counted."""
     entries, counts = list(judged(data)), _counts(data)
-    off = sorted(((share_off(row), row.quantity) for _, row, said in entries if said.word == DIFFERS), key=_size)
+    off = sorted(((share_off(row), row) for _, row, said in entries if said.word == DIFFERS), key=_size)
     near = sum(0.0 < abs(share) <= NEAR for share, _ in off)
+    far = [f"{in_percent(share)}: {row.quantity}, {_short(row.computed)} for {row.thesis}" for share, row in off]
     corrected = sum(said.word == MISPRINT and part == EQUATIONS for part, _, said in entries)
     apart = sum(said.detail.startswith(AS_FAR) for _, _, said in entries)
+    against = sum(said.word == CONDITION and CONTRADICTS in said.detail for _, _, said in entries)
     words = [said.word for _, _, said in entries]
     quick = " (a quick run, whose coarser studies change a few verdicts)" if data.attrs.get("quick") else ""
     return [
         f"{sum(counts.values())} numbers and statements of the thesis{quick}:",
-        f"- {counts[REPRODUCED]} are reproduced, in the printed digits or the printed scatter.",
+        f"- {counts[REPRODUCED]} are reproduced, in the printed digits or within what the rules allow.",
         f"- {counts[CONDITION]} are under a condition that is named, such as gravity or a loss.",
         f"  {apart} of these lie as far off as the thesis's own theory and experiment.",
+        f"  {against} of these need an input that contradicts another printed one.",
         f"- {counts[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
-        *(f"  {in_percent(share)}: {quantity}" for share, quantity in reversed(off[-FARTHEST:])),
+        *(f"  {line}" for line in reversed(far[-FARTHEST:])),
         f"- {counts[MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
-        f"- {counts[UNDEFINED]} are not defined: the text lacks an input, which each of them names.",
+        f"- {counts[UNDEFINED]} are not defined: without an input that the text lacks, none can be computed.",
         f"{words.count(INPUT_ONLY)} inputs and {words.count(READING)} other readings are listed, not counted.",
     ]
 
 
-def _size(entry: tuple[float, str]) -> float:
+def _size(entry: tuple[float, Row]) -> float:
     return abs(entry[0])
+
+
+def _short(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

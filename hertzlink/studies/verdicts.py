@@ -5,26 +5,30 @@ from collections.abc import Callable, Iterable, Mapping
 from math import inf, isfinite, isnan
 from typing import NamedTuple
 
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import EXCEEDED, MEASURED, SIMILAR, SIMULATED, TIMED, WORDS, Row
 
 REPRODUCED, CONDITION, DIFFERS = "reproduced", "reproduced under a condition", "differs"
 MISPRINT, UNDEFINED = "misprint", "not defined"
 VERDICTS = (REPRODUCED, CONDITION, DIFFERS, MISPRINT, UNDEFINED)
+CONTRADICTS = "contradicts the printed"  # Begins what a condition contradicts.
 # How the name of a condition ends that stands for an input which the text does not give.
 NOT_GIVEN = "which is not given"
 # What stands for a verdict where none is counted: there is nothing to reproduce; another row judges the same number.
 INPUT_ONLY, READING = "input", "another reading"
 AS_FAR = "no farther than theory, simulation and experiment of one author"
-RULE = """Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. "About"
-allows 10 %. Reproduced under a condition: ours agrees under the condition that is named. Differs: by how much, outside
-of every condition that is named. Misprint: the printed number or equation contradicts the same author's others, and
-the corrected form agrees with ours. Not defined: the text lacks an input that is named, and ours does not
-agree. Where the text lacks an input, ours must agree over the range that is stated for it; else that is a condition. A
-difference no larger than that between theory, simulation and experiment of the same author is a condition.
-Several readings of one number are one entry. Inputs have no verdict."""
+ABOUT = 0.1  # Of a number that the thesis calls approximate.
+RULE = f"""Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. Beyond
+these {100 * SIMULATED:g} % are allowed for simulations, {100 * TIMED:g} % for measured times of flight,
+{100 * MEASURED:g} % for other experiments, {100 * ABOUT:g} % for "about", {100 * SIMILAR:g} % for words of agreement;
+a verdict that needs this says so. Reproduced under a condition: ours agrees under the condition that is named.
+Differs: by how much, outside of every condition that is named. Misprint: the printed number or equation contradicts
+the same author's others, and the corrected form agrees with ours. Not defined: the text lacks an input that is named,
+and without it nothing can be computed.
+Where the text lacks an input, ours must agree over the range that is stated for it; else that is a condition. A
+difference no larger than that between theory, simulation and experiment of the same author is a condition. Several
+readings of one number are one entry. Inputs have no verdict."""
 # Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md).
 SIMULATION_ERROR = 1e-3
-ABOUT = 0.1  # Of a number that the thesis calls approximate.
 NUMBER = r"([-+−]?\d[\d ,]*\.?\d*(?:e[-+]?\d+)?)"
 PLAIN, RANGE = re.compile(NUMBER), re.compile(rf"{NUMBER}\s*to\s*{NUMBER}")
 
@@ -79,6 +83,8 @@ def verdict(row: Row) -> Verdict:
     if isnan(row.within):
         return Verdict(INPUT_ONLY)
     agreed = _agreement(row)
+    if agreed is not None and agreed.word == CONDITION and row.against:
+        return Verdict(CONDITION, f"{agreed.detail}; {CONTRADICTS} {row.against}")
     if agreed is not None:
         return agreed
     if row.provided:
@@ -88,7 +94,7 @@ def verdict(row: Row) -> Verdict:
         return Verdict(MISPRINT, f"corrected: {row.corrected}")
     if row.spread and _agreement(row._replace(thesis=row.spread, within=0.0)) is not None:
         return Verdict(CONDITION, f"{AS_FAR}, {row.spread}")
-    if row.missing:
+    if row.missing and exact(row.computed) is None:
         return Verdict(UNDEFINED, f"missing: {row.missing}")
     share = share_off(row)
     return Verdict(DIFFERS, f"by {in_percent(share)}" if share else "")
@@ -97,18 +103,20 @@ def verdict(row: Row) -> Verdict:
 def _agreement(row: Row) -> Verdict | None:
     """Return the verdict on a row where ours agrees, with a condition or without one; None where it does not."""
     if row.holds is not None:
-        return Verdict(REPRODUCED) if row.holds else None
+        return Verdict(REPRODUCED, _allowed_by_words(row)) if row.holds else None
     expected, ours = printed(row.thesis), exact(row.computed)
     if expected is None:
         return None
     others = [(name, exact(value)) for name, value in row.otherwise.items()]
     allowed = expected.widened(row.within + SIMULATION_ERROR * (row.within > 0.0))
+    needed, about = f"within {100.0 * row.within:g} %", str(row.thesis).startswith("about")
     if ours and allowed.contains(ours):
         assumed = [name for name, value in others if name.endswith(NOT_GIVEN) and value and not allowed.contains(value)]
-        return Verdict(CONDITION, assumed[0]) if assumed else Verdict(REPRODUCED)
+        within = f"within {100.0 * ABOUT:g} %" if about else "" if expected.contains(ours) else needed
+        return Verdict(CONDITION, _joined(assumed[0], within)) if assumed else Verdict(REPRODUCED, within)
     for name, value in others:
         if value and allowed.meets(value):
-            return Verdict(CONDITION, name)
+            return Verdict(CONDITION, _joined(name, "" if expected.meets(value) else needed))
         if value and row.corrected == "" and _cut(row.thesis, value):
             return Verdict(CONDITION, f"{name}; the last digit is cut off, not rounded")
     if ours and row.corrected == "" and _cut(row.thesis, ours):
@@ -116,6 +124,16 @@ def _agreement(row: Row) -> Verdict | None:
     if ours and ours.contains(expected):
         return Verdict(CONDITION, "within the range of the cases")
     return None
+
+
+def _joined(*parts: str) -> str:
+    return "; ".join(filter(None, parts))
+
+
+def _allowed_by_words(row: Row) -> str:
+    """Return how far the words of the thesis allow ours to lie away; "" of words without a limit."""
+    limit = WORDS.get(str(row.thesis))
+    return "" if limit is None else f"{'by more than' if row.thesis in EXCEEDED else 'within'} {100.0 * limit:g} %"
 
 
 def share_off(row: Row) -> float:

@@ -13,7 +13,7 @@ from matplotlib import pyplot
 import hertzlink as hl
 from coupling.sweeps.progress import Stopped
 from hertzlink.studies import STUDIES, LongStudy, corrected_equations, rod_stiffness, study, thesis
-from hertzlink.studies.table import Row, Rows
+from hertzlink.studies.table import Row, Rows, expected
 from hertzlink.studies.verdicts import INPUT_ONLY, READING, REPRODUCED, VERDICTS, counted, verdict
 
 THESIS = study("thesis")
@@ -377,6 +377,42 @@ def test_the_spread_of_one_quantity_is_that_of_theory_simulation_and_experiment(
     ]
     merged, _ = thesis.judge([("part", row) for row in rows])
     assert [row.spread for _, row in merged] == ["490 to 531"] * 3 + [""]
+
+
+def test_the_head_lists_all_that_is_far_off_and_counts_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers and ranges alike, one that is zero too; a condition against a printed number is counted."""
+    rows = [
+        Row("contact", 241.0, 497.0), Row("wave", 0.05, 0.0), Row("angle", "30", "5.9 to 8.2"),
+        Row("range", "430 to 470", "463 to 479"), Row("near", 100.0, 104.9), Row("off", 100.0, 120.0),
+        Row("λ", 0.32, 0.29, otherwise={"0.43 m/s": 0.32}, against="0.31 m/s"),
+        Row("words", "faster", "1", holds=False),
+    ]  # fmt: skip
+    monkeypatch.setattr(thesis, "PARTS", ("part",))
+    data = thesis._dataset([("part", row) for row in rows])
+    head = thesis.in_short(data)
+    listed = [line.strip() for line in head if " for " in line and "%:" in line]
+    assert listed == [
+        "+106 %: contact, 497 for 241.0",
+        "-100 %: wave, 0 for 0.05",
+        "-80 %: angle, 5.9 to 8.2 for 30",
+        "+20 %: off, 120 for 100.0",
+        "+4.9 %: near, 104.9 for 100.0",
+    ]
+    assert "- 7 differ, 2 of them by at most 5 %." in head
+    assert "  1 of these need an input that contradicts another printed one." in head
+    assert not any("quick" in line for line in head)
+    assert any("quick" in line for line in thesis.in_short(data.assign_attrs(quick=1)))
+
+
+def test_one_number_of_one_section_has_one_verdict() -> None:
+    """Rows of the same number, unit and section are readings of it, apart from those that are of several things."""
+    several = {450.0, 0.17}
+    numbers: dict[tuple[object, ...], set[str]] = {}
+    for part in expected("thesis.toml").values():
+        for name, entry in part.items():
+            if entry.scatter != "input" and isinstance(entry.value, float) and entry.value not in several:
+                numbers.setdefault((entry.value, entry.unit, entry.source), set()).add(entry.number or name)
+    assert {key: names for key, names in numbers.items() if len(names) > 1} == {}
 
 
 COUNTS = json.loads(Path(__file__).with_name("thesis_counts.json").read_text(encoding="utf-8"))

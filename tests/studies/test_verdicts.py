@@ -69,9 +69,9 @@ CASES = [
     (Row("another number", 3.218, 3.2191), DIFFERS, "by +0.034 %"),
     (Row("below", 3.218, 3.2174), DIFFERS, "by -0.019 %"),
     # By what scatters.
-    (Row("simulated", 635.0, 641.0, within=SIMULATED), REPRODUCED, ""),
+    (Row("simulated", 635.0, 641.0, within=SIMULATED), REPRODUCED, "within 1 %"),
     (Row("simulated, too far", 635.0, 643.0, within=SIMULATED), DIFFERS, "by +1.3 %"),
-    (Row("measured", 0.77, 0.74, within=MEASURED), REPRODUCED, ""),
+    (Row("measured", 0.77, 0.74, within=MEASURED), REPRODUCED, "within 5 %"),
     (Row("measured, too far", 0.77, 0.71, within=MEASURED), DIFFERS, "by -7.8 %"),
     (Row("band", "559 ± 28", 586.0), REPRODUCED, ""),
     # Under another condition.
@@ -126,9 +126,33 @@ CASES = [
     (Row("equation", "G = 2μ", "G = μ", holds=False, corrected="G = μ"), MISPRINT, "corrected: G = μ"),
     # What the text leaves open, and what one author's models and experiment leave open.
     (
-        Row("not defined", 241.0, 497.0, missing="the level at which it is read"),
+        Row("not defined", 241.0, "no run", missing="the level at which it is read"),
         UNDEFINED,
         "missing: the level at which it is read",
+    ),
+    (
+        Row("not given, but no value gives it", 241.0, 497.0, missing="the level", otherwise={"at half": 118.0}),
+        DIFFERS,
+        "by +106 %",
+    ),
+    (
+        Row("not given, and a value gives it", 241.0, 497.0, missing="the level", otherwise={"at a third": 241.2}),
+        CONDITION,
+        "at a third",
+    ),
+    (
+        Row("against another printed number", 0.32, 0.295, otherwise={"0.43 m/s": 0.3201}, against="0.31 m/s"),
+        CONDITION,
+        "0.43 m/s; contradicts the printed 0.31 m/s",
+    ),
+    (Row("nothing to contradict", 0.32, 0.32, against="0.31 m/s"), REPRODUCED, ""),
+    (Row("words", "similar", 1.015, holds=True), REPRODUCED, "within 2 %"),
+    (Row("words of a difference", "deviates", 1.13, holds=True), REPRODUCED, "by more than 1 %"),
+    (Row("nearly nine", "about 100", 109.4), REPRODUCED, "within 10 %"),
+    (
+        Row("a range within the scatter", 0.769, 0.7, within=MEASURED, otherwise={"γ": "0.668 to 0.742"}),
+        CONDITION,
+        "γ; within 5 %",
     ),
     (Row("not defined, but it agrees", 241.0, 241.2, missing="the level at which it is read"), REPRODUCED, ""),
     (Row("between two of the thesis", 490.0, 525.0, spread="490 to 529"), CONDITION, SPREAD),
