@@ -9,7 +9,6 @@ import xarray as xr
 from scipy.signal import fftconvolve
 from scipy.stats import chi2, t
 
-from coupling.inference.disturbances import ROUNDS, SETTLED, baselines, outliers, with_baselines
 from coupling.inference.features import Features
 from coupling.inference.identification import (
     AT_END,
@@ -34,7 +33,6 @@ from coupling.inference.prediction import NUMERICAL
 from coupling.inference.search import SAME, GlobalSearch, Solution, inverse
 from coupling.inference.yield_effect import YIELD, with_yielding
 from structures.caution import caution
-from structures.checks import count_of
 from structures.structure import Vector
 
 WITHIN = 6.0
@@ -85,9 +83,6 @@ class Judgement:
     def __init__(self, search: GlobalSearch, discrepancy: float, nuisances: Sequence[str]) -> None:
         self.search, self.discrepancy, self.nuisances = search, discrepancy, nuisances
         self.misfit, self.ranges = search.misfit, search.ranges
-        self._has_baseline = False
-        self._taken: list[str] = []
-        """What was taken off the signal, in words."""
 
     def result(self, inputs: dict[str, Any]) -> Identification:
         """Scan, solve, and judge."""
@@ -95,9 +90,7 @@ class Judgement:
         prediction.stage("search")
         solutions = self.search.solutions()
         prediction.stage("intervals")
-        best, point = self._cleared(*self.search.refined(solutions[0]))
-        if self._taken:
-            solutions = [best, *(self.search.solved(solution.p) for solution in solutions[1:])]
+        best, point = self.search.refined(solutions[0])
         covariance, misfit, explained, reach = self._covariance(point)
         size_known = self.misfit.measured.given or not explained or self.misfit.is_numerical(point.residual)
         scale = max(misfit**2, 1.0) if size_known else misfit**2
@@ -122,7 +115,6 @@ class Judgement:
             for unknown in unknowns.values()
             if unknown.name.startswith(f"{GAIN} ") and unknown.interval[1] < 0.0
         ]
-        notes += self._taken
         notes += self._other_units(point)
         if explained and isinstance(self.misfit, Features) and self.misfit.samples <= len(self.ranges):
             notes.append(
@@ -142,40 +134,6 @@ class Judgement:
                 with_yielding, self.search, best, point.residual.size - point.columns.shape[1]
             ),
         )  # fmt: skip
-
-    def _cleared(self, best: Solution, point: Point) -> tuple[Solution, Point]:
-        """Return the fit without outliers, and without hum and drift where that makes the residual white."""
-        misfit = self.misfit
-        if isinstance(misfit, Features) or misfit.is_numerical(point.residual):
-            return best, point
-        far = outliers(misfit, point)
-        if any(off.any() for off in far):
-            count = sum(int(off.sum()) for off in far)
-            best, point = self._again(best, np.where(np.stack(far), np.nan, misfit.measured.force))
-            self._taken.append(
-                f"{count_of(count, 'sample is an outlier and was', 'samples are outliers and were')} left out"
-            )
-        before = best, point, misfit.measured.force
-        if not misfit.drifts(point.residual):
-            return best, point
-        for _ in range(ROUNDS):
-            smooth = np.stack(baselines(misfit, point))
-            best, point = self._again(best, misfit.measured.force - smooth)
-            if (np.abs(smooth).max(axis=1) < SETTLED * misfit.measured.noise).all():
-                break
-        if misfit.drifts(point.residual) or not misfit.is_white(point.residual):
-            return self._again(before[0], before[2])
-        self._has_baseline = True
-        taken = np.abs(before[2] - misfit.measured.force)
-        size = max(float(np.ptp(row[np.isfinite(row)])) for row in taken)
-        self._taken.append(f"hum or drift of up to {size:.3g} N was fitted as a cubic baseline, and taken off")
-        return best, point
-
-    def _again(self, best: Solution, force: Vector) -> tuple[Solution, Point]:
-        """Return the fit from a solution to other forces."""
-        self.misfit.measured = self.misfit.measured._replace(force=force)
-        self.misfit.keep_window(self.misfit.time_zero(best.p))
-        return self.search.refined(self.search.solved(best.p))
 
     def _other_units(self, point: Point) -> list[str]:
         """Return the sensors whose force is about 10³, 10⁶, 10⁻³ … times what the model expects, as in another unit."""
@@ -205,8 +163,6 @@ class Judgement:
         """Return the covariance of all parameters; residual over noise; whether it is noise; and standard deviations of
         a 95 % interval."""
         white, degrees = inverse(point.columns), point.residual.size - point.columns.shape[1]
-        if self._has_baseline:
-            white = inverse(with_baselines(self.misfit, point))[: len(white), : len(white)]
         if isinstance(self.misfit, Features):
             return self._of_features(self.misfit, white, point, degrees)
         ratio = point.misfit / degrees

@@ -408,37 +408,6 @@ def test_errors_under_correlated_noise_are_those_of_its_covariance(correlation: 
     assert {one["modulus"].verdict for one in fits} == {"not trusted: the model does not fit"}
 
 
-def test_hum_drift_and_outliers_leave_the_interval_that_a_cubic_baseline_costs() -> None:
-    """Least squares of modulus, gain, time zero and four polynomials by the normal equations, with white noise."""
-    time = np.arange(0.0, LEAD + UNTIL, STEP)
-
-    def late(modulus: float) -> np.ndarray:
-        run = wall(modulus).run(UNTIL, save_every=2.5e-7)
-        curve = CubicSpline(run.time.values, hl.sensor_force(run, 5).values)
-        return np.where(time >= LEAD, curve(np.clip(time - LEAD, 0.0, UNTIL)), 0.0)
-
-    clean, places = late(3e9), np.linspace(-1.0, 1.0, time.size)
-    columns = [
-        (late(3.03e9) - late(2.97e9)) / 0.06e9 * 1e9,
-        clean,
-        np.gradient(clean, places),
-        *(places**k for k in range(4)),
-    ]
-    matrix, level = np.stack(columns, axis=1), 0.01 * clean.max()
-    expected = level * np.sqrt(np.linalg.inv(matrix.T @ matrix)[0, 0])
-    hum = 4.0 * level * np.sin(2.0 * np.pi * 50.0 * time + 0.7) + 3.0 * level * places
-    for seed in range(2):
-        random = np.random.default_rng(seed)
-        far = np.where(random.random(time.size) < 0.005, 12.0 * level, 0.0)
-        signal = hl.as_signal(time, {5: clean + random.normal(0.0, level, time.size) + hum + far})
-        with pytest.warns(hl.HertzlinkWarning, match="hum or drift of up to .* N was fitted as a cubic baseline"):
-            found = hl.identify(signal, wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
-        assert found["modulus"].error / 1.96e9 == pytest.approx(expected, rel=0.1)
-        assert found["modulus"].value / 1e9 == pytest.approx(3.0, abs=4.0 * expected)
-        assert found.identified
-        assert any("outlier" in said for said in found.warnings)
-
-
 @pytest.mark.parametrize(
     ("lacking", "white", "drifts"),
     [
