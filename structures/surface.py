@@ -120,7 +120,7 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") 
     flat, sharp = relative_curvatures(first, second)
     if flat <= 1e-12 * sharp:
         raise ValueError(
-            f"curvature: {flat:.3g} in one direction, so the surfaces (of a bead, say) touch along a line; see contact_law"
+            f"curvature: {flat:.3g} in one direction, so bead and surface touch along a line; see contact_law"
         )
     compliance = 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
     return float(round_stiffness((flat * sharp) ** 0.5, compliance) / _elliptic_factor(sharp / flat, axis_ratio) ** 1.5)
