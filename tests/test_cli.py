@@ -365,7 +365,7 @@ def test_theory_has_a_column_of_its_own_only_where_there_is_theory() -> None:
     numbered = text([Row("speed", 560.0, 569.1, "m/s", "equation 1.10 gives 570")]).splitlines()
     assert numbered[-1] == "Numbered equations, figures, tables and sections are those of the thesis."
     fractions = text([Row("slope", "1/6", 0.16668), Row("slope", "-1/3", -0.3333)]).splitlines()
-    assert [line.split()[-2:] for line in fractions[2:]] == [["+0.0", "%"], ["+0.0", "%"]]
+    assert [line.split()[-2:] for line in fractions[2:]] == [["+0.01", "%"], ["-0.01", "%"]]
 
 
 def test_an_interrupt_that_kept_something_says_so(
