@@ -64,8 +64,8 @@ def _fault(error: ErrorDetails, data: Any) -> Fault:
         name = str(context["discriminator"]).strip("'")
         choices = _tags(_annotation_at(loc), name)
         if kind == "union_tag_not_found":
-            return Fault((*path, name), f"is missing; {nearest('', choices, 20)}")
-        near = nearest(context["tag"], choices, 20)
+            return Fault((*path, name), f"is missing; {nearest('', choices, 40)}")
+        near = nearest(context["tag"], choices, 40)
         cure = "one of your own needs --with FILE.py that describes it"
         return Fault((*path, name), f'"{context["tag"]}" is no {name}; {near}; {cure}')
     if isinstance(value, str) and path and value in _tags(_annotation_at(loc), "kind"):
