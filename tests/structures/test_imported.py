@@ -261,3 +261,21 @@ def test_what_does_not_fit_is_refused() -> None:
         hl.from_matrices(np.eye(3), stiffness, hl.PTFE, contact=[1.0, 0.0])
     with pytest.raises(ValueError, match="contact: acts on a row that is held"):
         hl.from_matrices(mass, np.diag([1e36, 1.0]), hl.PTFE, contact=[1.0, 0.0])
+
+
+def test_a_patch_gives_back_what_hertz_contains_as_a_solid_does(tmp_path: Path) -> None:
+    """A force F on a patch of radius a sinks by a part of F/(a E*) into a half-space; the body is so much stiffer."""
+    count, side, radius = 8, 0.05, 0.0125
+    places = side / count * np.array([(i, j, k) for k in range(9) for j in range(9) for i in range(9)])
+    corners = np.array([0, 1, 10, 9, 81, 82, 91, 90])
+    cells = [i + 9 * j + 81 * k + corners + 1 for k in range(8) for j in range(8) for i in range(8)]
+    lines = ["*NODE", *(f"{n + 1},{x},{y},{z}" for n, (x, y, z) in enumerate(places)), "*ELEMENT, TYPE=C3D8, ELSET=ALL"]
+    lines += [",".join(map(str, [n + 1, *cell])) for n, cell in enumerate(cells)]
+    mesh, rows = tmp_path / "block.inp", range(1, 3 * len(places) + 1)
+    mesh.write_text("\n".join(lines) + "\n")
+    for name in ("block.mas", "block.sti"):
+        (tmp_path / name).write_text("".join(f"{row} {row} 1.0\n" for row in rows))
+    (tmp_path / "block.dof").write_text("".join(f"{(row + 2) // 3}.{(row - 1) % 3 + 1}\n" for row in rows))
+    struck: dict[str, Any] = {"mesh": str(mesh), "point": (0.025, 0.025, 0.05), "patch_radius": radius}
+    body = hl.from_matrices(str(tmp_path / "block.mas"), str(tmp_path / "block.sti"), hl.ALUMINIUM_6061, **struck)
+    assert -1.0 < body.flexibility * radius * hl.ALUMINIUM_6061.contact_modulus < -0.2
