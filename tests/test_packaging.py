@@ -45,3 +45,14 @@ def test_what_is_imported_is_declared() -> None:
     distributions, others = packages_distributions(), DECLARED_AS | PARTS_OF
     names = {one: {*map(str.lower, distributions.get(one, [])), others.get(one, one)} for one in imported()}
     assert {one: known for one, known in names.items() if not known & declared} == {}
+
+
+def test_the_conda_recipe_is_of_this_version_and_asks_for_the_same_packages() -> None:
+    project = tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]
+    recipe = (HOME / "docs/packaging/conda/recipe.yaml").read_text("utf-8")
+    assert f'\n  version: "{project["version"]}"\n' in recipe
+    assert f'\n  python_min: "{project["requires-python"].removeprefix(">=")}"\n' in recipe
+    run = re.findall("- (.+)", recipe.partition("\n  run:\n")[2].partition("\n\n")[0])
+    names = {"matplotlib": "matplotlib-base"}  # without Qt
+    wanted = [one.partition(">=") for one in project["dependencies"]]
+    assert run[1:] == [f"{names.get(name, name)} >={version}" for name, _, version in wanted]
