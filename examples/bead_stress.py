@@ -15,7 +15,7 @@ for name, moment in (("before", peak - 9e-6), ("peak", peak)):
     print("written:", hl.plots.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
 print(
     "written:",
-    hl.plots.animation(motion, "wave.gif", factor=0.0, highest=20e6),
+    hl.plots.picture(motion, "wave.gif", factor=0.0, highest=20e6),
     "and",
     hl.plots.write_vtu(motion, "paraview"),
 )

@@ -14,7 +14,7 @@ motion = hl.plots.structure_motion(run, body, times=np.arange(300e-6, 500e-6, 10
 # The stress below the contact is a hundred times that of the wave: the colours end where the wave can still be seen.
 for show, highest in (("von_mises", 3e6), ("displacement", None)):
     print("written:", hl.plots.picture(motion, f"{show}.png", time=360e-6, show=show, highest=highest))
-print("written:", hl.plots.animation(motion, "wave.gif"), "and", hl.plots.write_vtu(motion, "paraview"))
+print("written:", hl.plots.picture(motion, "wave.gif"), "and", hl.plots.write_vtu(motion, "paraview"))
 
 deepest = 1e6 * float(abs(motion.displacement).max())
 x, y, z = (1e3 * motion.position.sel(component=name) for name in "xyz")

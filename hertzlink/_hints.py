@@ -143,7 +143,7 @@ IMPORTER = "importlib._bootstrap"
 OTHER_NAMES = {
     "AR": "amplitude_ratio",
     "TOF": "time_of_flight",
-    "animate": "plots.animation",
+    "animate": "plots.picture",
     "bead": "Sphere",
     "cosim": "CoSimulation",
     "energy": "energy_error",

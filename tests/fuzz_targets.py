@@ -865,7 +865,7 @@ def _measures() -> dict[str, Target]:
             plots.picture,
             {
                 **{"motion": motion, "path": "body.png", "time": 2e-5, "show": "von_mises", "factor": 10.0},
-                **{"highest": 1e6, "run": moved},
+                **{"highest": 1e6, "run": moved, "frame_rate": 10.0},
             },
         ),
     }
@@ -896,16 +896,15 @@ def _plots() -> dict[str, Target]:
             closed,
             {"runs": of_run["run"]},
         ),
-        "plots.fit": Target(plots.fit, {"found": found, "sensor": 2, "ax": None}, closed),
-        "plots.residual": Target(plots.residual, {"found": found, "sensor": 2, "ax": None}, closed),
-        "plots.intervals": Target(plots.intervals, {"found": found, "ax": None}, closed),
+        "plots.identified": Target(
+            plots.identified, {"found": found, "show": "residual", "sensor": 2, "ax": None}, closed
+        ),
         "plots.report": Target(
             plots.report,
             {"result": tapped(), "path": "tap.html", "title": "tap", "sensors": [2], "setup": against(), "took": 1.0},
             None,
             {"result": (*of_run["run"], found)},
         ),
-        "plots.correlation": Target(plots.correlation, {"found": found, "ax": None}, closed),
     }
 
 

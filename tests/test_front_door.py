@@ -131,7 +131,7 @@ GUESSES = {
     "tof": "did you mean hertzlink.time_of_flight?",
     "wall": "did you mean hertzlink.half_space?",
     "plots.trace": "did you mean hertzlink.plots.traces?",
-    "plots.animate": "did you mean hertzlink.plots.animation?",
+    "plots.animate": "did you mean hertzlink.plots.picture?",
     "load": 'a saved run is opened with xarray.load_dataset("run.nc")',
     "save": 'a run is saved with run.to_netcdf("run.nc")',
     "read_case": "a case file is run with `hertzlink run case.toml`; hertzlink.from_input makes a case of a run",

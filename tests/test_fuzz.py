@@ -57,8 +57,6 @@ ELSEWHERE = {
     *("HertzlinkWarning", "NotConverged", "NoWaveError"),
     # Of a user's own parts: test_described, test_quantities, test_extending.
     *("described", "quantities.Quantity", "quantities.Count", "quantities.OneOf"),
-    # Takes what plots.picture takes, and draws many pictures.
-    "plots.animation",
 }
 
 

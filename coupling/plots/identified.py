@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.plots.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, plain, styled
-from structures.checks import short, whole
+from structures.checks import one_of, short, whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,23 +29,29 @@ NARROWEST = 1e-4
 """%; narrower intervals are drawn so wide, to be seen on a logarithmic axis."""
 
 
-def fit(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw the fitted force over the measured one.
+def identified(found: object, show: str = "fit", sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw an identification: its fit, what the fit leaves, how well each unknown is known, or the correlations.
 
     Parameters
     ----------
     found : Identification or Dataset
         What `identify` returned, or the Dataset that it saved.
+    show : {"fit", "residual", "intervals", "correlation"}
+        What to draw; see Returns.
     sensor : int, optional
-        One of its sensors; by default the first.
+        One of its sensors, of "fit" and "residual"; by default the first.
     ax : Axes, optional
         Where to draw; by default on a new figure.
 
     Returns
     -------
     Axes
-        Time in µs, force in N; samples as points, the fit as a line. Where AR and TOF were compared, each of them,
-        fitted and measured, over the measured one.
+        "fit": time in µs, force in N; samples as points, the fit as a line. Where AR and TOF were compared, each of
+        them, fitted and measured, over the measured one. "residual": what the fit leaves over the noise; a band holds
+        95 % of white noise of that size. "intervals": half of the 95 % interval of each unknown in percent of its
+        value, with value and verdict, on a logarithmic axis: green where it is identified, grey where the model does
+        not fit; unknowns of value 0 have no bar. "correlation": a matrix of the unknowns; those near ±1 cannot be told
+        apart.
 
     Raises
     ------
@@ -60,10 +66,21 @@ def fit(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "
     ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
     ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
     >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
-    >>> [line.get_label() for line in hl.plots.fit(found).lines]
+    >>> [line.get_label() for line in hl.plots.identified(found).lines]
     ['measured at bead 5', 'fitted']
+    >>> hl.plots.identified(found, "intervals").get_xlabel()
+    'half of the 95 % interval,\\n% of the value'
     """
-    data, number = _one(found, sensor)
+    draw = DRAWN.get(one_of("show", show, {**OF_SENSORS, **DRAWN}))
+    if draw is None:
+        return OF_SENSORS[show](*_one(found, sensor), ax)
+    if sensor is not None:
+        raise ValueError(f"sensor = {sensor!r}: must be None for {show!r}, which is of all sensors")
+    return draw(dataset_of(found), ax)
+
+
+def _fit(data: xr.Dataset, number: int, ax: "Axes | None") -> "Axes":
+    """Draw the fitted force over the measured one."""
     if FEATURE in data.dims:
         return _fit_of_features(data, axes_for(ax))
     ax, time = axes_for(ax), 1e6 * data.time.values
@@ -75,41 +92,8 @@ def fit(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "
     return ax
 
 
-def residual(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
-    """Draw what the fit leaves, in units of the noise.
-
-    Parameters
-    ----------
-    found : Identification or Dataset
-        What `identify` returned, or the Dataset that it saved.
-    sensor : int, optional
-        One of its sensors; by default the first.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Returns
-    -------
-    Axes
-        Time in µs, residual over noise; a band holds 95 % of white noise of that size. Where AR and TOF were compared,
-        a bar for each.
-
-    Raises
-    ------
-    ValueError
-        For anything else, and a sensor that was not compared.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> def build(modulus):
-    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
-    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
-    >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
-    >>> hl.plots.residual(found).get_ylabel()
-    'residual / noise'
-    """
-    data, number = _one(found, sensor)
+def _residual(data: xr.Dataset, number: int, ax: "Axes | None") -> "Axes":
+    """Draw what the fit leaves, in units of the noise."""
     left = (data.residual / data.noise).values
     ax = axes_for(ax)
     if FEATURE in data.dims:
@@ -131,39 +115,8 @@ def residual(found: object, sensor: int | None = None, ax: "Axes | None" = None)
     return ax
 
 
-def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
-    """Draw how well each unknown is known: half of its 95 % interval in percent of its value.
-
-    Parameters
-    ----------
-    found : Identification or Dataset
-        What `identify` returned, or the Dataset that it saved.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Returns
-    -------
-    Axes
-        One bar for each unknown, with its value and its verdict, on a logarithmic axis: green where it is identified,
-        grey where the model does not fit. Unknowns of value 0 have no bar.
-
-    Raises
-    ------
-    ValueError
-        For anything else.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> def build(modulus):
-    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
-    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
-    >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
-    >>> hl.plots.intervals(found).get_xlabel()
-    'half of the 95 % interval,\\n% of the value'
-    """
-    data = dataset_of(found)
+def _intervals(data: xr.Dataset, ax: "Axes | None") -> "Axes":
+    """Draw half of the 95 % interval of each unknown in percent of its value."""
     size = data.unit_size.values if "unit_size" in data else 1.0
     value, low, high = (data[name].values / size for name in ("value", "low", "high"))
     units = data.unit.values.tolist() if "unit" in data else [""] * value.size
@@ -194,39 +147,9 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
     return ax
 
 
-def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
-    """Draw the correlations of the unknowns at the best fit as a matrix.
-
-    Parameters
-    ----------
-    found : Identification or Dataset
-        What `identify` returned, or the Dataset that it saved.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Returns
-    -------
-    Axes
-        A matrix of colours from -1 to 1 with its numbers. Unknowns near ±1 cannot be told apart.
-
-    Raises
-    ------
-    ValueError
-        For anything else.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> def build(modulus, speed):
-    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
-    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, speed), wall)
-    >>> tap, ranges = build(3e9, 0.3).run(5e-4), {"modulus": (1e9, 10e9), "speed": (0.2, 0.4)}
-    >>> found = hl.identify(tap, build, sensors=[5], nuisances=[], guess={"modulus": 3e9, "speed": 0.3}, **ranges)
-    >>> [label.get_text() for label in hl.plots.correlation(found).get_xticklabels()]
-    ['modulus', 'speed']
-    """
-    matrix = dataset_of(found).correlation
+def _correlation(data: xr.Dataset, ax: "Axes | None") -> "Axes":
+    """Draw the correlations of the unknowns at the best fit as a matrix."""
+    matrix = data.correlation
     names = [plain(str(name)) for name in matrix[matrix.dims[0]].values]
     side = 2.4 + 0.5 * len(names)
     ax = axes_for(ax, side + 1.0, side)
@@ -238,6 +161,12 @@ def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
     ax.set_yticks(range(len(names)), names)
     ax.get_figure().colorbar(image, ax=ax, label="correlation", shrink=0.8)  # type: ignore[union-attr]
     return ax
+
+
+OF_SENSORS = {"fit": _fit, "residual": _residual}
+
+DRAWN = {"intervals": _intervals, "correlation": _correlation}
+"""What draws all unknowns."""
 
 
 def dataset_of(result: Any) -> xr.Dataset:

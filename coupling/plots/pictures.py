@@ -33,8 +33,9 @@ def picture(
     factor: float | None = None,
     highest: float | None = None,
     run: xr.Dataset | None = None,
+    frame_rate: float = 10.0,
 ) -> Path:
-    """Draw a `structure_motion` or `bead_motion` at one time.
+    """Draw a `structure_motion` or `bead_motion` at one time, or all of it as an animation.
 
     Bodies of revolution are cut along their axis; long ones are drawn horizontally, struck from the left. 3-D bodies
     are drawn to scale, from outside. Grey lines: the section at rest. Black lines: edges, and interfaces of materials.
@@ -45,20 +46,23 @@ def picture(
     motion : xarray.Dataset
         From `structure_motion` or `bead_motion`.
     path : str or Path
-        A .png, .pdf or .svg file.
+        A .png, .pdf or .svg file of one time; or an animation of all times, a .gif, or an .mp4 (pip install
+        "hertzlink[movie]").
     time : float, optional
-        Time, s; the nearest time of the motion is drawn. By default that of the largest displacement.
+        Time of a picture, s; the nearest time of the motion is drawn. By default that of the largest displacement.
     show : {"von_mises", "displacement", "deflection"}
         The colours: von Mises stress, the magnitude of the displacement, or its signed component into the struck face.
     factor : float, optional
         Magnification of the displacement. By default a round number that makes it a tenth of the shortest side of the
         body. With 0, beads in contact do not overlap.
     highest : float, optional
-        Upper end of the colour scale, Pa or m. By default a round number that 95 % of the body does not exceed. Give
-        `factor` and `highest` to compare pictures.
+        Upper end of the colour scale, Pa or m. By default a round number that 95 % of the body does not exceed, at all
+        times that are drawn. Give `factor` and `highest` to compare pictures.
     run : xarray.Dataset, optional
         The run of the motion. The force of its last bead on the structure, or the forces through the drawn beads, are
-        then drawn below.
+        then drawn below, in an animation with a moving line at the time of the picture.
+    frame_rate : float
+        Pictures of an animation per second.
 
     Returns
     -------
@@ -68,7 +72,7 @@ def picture(
     Raises
     ------
     ValueError
-        For a time outside the motion, or a wrong name.
+        For a time outside the motion, a wrong name, a time for an animation, or an .mp4 without its package.
     OSError
         If the machine has no OpenGL for drawing.
 
@@ -85,90 +89,26 @@ def picture(
     True
     >>> hl.plots.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
     NotebookPath('body.png')
-    """
-    known_motion(motion)
-    target = _target(path, (".png", ".pdf", ".svg"))
-    number = _strongest(motion) if time is None else _nearest(motion, time)
-    from coupling.plots.drawing import Drawing
-
-    with (
-        Drawing(motion.isel(time=[number]), show, factor, highest, PICTURE_DPI, run) as drawing,
-        whole_file_by_name(target.absolute()) as part,
-    ):
-        drawing.draw(0).savefig(part, dpi=PICTURE_DPI)
-    return target
-
-
-def animation(
-    motion: xr.Dataset,
-    path: str | Path,
-    show: str = "von_mises",
-    factor: float | None = None,
-    highest: float | None = None,
-    frame_rate: float = 10.0,
-    run: xr.Dataset | None = None,
-) -> Path:
-    """Draw all times of a `structure_motion` or `bead_motion` as an animation.
-
-    Colours, factor and frame are the same in all pictures and chosen to fit all of them.
-
-    Parameters
-    ----------
-    motion : xarray.Dataset
-        From `structure_motion` or `bead_motion`.
-    path : str or Path
-        A .gif, or an .mp4 (pip install "hertzlink[movie]").
-    show : {"von_mises", "displacement", "deflection"}
-        As in `picture`.
-    factor : float, optional
-        As in `picture`.
-    highest : float, optional
-        As in `picture`.
-    frame_rate : float
-        Pictures per second.
-    run : xarray.Dataset, optional
-        The run of the motion; its force is then drawn below, with a moving line at the time of the picture.
-
-    Returns
-    -------
-    Path
-        The path of the file. A notebook shows what it holds.
-
-    Raises
-    ------
-    ValueError
-        For a wrong name, or an .mp4 without its package.
-    OSError
-        If the machine has no OpenGL for drawing.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 3, bead, impact_speed=0.1)
-    >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
-    >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
-    >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
-    >>> motion = hl.plots.structure_motion(run, body, times=[100e-6, 110e-6])
-    >>> motion.sizes["time"]
-    2
-    >>> hl.plots.animation(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
+    >>> hl.plots.picture(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
     NotebookPath('body.gif')
     """
     known_motion(motion)
-    target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")
-    write: Callable[[Path, Images, float], None] = _write_gif
-    if target.suffix.lower() == ".mp4":
-        if find_spec("imageio_ffmpeg") is None:
-            raise ValueError(f'path = {str(path)!r}: .mp4 needs pip install "hertzlink[movie]"; .gif needs nothing')
-        write = _write_mp4
+    target, rate = _target(path), positive("frame_rate", frame_rate, "1/s")
+    write, dots = WRITERS.get(target.suffix.lower()), ANIMATION_DPI
+    if write is None:
+        number = _strongest(motion) if time is None else _nearest(motion, time)
+        motion, dots = motion.isel(time=[number]), PICTURE_DPI
+    elif time is not None:
+        raise ValueError(f"time = {time!r}: must be None for an animation, {target.suffix}, which shows all times")
+    if write is _write_mp4 and find_spec("imageio_ffmpeg") is None:
+        raise ValueError(f'path = {str(path)!r}: .mp4 needs pip install "hertzlink[movie]"; .gif needs nothing')
     from coupling.plots.drawing import Drawing
 
-    with (
-        Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing,
-        whole_file_by_name(target.absolute()) as part,
-    ):
-        write(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
+    with Drawing(motion, show, factor, highest, dots, run) as drawing, whole_file_by_name(target.absolute()) as part:
+        if write is None:
+            drawing.draw(0).savefig(part, dpi=dots)
+        else:
+            write(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
     return target
 
 
@@ -201,6 +141,12 @@ def _write_mp4(path: Path, images: Images, rate: float) -> None:
     writer.close()
 
 
+WRITERS: dict[str, Callable[[Path, Images, float], None]] = {".gif": _write_gif, ".mp4": _write_mp4}
+"""What writes the frames of an animation."""
+
+SUFFIXES = (".png", ".pdf", ".svg", *WRITERS)
+
+
 def _strongest(motion: xr.Dataset) -> int:
     size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
     return int(np.argmax(size))
@@ -215,13 +161,13 @@ def _nearest(motion: xr.Dataset, time: float) -> int:
     return int(np.argmin(abs(moments - wanted)))
 
 
-def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
+def _target(path: str | Path) -> Path:
     """Return the path; raise a ValueError if no such file can be written there."""
     if not isinstance(path, str | Path):
         raise ValueError(f"path = {path!r}: must be the name of a file")
     target = NotebookPath(path)
-    if target.suffix.lower() not in suffixes:
-        raise ValueError(f"path = {str(path)!r}: must end in {' or '.join(suffixes)}")
+    if target.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"path = {str(path)!r}: must end in {' or '.join(SUFFIXES)}")
     if not target.parent.is_dir() or target.is_dir():
         raise ValueError(f"path = {str(path)!r}: must be a file in a folder that is there")
     return target

@@ -1,14 +1,14 @@
 """Reports of identifications."""
 
 import json
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.inference.identification import Unknown, unknowns_of
-from coupling.plots import identified
+from coupling.plots.identified import FEATURE, identified
 from hertzlink.reports.page import Section, Table, table
 from hertzlink.reports.svg import WIDTH, drawn
 
@@ -39,23 +39,23 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
     rows = [unknown.row() for unknown in unknowns]
     values_table = table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), rows)
     words = "How well each unknown is known."
-    bars = drawn("intervals", words, lambda ax: identified.intervals(data, ax), 1.4 + 0.42 * len(unknowns))
+    bars = drawn("intervals", words, lambda ax: identified(data, "intervals", ax=ax), 1.4 + 0.42 * len(unknowns))
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
-    together = drawn("correlation", words, lambda ax: identified.correlation(data, ax), WIDTH - 1.0)
+    together = drawn("correlation", words, lambda ax: identified(data, "correlation", ax=ax), WIDTH - 1.0)
     tables = [values_table, *_other_fits(data, unknowns)]
     pictures = []
-    sensors = [] if identified.FEATURE in data.dims else np.atleast_1d(data.sensor.values).astype(int).tolist()
+    sensors = [] if FEATURE in data.dims else np.atleast_1d(data.sensor.values).astype(int).tolist()
     if not sensors:
         words = "AR and TOF, fitted and measured, over the measured values."
-        pictures.append(drawn("fit", words, lambda ax: identified.fit(data, ax=ax)))
+        pictures.append(drawn("fit", words, lambda ax: identified(data, ax=ax)))
         words = "What the fit leaves of AR and TOF, in units of their scatter."
-        pictures.append(drawn("residual", words, lambda ax: identified.residual(data, ax=ax)))
+        pictures.append(drawn("residual", words, lambda ax: identified(data, "residual", ax=ax)))
     for number in sensors:
-        for name, draw, words in (
-            ("fit", identified.fit, f"Fitted over measured force at bead {number}."),
-            ("residual", identified.residual, f"What the fit leaves at bead {number}, in units of the noise."),
+        for show, words in (
+            ("fit", f"Fitted over measured force at bead {number}."),
+            ("residual", f"What the fit leaves at bead {number}, in units of the noise."),
         ):
-            pictures.append(drawn(f"{name}-{number}", words, _of_sensor(draw, data, number)))
+            pictures.append(drawn(f"{show}-{number}", words, partial(identified, data, show, number)))
     values = Section("Values", tables=tables, pictures=[bars, together])
     return summary, [values, Section("Fit", pictures=pictures), _measurement(data)]
 
@@ -87,7 +87,3 @@ def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
     determined = [i for i, column in enumerate(fits.T) if np.isfinite(column).any()]
     rows = [tuple(f"{fit[i] / unknowns[i].unit_size:.4g}" for i in determined) for fit in fits]
     return [table("Other fits that the noise does not exclude", tuple(unknowns[i].head for i in determined), rows)]
-
-
-def _of_sensor(draw: Callable[..., Any], data: xr.Dataset, sensor: int) -> Callable[[Any], Any]:
-    return lambda ax: draw(data, sensor, ax)

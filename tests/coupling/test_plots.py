@@ -299,10 +299,10 @@ def test_setup_of_two_chains_on_a_rod() -> None:
 
 def test_fit_and_residual_are_those_of_the_result() -> None:
     for given in (found(), found().to_dataset()):
-        ax = hl.plots.fit(given, sensor=6)
+        ax = hl.plots.identified(given, sensor=6)
         np.testing.assert_array_equal(line(ax, "measured at bead 6")[1], found().data.measured.sel(sensor=6))
         np.testing.assert_array_equal(line(ax, "fitted")[1], found().data.fitted.sel(sensor=6))
-    ax = hl.plots.residual(found())
+    ax = hl.plots.identified(found(), "residual")
     at = found().data.sel(sensor=4)
     np.testing.assert_allclose(line(ax, "residual at bead 4")[1], at.residual / at.noise)
 
@@ -313,18 +313,18 @@ def test_fit_of_features_names_each() -> None:
 
     tap, guess = build(3e9).run(8e-4), {"modulus": 3.1e9}
     result = hl.identify(tap, build, sensors=[7], compare="features", guess=guess, modulus=(1e9, 10e9))
-    ax = hl.plots.fit(result)
+    ax = hl.plots.identified(result)
     np.testing.assert_allclose(line(ax, "fitted")[1], result.data.fitted / result.data.measured)
     names = [str(one).replace(" at ", "\nat ") for one in result.data.feature.values]
     assert [one.get_text() for one in ax.get_xticklabels()] == names
-    bars = hl.plots.residual(result).containers[0]
+    bars = hl.plots.identified(result, "residual").containers[0]
     np.testing.assert_allclose([one.get_height() for one in bars], result.data.residual / result.data.noise)
     with pytest.raises(ValueError, match="sensor = 7: must be None"):
-        hl.plots.fit(result, 7)
+        hl.plots.identified(result, sensor=7)
 
 
 def test_intervals_are_halves_in_percent() -> None:
-    ax = hl.plots.intervals(found())
+    ax = hl.plots.identified(found(), "intervals")
     ends = [bar.get_x() + bar.get_width() for bar in ax.patches]
     assert ends == pytest.approx([100.0 * one.error / abs(one.value) for one in found().unknowns.values()])
     labels = [one.get_text() for one in ax.get_yticklabels()]
@@ -337,18 +337,21 @@ def test_a_blind_unknown_is_drawn_without_a_value() -> None:
     data = found().to_dataset()
     data["verdict"] = data.verdict.where(data.unknown != "modulus", "blind")
     low, high = found()["modulus"].interval
-    assert hl.plots.intervals(data).get_yticklabels()[0].get_text() == f"modulus\n{low:.4g} to {high:.4g}, blind"
+    assert (
+        hl.plots.identified(data, "intervals").get_yticklabels()[0].get_text()
+        == f"modulus\n{low:.4g} to {high:.4g}, blind"
+    )
 
 
 def test_correlations_are_written_in_the_matrix() -> None:
-    ax = hl.plots.correlation(found())
+    ax = hl.plots.identified(found(), "correlation")
     np.testing.assert_array_equal(ax.images[0].get_array(), found().correlation)
     assert len(ax.texts) == found().correlation.size
 
 
 def test_given_axes_are_used_and_keep_their_size() -> None:
     figure, ax = pyplot.subplots(figsize=(5.0, 3.0))
-    for draw, given in (("traces", run()), ("setup", run()), ("energy", run()), ("intervals", found())):
+    for draw, given in (("traces", run()), ("setup", run()), ("energy", run()), ("identified", found())):
         assert getattr(hl.plots, draw)(given, ax=ax) is ax
     assert tuple(figure.get_size_inches()) == (5.0, 3.0)
 
@@ -374,9 +377,9 @@ BAD: list[tuple[str, Callable[[], Any], str]] = [
     ("wave", lambda: hl.plots.swept(sweep(2e-5), 7, wave="fourth"), "wave = 'fourth'"),
     ("set-up of a signal", lambda: hl.plots.setup(signal()), "does not hold"),
     ("set-up of a chain", lambda: hl.plots.setup(BEAD), "must be a CoSimulation"),
-    ("fit of a run", lambda: hl.plots.fit(run()), "must be what identify returned"),
-    ("fit elsewhere", lambda: hl.plots.fit(found(), 5), "sensor = 5"),
-    ("class", lambda: hl.plots.intervals(Identification), "must be what identify returned"),
+    ("fit of a run", lambda: hl.plots.identified(run()), "must be what identify returned"),
+    ("fit elsewhere", lambda: hl.plots.identified(found(), sensor=5), "sensor = 5"),
+    ("class", lambda: hl.plots.identified(Identification, "intervals"), "must be what identify returned"),
 ]  # fmt: skip
 
 

@@ -72,5 +72,5 @@ def test_pictures_of_a_plate(tmp_path: Path) -> None:
     run, motion = moved(structure)
     path = hl.plots.picture(motion, tmp_path / "plate.png", show="deflection", run=run)
     assert path.stat().st_size > 10_000
-    hl.plots.animation(motion, tmp_path / "plate.gif", show="displacement", run=run)
+    hl.plots.picture(motion, tmp_path / "plate.gif", show="displacement", run=run)
     assert (tmp_path / "plate.gif").stat().st_size > path.stat().st_size / 4
