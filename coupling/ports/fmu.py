@@ -1,10 +1,10 @@
-"""The chain as an FMU, for co-simulation programs that support FMI 2.0; optional: `pip install "hertzlink[fmu]"`."""
+"""The chain as an FMU, for programs that support FMI 2.0 or 3.0; optional: `pip install "hertzlink[fmu]"`."""
 
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,15 +18,44 @@ from particles.chain import Chain
 from particles.moving import MovingChain
 from particles.overloads import overloads, weaker
 from structures.caution import caution
-from structures.checks import instance, short
+from structures.checks import instance, short, whole
 from structures.surface import Surface, hertz_stiffness
 
-UNIT_SCRIPT = Path(__file__).with_name("fmu_unit.py")
-
-UNIT_MODULE = "hertzlink_chain"
+UNIT_MODULE = "hertzlink_chain_{version}"
 """Name of the unit in the FMU. All FMUs that a program opens share one namespace of modules, so the name must be
 unique.
 """
+
+UNIT_SCRIPT = """from ctypes import py_object, pythonapi
+
+import hertzlink  # the front door comes before its rooms
+import {kit}
+from {kit} import Fmi{version}Slave
+
+from coupling.ports.fmu_unit import ChainUnit
+
+# pythonfmu runs this text for each unit, and each time releases its namespace once more than it holds it.
+pythonapi.Py_IncRef(py_object(globals()))
+
+
+class HertzlinkChain(ChainUnit, Fmi{version}Slave):
+    kit, fmi = {kit}, {version}
+"""
+"""The script in the FMU: pythonfmu finds the class in its text. It runs in the program that opens the FMU, where this
+version of hertzlink must be installed.
+"""
+
+OPTIONS = (
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+    "canGetAndSetFMUState",
+    "canSerializeFMUState",
+    "canHandleVariableCommunicationStepSize",
+)
+"""What the unit can do, in the words of FMI 2.0 and of FMI 3.0; a builder takes those of its version."""
+
+KITS = {2: "pythonfmu", 3: "pythonfmu3"}
+"""The packages that write an FMU, by the version of FMI."""
 
 CONTENT_FILE = "chain.data"
 """File with the chain and the surface that it faces, next to the unit: plain data."""
@@ -56,19 +85,20 @@ def write_fmu(
     flexibility: float = 0.0,
     dt: float | None = None,
     trust: bool = False,
+    fmi: int = 2,
 ) -> Path:
-    """Write a chain, with its contact, as an FMI 2.0 co-simulation unit.
+    """Write a chain, with its contact, as a co-simulation unit of FMI 2.0 or 3.0.
 
     Input: `surface_displacement`, m, at the end of the next step, from static equilibrium; the surface moves linearly
     during the step. Outputs, N, relative to the static forces: `mean_contact_force` over the step, with which the
     interface creates no energy, and `contact_force` and `sensor_force[1…N]` at its end. Parameter: `impact_speed`, m/s,
     if the striker has one; it is fixed once the unit is initialised. Steps may have any length, and may be repeated
-    from a saved state. An impossible step is refused (fmi2Discard) and changes nothing; its reason is written to the
+    from a saved state. An impossible step is refused (Discard) and changes nothing; its reason is written to the
     log, which the opening program must enable. Every step is refused after an attempt to set what cannot be set.
 
-    The folder in which a program unpacks the FMU must have a path of letters from A to Z, digits, blanks and -._~
-    alone: pythonfmu's library crashes in any other. A warning is given if the FMU's folder, or that of temporary files,
-    is such a one.
+    The folder in which a program unpacks an FMU of FMI 2.0 must have a path of letters from A to Z, digits, blanks and
+    -._~ alone: pythonfmu's library crashes in any other. A warning is given if the FMU's folder, or that of temporary
+    files, is such a one.
 
     The FMU runs in the Python of the opening program, where this version of hertzlink must be installed. It holds the
     chain as plain data and hertzlink's script: like any FMU it is a program, so open only files that you trust. An
@@ -89,6 +119,8 @@ def write_fmu(
     trust : bool
         Whether beads, losses, excitations and laws of classes of your own may be pickled. Their modules must be
         installed where the FMU is opened.
+    fmi : int
+        Version of the standard: 2, which more programs open, or 3.
 
     Returns
     -------
@@ -100,11 +132,11 @@ def write_fmu(
     ValueError
         For bad input.
     ImportError
-        If pythonfmu is missing.
+        If pythonfmu, or pythonfmu3 for FMI 3.0, is missing.
 
     References
     ----------
-    Functional Mock-up Interface 2.0, section 4 (co-simulation).
+    Functional Mock-up Interface 2.0 and 3.0, section 4 (co-simulation).
 
     Examples
     --------
@@ -114,27 +146,30 @@ def write_fmu(
     >>> hl.write_fmu(chain, hl.Surface(hl.ACRYLIC), "chain.fmu").name
     'chain.fmu'
     """
-    builder = _builder()
+    builder = _builder(fmi)
     _warn_of_yield(guest_chain(chain, surface, flexibility, dt))
     target = _target(path)
-    _warn_of_folders(target.parent, Path(tempfile.gettempdir()))
+    if fmi == 2:
+        _warn_of_folders(target.parent, Path(tempfile.gettempdir()))
     content = pack(chain, surface, flexibility, dt, instance("trust", trust, bool, "True or False"))
     content_file = TRUSTED_FILE if trust else CONTENT_FILE
+    names = {"kit": KITS[fmi], "version": fmi}
     with whole_file_by_name(target) as part:
-        script = Path(shutil.copy(UNIT_SCRIPT, part.with_name(f"{UNIT_MODULE}.py")))
+        script = part.with_name(f"{UNIT_MODULE.format(**names)}.py")
+        script.write_text(UNIT_SCRIPT.format(**names))
         part.with_name(content_file).write_bytes(content)
         documentation = part.with_name("documentation")
         documentation.mkdir()
         (documentation / "index.html").write_text(DOCUMENTATION, encoding="utf-8")
-        with _imports_restored():
-            builder.build_FMU(
+        with _imports_restored(script.stem):
+            fmu = builder.build_FMU(
                 script,
-                dest=part,
+                dest=part.with_name("fmu"),
                 project_files=[part.with_name(content_file)],
                 documentation_folder=documentation,
-                canGetAndSetFMUstate=True,
-                canSerializeFMUstate=True,
+                **dict.fromkeys(OPTIONS, True),
             )
+        fmu.replace(part)
     return Path(path).expanduser()
 
 
@@ -156,12 +191,12 @@ def _warn_of_yield(moving: MovingChain) -> None:
         )
 
 
-def _builder() -> Any:
+def _builder(fmi: int) -> Any:
+    kit = KITS[whole("fmi", fmi, 2, 3)]
     try:
-        from pythonfmu import FmuBuilder
+        return import_module(kit).FmuBuilder
     except ImportError as error:
-        raise ImportError(f'write_fmu needs pythonfmu ({error}): pip install "hertzlink[fmu]"') from error
-    return FmuBuilder
+        raise ImportError(f'write_fmu needs {kit} ({error}): pip install "hertzlink[fmu]"') from error
 
 
 def _target(path: str | Path) -> Path:
@@ -193,12 +228,12 @@ def _warn_of_folders(*folders: Path) -> None:
 
 
 @contextmanager
-def _imports_restored() -> Iterator[None]:
+def _imports_restored(module: str) -> Iterator[None]:
     """Restore sys.path: pythonfmu imports the unit from its folder, and would leave that folder in it."""
-    path, loaded = sys.path.copy(), UNIT_MODULE in sys.modules
+    path, loaded = sys.path.copy(), module in sys.modules
     try:
         yield
     finally:
         sys.path[:] = path
         if not loaded:
-            sys.modules.pop(UNIT_MODULE, None)
+            sys.modules.pop(module, None)

@@ -1,6 +1,8 @@
 """The chain as an FMU, run by FMPy: its description, a coupled run with rollback, what it refuses, bad input."""
 
 import ctypes
+import importlib.metadata
+import importlib.util
 import subprocess
 import sys
 import zipfile
@@ -19,8 +21,9 @@ from coupling.ports.fmu_content import pack, unpack
 
 fmpy = pytest.importorskip("fmpy")
 pytest.importorskip("pythonfmu")
+pytest.importorskip("pythonfmu3")
 
-from fmpy import fmi2  # noqa: E402
+from fmpy import fmi2, fmi3  # noqa: E402
 from fmpy.fmi1 import FMICallException  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
 
@@ -37,9 +40,26 @@ def softer(one: Any, other: Any) -> hl.laws.PowerLaw:
     return hl.laws.PowerLaw(4e9, 1.5)
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return hl.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu")
+@pytest.fixture(scope="module", params=[2, 3], ids=["fmi2", "fmi3"])
+def written(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return hl.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu", fmi=request.param)
+
+
+class Slave3(fmi3.FMU3Slave):  # type: ignore[misc]
+    """FMPy's unit of FMI 3.0 by the names of FMI 2.0."""
+
+    begin = 0.0
+    getReal, setReal = fmi3.FMU3Slave.getFloat64, fmi3.FMU3Slave.setFloat64
+    getInteger, setInteger = fmi3.FMU3Slave.getUInt64, fmi3.FMU3Slave.setInt32
+    getFMUstate, setFMUstate = fmi3.FMU3Slave.getFMUState, fmi3.FMU3Slave.setFMUState
+    freeFMUstate, serializeFMUstate = fmi3.FMU3Slave.freeFMUState, fmi3.FMU3Slave.serializeFMUState
+    deSerializeFMUstate = fmi3.FMU3Slave.deserializeFMUState
+
+    def setupExperiment(self, startTime: float) -> None:
+        self.begin = startTime
+
+    def enterInitializationMode(self) -> None:
+        super().enterInitializationMode(startTime=self.begin)
 
 
 class Unit:
@@ -55,13 +75,15 @@ class Unit:
         self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._told)
         self.callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
         self.callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
-        self.fmu = fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=folder.name,
-        )
-        self.fmu.instantiate(callbacks=self.callbacks, loggingOn=True)
+        self.told3 = fmi3.fmi3LogMessageCallback(lambda *said: self._told(None, b"", *said[1:]))
+        named = {"unzipDirectory": str(folder), "instanceName": folder.name}
+        named |= {"guid": description.guid, "modelIdentifier": description.coSimulation.modelIdentifier}
+        if description.fmiVersion == "3.0":
+            self.fmu = Slave3(**named)
+            self.fmu.instantiate(loggingOn=True, logMessage=self.told3)
+        else:
+            self.fmu = fmi2.FMU2Slave(**named)
+            self.fmu.instantiate(callbacks=self.callbacks, loggingOn=True)
 
     def _told(self, component: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
         self.log.append((status, message.decode()))
@@ -159,7 +181,6 @@ def test_fmpy_finds_no_fault_in_it(written: Path) -> None:
     """FMPy's checks: the standard's schema, names, start values, the model's structure, units."""
     assert validate_fmu(str(written)) == []
     description = fmpy.read_model_description(str(written))
-    assert description.fmiVersion == "2.0"
     assert description.coSimulation.canGetAndSetFMUstate
     assert description.coSimulation.canSerializeFMUstate
     assert description.coSimulation.canHandleVariableCommunicationStepSize
@@ -191,6 +212,28 @@ def test_fmpy_runs_it_alone(written: Path) -> None:
     moving = hl.stepping.MovingChain(CHAIN, SURFACE)
     exact = hl.CoSimulation(CHAIN, hl.half_space(hl.ACRYLIC), window=moving.contact_time / 64, substeps=1).run(3e-4)
     assert found["sensor_force[7]"].max() == pytest.approx(hl.reflections(exact, 7).incident.amplitude, rel=1e-4)  # type: ignore[union-attr]
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="the libraries are for Linux and Windows")
+def test_ecos_gets_the_same_forces(written: Path) -> None:
+    """Ecos, a program in C++ with an FMI library of its own, moves the chain against a surface that stands still."""
+    for file in importlib.metadata.files("tbb") if importlib.util.find_spec("ecospy") else ():
+        if file.name in ("libtbb.so.12", "tbb12.dll"):
+            ctypes.CDLL(str(file.locate()), ctypes.RTLD_GLOBAL)  # Ecos is linked with it, and its package lacks it
+    ecos = pytest.importorskip("ecospy")
+    structure = ecos.EcosSimulationStructure()
+    structure.add_model("chain", str(written))
+    moving = hl.stepping.MovingChain(CHAIN, SURFACE)
+    state, forces, exact = moving.start(), [], []
+    with ecos.EcosSimulation(structure=structure, step_size=1e-6) as simulation:
+        simulation.init()
+        for _ in range(400):
+            simulation.step(1)
+            forces.append(simulation.get_real("chain::mean_contact_force"))
+            state, force = moving.advance(state, (0.0, 0.0), 1e-6)
+            exact.append(force)
+    assert max(exact) > 10.0
+    assert forces == pytest.approx(exact, rel=1e-9, abs=1e-9 * max(exact))
 
 
 def test_steps_may_differ_in_length(unit: Unit) -> None:
@@ -288,22 +331,23 @@ def test_the_impact_speed_is_a_parameter(written: Path, tmp_path: Path) -> None:
 
 
 REFUSED: dict[str, Callable[[Unit], Any]] = {
-    "surface displacement = nan: must be a finite number": lambda unit: unit.step(0.0, 1e-6, np.nan),
-    "window = -1e-06: must be a positive number": lambda unit: unit.step(0.0, -1e-6, 0.0),
+    "surface displacement = nan: must be a finite number": lambda unit: unit.step(1e-7, 1e-6, np.nan),
+    "window = -1e-06: must be a positive number": lambda unit: unit.step(1e-7, -1e-6, 0.0),
     "current_time = 0.001: must be where the last step ended": lambda unit: unit.step(1e-3, 1e-6, 0.0),
-    "is no longer finite": lambda unit: unit.step(0.0, 1e-6, -1e99),
+    "is no longer finite": lambda unit: unit.step(1e-7, 1e-6, -1e99),
 }
 
 
 @pytest.mark.parametrize("message", REFUSED)
 @pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning", "ignore:invalid:RuntimeWarning")
 def test_a_step_that_cannot_be_is_refused_and_changes_nothing(unit: Unit, message: str) -> None:
+    unit.step(0.0, 1e-7, 0.0)
     with pytest.raises(FMICallException) as refused:
         REFUSED[message](unit)
     assert refused.value.status == DISCARD
     assert any(status == 3 and message in text for status, text in unit.log)
     assert unit.get("mean_contact_force") == 0.0
-    unit.step(0.0, 1e-5, 0.0)
+    unit.step(1e-7, 1e-5, 0.0)
     assert unit.get("sensor_force[1]") > 1.0
 
 
@@ -328,9 +372,10 @@ ILLEGAL: dict[str, Callable[[Unit], Any]] = {
     "sensor_force[7] = 1.0: cannot be set": lambda unit: unit.set("sensor_force[7]", 1.0),
     "variable 99 = 1.0: cannot be set": lambda unit: unit.fmu.setReal([99], [1.0]),
     "variable 99: is none of this unit": lambda unit: unit.fmu.getReal([99]),
-    "variable 0: is no fmi2Integer": lambda unit: unit.fmu.setInteger([0], [1]),
-    "variable 0: is no fmi2Boolean": lambda unit: unit.fmu.getBoolean([0]),
-    "variable 3: is no fmi2String": lambda unit: unit.fmu.setString([3], ["1"]),
+    "variable 0: is no int": lambda unit: unit.fmu.setInteger([0], [1]),
+    "variable 98: is no": lambda unit: unit.fmu.getInteger([98]),
+    "variable 0: is no boolean": lambda unit: unit.fmu.getBoolean([0]),
+    "variable 3: is no string": lambda unit: unit.fmu.setString([3], ["1"]),
 }
 
 
@@ -366,6 +411,13 @@ def test_folders_in_which_it_cannot_be_unpacked_are_named(tmp_path: Path, name: 
     with pytest.warns(hl.HertzlinkWarning, match="a program that unpacks the FMU in this folder crashes") as caught:
         hl.write_fmu(CHAIN, SURFACE, folder / "chain.fmu")
     assert str(caught[0].message).startswith(repr(str(folder.resolve())))
+
+
+def test_with_fmi_3_any_folder_serves(tmp_path: Path) -> None:
+    (tmp_path / "ü").mkdir()
+    with opened(hl.write_fmu(CHAIN, SURFACE, tmp_path / "ü" / "chain.fmu", fmi=3), tmp_path / "ü" / "50 %") as unit:
+        unit.step(0.0, 1e-5, 0.0)
+        assert unit.get("sensor_force[1]") > 1.0
 
 
 def test_the_folder_of_temporary_files_counts_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -405,11 +457,12 @@ def test_laws_of_ones_own_and_other_excitations_go_along(tmp_path: Path) -> None
 def test_its_library_brings_no_python(written: Path, tmp_path: Path) -> None:
     """It takes that of the program that opens it, so it fits any, and cannot be loaded where there is none."""
     with zipfile.ZipFile(written) as archive:
-        library = archive.extract("binaries/linux64/HertzlinkChain.so", tmp_path)
+        name = next(name for name in archive.namelist() if name.endswith(".so"))
+        library = archive.extract(name, tmp_path)
     needed = subprocess.run(["ldd", library], capture_output=True, text=True, check=True).stdout
     assert "libc.so" in needed
     assert "libpython3" not in needed
-    assert ctypes.PyDLL(library).fmi2DoStep
+    assert hasattr(ctypes.PyDLL(library), "fmi3DoStep" if "x86_64-linux" in name else "fmi2DoStep")
 
 
 def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
@@ -461,6 +514,8 @@ class Local(hl.Sphere):
         ({"flexibility": np.nan}, "flexibility = nan: must be a finite number"),
         ({"chain": hl.Chain([Local(4.76e-3, hl.PTFE)], BEAD, 1.0)}, "chain: does not fit into an FMU"),
         ({"trust": 1}, "trust = 1: must be True or False"),
+        ({"fmi": 1}, "fmi = 1: must be a whole number, 2 or more"),
+        ({"fmi": 4}, "fmi = 4: must be a whole number, at most 3"),
     ],
 )
 def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -540,10 +595,11 @@ def test_every_described_part_of_a_chain_is_read_back() -> None:
     assert done.stdout.split() == ["True", "UniformChain", "KnownLaws", "Material", "Surface"]
 
 
-def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setitem(sys.modules, "pythonfmu", None)
-    with pytest.raises(ImportError, match=r'pip install "hertzlink\[fmu\]"'):
-        hl.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
+@pytest.mark.parametrize(("fmi", "kit"), [(2, "pythonfmu"), (3, "pythonfmu3")])
+def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, fmi: int, kit: str) -> None:
+    monkeypatch.setitem(sys.modules, kit, None)
+    with pytest.raises(ImportError, match=rf'needs {kit} .*pip install "hertzlink\[fmu\]"'):
+        hl.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu", fmi=fmi)
 
 
 @pytest.mark.parametrize(("law", "said"), [(None, 1), (hl.laws.JacksonGreen(), 0), (hl.laws.Thornton(), 0)])
