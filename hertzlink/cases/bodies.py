@@ -5,7 +5,7 @@ from functools import partial
 from inspect import isclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, Tag
+from pydantic import Field
 
 from hertzlink.cases.declared import (
     SPECIAL,
@@ -21,7 +21,7 @@ from hertzlink.cases.declared import (
     union_of,
 )
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import Part, World, file_of, forms, made
+from hertzlink.cases.parts import Part, World, either, file_of, made
 from plates.plate import Plate
 from structures.closing import Closing, Gap
 from structures.cylinder import layered_cylinder
@@ -96,16 +96,10 @@ class Reduction(Declared):
         until: float | None
 
 
-def _reduced(value: Any) -> str | None:
-    if isinstance(value, bool):
-        return "yes or no"
-    return "settings" if isinstance(value, dict | Reduction) else None
-
-
-Reduce: Any = Annotated[
-    Annotated[bool, Tag("yes or no")] | Annotated[table_of(described_by(reduce), base=Reduction), Tag("settings")],
-    forms(_reduced, "must be true, false, or a table such as { tolerance = 0.01 }"),
-]
+Reduce: Any = either(
+    "must be true, false, or a table such as { tolerance = 0.01 }",
+    word=(bool, bool), settings=(dict | Reduction, table_of(described_by(reduce), base=Reduction)),
+)  # fmt: skip
 
 
 class Body(Part):

@@ -21,7 +21,7 @@ from hertzlink.cases.declared import (
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.numerical_law import NumericalLaw
-from hertzlink.cases.parts import Length, Part, World, forms, made
+from hertzlink.cases.parts import Length, Part, World, either, forms, made
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
@@ -52,12 +52,17 @@ def chain_table() -> type["ChainPart"]:
     bead: Any = union_of(Bead)
     numerical = table_of(described_by(computed_law), base=NumericalLaw)
     laws = union([*tables_of([*members(ContactLaw), *members(YieldingLaw)]), numerical])
+    beads = either(
+        "must be a whole number of beads, such as 20, or a list of beads",
+        count=(int, Annotated[int, Field(ge=1, le=MOST_BEADS)]),
+        list=(list, Annotated[list[bead], Field(min_length=1)]),
+    )  # fmt: skip
     model_fields = ChainPart.model_fields
     base: type[ChainPart] = create_model(
         "ChainPart",
         __base__=ChainPart,
         __doc__=ChainPart.__doc__,
-        beads=(_beads(bead), model_fields["beads"]),
+        beads=(beads, model_fields["beads"]),
         bead=(bead | None, model_fields["bead"]),
         striker=(_striker(bead, union_of(Excitation)), "bead"),
         law=(laws | None, None),
@@ -79,20 +84,6 @@ def _striker(bead: Any, moved: Any) -> Any:
     return Annotated[
         Annotated[Literal["bead", "none"], Tag("word")] | Annotated[bead, Tag("body")] | Annotated[moved, Tag("moved")],
         forms(_what_strikes, f'must be "bead", "none", {BEAD}, or a table with a kind, such as "spring_loaded"'),
-    ]
-
-
-def _how_many(value: Any) -> str | None:
-    if isinstance(value, int) and not isinstance(value, bool):
-        return "count"
-    return "list" if isinstance(value, list) else None
-
-
-def _beads(bead: Any) -> Any:
-    return Annotated[
-        Annotated[int, Field(ge=1, le=MOST_BEADS), Tag("count")]
-        | Annotated[list[bead], Field(min_length=1), Tag("list")],
-        forms(_how_many, "must be a whole number of beads, such as 20, or a list of beads"),
     ]
 
 

@@ -9,13 +9,13 @@ from math import isfinite
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, create_model
+from pydantic import Discriminator, Field, create_model
 
 from coupling.schemes.scheme import MEMBERS, Scheme
 from hertzlink import _described as _described  # for what they describe
 from hertzlink._rooms import ROOMS
 from hertzlink.cases.entry_paths import Path
-from hertzlink.cases.parts import Part, Round, World, file_of, forms, made
+from hertzlink.cases.parts import Part, Round, World, either, file_of, made
 from hertzlink.cases.units import Unit
 from particles.bead import ATTRIBUTES, Bead
 from particles.dissipation import Dissipation
@@ -275,7 +275,7 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     table = next(filter(None, kinds), None)
     listed = next((kind for kind, _ in members if get_origin(kind) is Sequence), None)
     if listed is not None and members[0][0] in (float, int):
-        return _one_or_many(_form(*members[0]), _list(listed, 1))
+        return Form(either(one=(object, _form(*members[0]).entry), many=(list, _list(listed, 1).entry)))
     words = next((notes for _, notes in members if any(isinstance(note, OneOf) for note in notes)), None)
     if words is None or table is None:
         plain = all(kind in (str, int) for kind, _ in members)
@@ -284,29 +284,10 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     model = table_of(table)
     asks = next((note.text for note in notes if isinstance(note, Asks)), f"{', '.join(map(repr, choices))} or a table")
     return Form(
-        Annotated[
-            Annotated[Literal[tuple(choices)], Tag("word")] | Annotated[model, Tag("table")],
-            forms(_word_or_table, f"must be {asks}"),
-        ],
+        either(f"must be {asks}", word=(str, Literal[tuple(choices)]), table=(dict | Part, model)),
         lambda value, world, path: value if isinstance(value, str) else made(value, world, path),
         lambda value, path: fields_of(value, table, path) if isinstance(value, Mapping) else value,
     )
-
-
-def _one_or_many(single: Form, many: Form) -> Form:
-    """Of a number, or a list of them."""
-    return Form(
-        Annotated[
-            Annotated[single.entry, Tag("one")] | Annotated[many.entry, Tag("many")],
-            forms(lambda value: "many" if isinstance(value, list) else "one", "must be a number, or a list of numbers"),
-        ]
-    )
-
-
-def _word_or_table(value: Any) -> str | None:
-    if isinstance(value, str):
-        return "word"
-    return "table" if isinstance(value, dict | Part) else None
 
 
 def _list(kind: Any, least: int) -> Form:

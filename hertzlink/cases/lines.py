@@ -1,127 +1,95 @@
 """The line of each entry of a TOML text, which tomllib does not give. The text must be valid TOML."""
 
+import re
+from itertools import count
+
 from hertzlink.cases.entry_paths import Path
 
-BARE_ENDS = ",]}\n\r#"
+WORD = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}(?!")'
+    r"|'''.*?'{3,5}(?!')"
+    r'|"(?:\\.|[^"\\])*"'
+    r"|'[^']*'"
+    r"|[\[\]{},=.\n]|[^\s\[\]{},=.#\"']+"
+    r"|(?P<none>[^\S\n]+|#[^\n]*)",
+    re.DOTALL,
+)
+"""A text, a mark, a line break, or a piece of a key or a value; nothing for blanks and comments."""
 
 
 def lines_of(text: str) -> dict[Path, int]:
     """Return the line, counted from 1, on which each entry stands, by its path."""
-    return _Scanner(text).lines
+    return _Reader(text).lines
 
 
-class _Scanner:
+class _Reader:
     def __init__(self, text: str) -> None:
-        self.text, self.at = text, 0
+        line, self.words = 1, list[tuple[str, int]]()
+        for match in WORD.finditer(text):
+            if not match["none"]:
+                self.words.append((match[0], line))
+            line += match[0].count("\n")
+        self.words.reverse()
         self.lines: dict[Path, int] = {}
-        self.counts: dict[Path, int] = {}
+        counts: dict[Path, int] = {}
         table: Path = ()
-        while self._skip(newlines=True):
-            if self.text.startswith("[[", self.at):
-                self.at += 2
-                table = self._header()
-                count = self.counts.get(table, 0)
-                self.counts[table] = count + 1
-                table = (*table, count)
-                self._note(table)
-                self.at += 2
-            elif self.text[self.at] == "[":
-                self.at += 1
-                table = self._header()
-                self.at += 1
-            else:
+        while self._begins():
+            if self.words[-1][0] != "[":
                 self._pair(table)
+                continue
+            line = self.words.pop()[1]
+            several = self.words[-1][0] == "["
+            table = ()
+            for name in self._until("\n"):
+                # Of an array of tables the last one is meant.
+                table = (*table, counts[table] - 1, name) if table in counts else (*table, name)
+            self._note(table, line)
+            if several:
+                counts[table] = counts.get(table, 0) + 1
+                table = (*table, counts[table] - 1)
+                self._note(table, line)
+            elif table in counts:
+                table = (*table, counts[table] - 1)
 
-    def _note(self, path: Path) -> None:
-        line = self.text.count("\n", 0, self.at) + 1
-        for i in range(1, len(path) + 1):
-            self.lines.setdefault(path[:i], line)
+    def _note(self, path: Path, line: int) -> None:
+        for end in range(1, len(path) + 1):
+            self.lines.setdefault(path[:end], line)
 
-    def _skip(self, newlines: bool) -> bool:
-        """Pass blanks and comments; whether anything follows."""
-        while self.at < len(self.text):
-            letter = self.text[self.at]
-            if letter == "#":
-                end = self.text.find("\n", self.at)
-                self.at = len(self.text) if end < 0 else end
-            elif letter in " \t" or (newlines and letter in "\r\n"):
-                self.at += 1
-            else:
-                return True
-        return False
+    def _begins(self) -> bool:
+        """Pass line breaks; whether anything follows."""
+        while self.words and self.words[-1][0] == "\n":
+            self.words.pop()
+        return bool(self.words)
 
-    def _header(self) -> Path:
-        """Return the path of a header; parts that are arrays of tables mean their last table."""
-        path: Path = ()
-        parts = self._key()
-        for i, part in enumerate(parts):
-            path = (*path, part)
-            if i + 1 < len(parts) and path in self.counts:
-                path = (*path, self.counts[path] - 1)
-        self._note(path)
-        return path
-
-    def _key(self) -> list[str]:
-        parts = []
-        while True:
-            self._skip(newlines=False)
-            if self.text[self.at] in "\"'":
-                parts.append(self._string())
-            else:
-                start = self.at
-                while self.text[self.at] not in " \t.=]":
-                    self.at += 1
-                parts.append(self.text[start : self.at])
-            self._skip(newlines=False)
-            if self.text[self.at] != ".":
-                return parts
-            self.at += 1
+    def _until(self, end: str) -> list[str]:
+        """Return the names up to a mark, without quotes and what stands between them, and pass it."""
+        names = []
+        while self.words and (word := self.words.pop()[0]) != end:
+            if word not in (".", "[", "]"):
+                names.append(word[1:-1] if word[0] in "\"'" else word)
+        return names
 
     def _pair(self, table: Path) -> None:
-        start = self.at
-        path = (*table, *self._key())
-        end, self.at = self.at, start
-        self._note(path)
-        self.at = end + 1  # the equals sign
+        line = self.words[-1][1]
+        path = (*table, *self._until("="))
+        self._note(path, line)
         self._value(path)
 
     def _value(self, path: Path) -> None:
-        self._skip(newlines=True)
-        letter = self.text[self.at]
-        if letter in "\"'":
-            self._string()
-        elif letter == "[":
-            self._many("]", path, pairs=False)
-        elif letter == "{":
-            self._many("}", path, pairs=True)
-        else:
-            while self.at < len(self.text) and self.text[self.at] not in BARE_ENDS:
-                self.at += 1
-
-    def _many(self, closing: str, path: Path, pairs: bool) -> None:
-        self.at += 1
-        count = 0
-        while self._skip(newlines=True) and self.text[self.at] != closing:
-            if self.text[self.at] == ",":
-                self.at += 1
-            elif pairs:
+        """Pass a value, and note what stands in it."""
+        word = self.words.pop()[0]
+        if word not in "[{":
+            while self.words and self.words[-1][0] not in (",", "]", "}", "\n"):
+                self.words.pop()
+            return
+        number = count()
+        while self._begins() and self.words[-1][0] not in "]}":
+            if self.words[-1][0] == ",":
+                self.words.pop()
+            elif word == "{":
                 self._pair(path)
             else:
-                self._note((*path, count))
-                self._value((*path, count))
-                count += 1
-        self.at += 1
-
-    def _string(self) -> str:
-        """Return the content of a string, as it is written."""
-        quote = self.text[self.at]
-        closing = 3 * quote if self.text.startswith(3 * quote, self.at) else quote
-        start = self.at = self.at + len(closing)
-        while not self.text.startswith(closing, self.at):
-            self.at += 2 if quote == '"' and self.text[self.at] == "\\" else 1
-        end = self.at
-        self.at += len(closing)
-        # Of four or five quotes at the end the first belong to the text.
-        while len(closing) == 3 and self.text.startswith(quote, self.at):
-            self.at += 1
-        return self.text[start:end]
+                item = (*path, next(number))
+                self._note(item, self.words[-1][1])
+                self._value(item)
+        self.words.pop()

@@ -3,7 +3,7 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, create_model
+from pydantic import Field, create_model
 
 from coupling.cosimulation import CoSimulation
 from coupling.schemes.windows import Adaptive
@@ -14,7 +14,7 @@ from hertzlink.cases.declared import Data, Declared, described_by, field_of, for
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.materials import OfCase
-from hertzlink.cases.parts import Duration, Frequency, Length, Number, Part, World, forms, made
+from hertzlink.cases.parts import Duration, Frequency, Length, Number, Part, World, either, made
 from hertzlink.cases.units import Unit
 from structures.described import registered
 
@@ -24,17 +24,10 @@ MOST = 100
 SIMULATION = described_by(CoSimulation.__init__)
 
 
-def _one_or_many(value: Any) -> str | None:
-    if isinstance(value, list):
-        return "many"
-    return "one" if isinstance(value, dict | Part) else None
-
-
 def _many(kind: Any, name: str) -> Any:
-    return Annotated[
-        Annotated[kind, Tag("one")] | Annotated[list[kind], Field(min_length=1, max_length=MOST), Tag("many")],
-        forms(_one_or_many, f"must be a section [{name}], or sections [[{name}]]"),
-    ]
+    several = Annotated[list[kind], Field(min_length=1, max_length=MOST)]
+    message = f"must be a section [{name}], or sections [[{name}]]"
+    return either(message, one=(dict | Part, kind), many=(list, several))
 
 
 Range = Annotated[list[Any], Field(min_length=2, max_length=2)]
@@ -88,16 +81,10 @@ class Steps(Part):
     count: Annotated[int, Field(ge=2, le=100_000)] | None = None
 
 
-def _axis(value: Any) -> str | None:
-    if isinstance(value, list):
-        return "values"
-    return "steps" if isinstance(value, dict | Steps) else None
-
-
-Axis = Annotated[
-    Annotated[list[Any], Field(min_length=1), Tag("values")] | Annotated[Steps, Tag("steps")],
-    forms(_axis, 'must be a list of values, or { from = "10 mm", to = "200 mm", step = "10 mm" }'),
-]
+Axis: Any = either(
+    'must be a list of values, or { from = "10 mm", to = "200 mm", step = "10 mm" }',
+    values=(list, Annotated[list[Any], Field(min_length=1)]), steps=(dict | Steps, Steps),
+)  # fmt: skip
 
 
 class CriticalPart(Part):
@@ -120,14 +107,8 @@ class MeasurePart(Part):
     critical_distance: CriticalPart | None = None
 
 
-def _calibration(value: Any) -> str:
-    return "many" if isinstance(value, dict) else "one"
-
-
 Calibration = Annotated[float, Unit("N/V", "a calibration", "25 N/V")]
-ManyCalibrations = Annotated[
-    Annotated[Calibration, Tag("one")] | Annotated[dict[str, Calibration], Tag("many")], Discriminator(_calibration)
-]
+ManyCalibrations: Any = either(one=(object, Calibration), many=(dict, dict[str, Calibration]))
 
 
 class IdentifyPart(Part):

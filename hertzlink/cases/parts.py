@@ -4,9 +4,9 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as File
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator
+from pydantic import BaseModel, ConfigDict, Discriminator, Tag
 
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault, fault_of
@@ -109,6 +109,22 @@ def _inner_notes(annotation: Any) -> list[Any]:
 def forms(tell: Callable[[Any], str | None], message: str) -> Discriminator:
     """Return the entry that tells the forms apart; the message says which there are."""
     return Discriminator(tell, custom_error_type="form", custom_error_message=message)
+
+
+def either(message: str = "", **members: tuple[Any, Any]) -> Any:
+    """Return the type of an entry that has one of several forms, told apart by the types of their values.
+
+    members: these types, and the type of the entry, by the name of the form; the last that suits counts. message: what
+    is said of a value that has none of them.
+    """
+
+    def tell(value: Any) -> str | None:
+        # True and False are no whole numbers.
+        types = {name: kinds for name, (kinds, _) in members.items() if (kinds, type(value)) != (int, bool)}
+        return next((name for name in reversed(types) if isinstance(value, types[name])), None)
+
+    entries = tuple(Annotated[entry, Tag(name)] for name, (_, entry) in members.items())
+    return Annotated[Union[entries], forms(tell, message)]  # noqa: UP007
 
 
 class Round(Part):

@@ -11,7 +11,7 @@ from hertzlink.cases.bodies import GAP, Built
 from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, field_of, fields_of, refused, table_of
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import Length, Part, World, file_of, forms, made
+from hertzlink.cases.parts import Length, Part, World, either, file_of, forms, made
 from plates.additions import Addition, Delamination, PointMass
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate
@@ -30,10 +30,7 @@ Places = Annotated[
     forms(lambda value: "many" if isinstance(value, list) and value and isinstance(value[0], list) else "one", ""),
 ]
 Face = Literal["front", "back"]
-Faces = Annotated[
-    Annotated[Face, Tag("one")] | Annotated[list[Face], Tag("many")],
-    forms(lambda value: "many" if isinstance(value, list) else "one", ""),
-]
+Faces: Any = either(one=(object, Face), many=(list, list[Face]))
 
 
 class MassPart(Declared):

@@ -3,8 +3,8 @@
 What reads cases is loaded by the commands themselves, so that the others stay fast.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from functools import wraps
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from coupling.cosimulation import CoSimulation
     from hertzlink.cases.case import Case
-    from hertzlink.cases.reading import Source
 
 NOT_IDENTIFIED = 3
 """Exit code of `hertzlink identify` where results are written, but an unknown is not identified."""
@@ -48,40 +47,33 @@ def output_option(default: str) -> Callable[[Any], Any]:
     return click.option("--output", metavar="FOLDER", type=click.Path(path_type=Path), help=words)
 
 
-@contextmanager
-def located(source: "Source") -> Iterator[None]:
-    """Give Faults the file and line of their entry."""
-    from hertzlink.cases.faults import Fault
+def of_case(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command that takes a case file: the function gets the file's name, the Case and further options.
 
-    try:
-        yield
-    except Fault as fault:
-        raise source.error(fault) from None
+    Its Faults get the file and line of their entry.
+    """
 
+    @wraps(function)
+    def command(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], **others: Any) -> Any:
+        from hertzlink.cases.case import read
+        from hertzlink.cases.faults import Fault
 
-def read_case(path: str, changes: tuple[str, ...], parts: tuple[Path, ...]) -> tuple["Case", "Source"]:
-    from hertzlink.cases.case import read
+        full_case, source = read(case, changes, parts)
+        try:
+            return function(case, full_case, **others)
+        except Fault as fault:
+            raise source.error(fault) from None
 
-    return read(path, changes, parts)
+    return CASE(CHANGES(WITH(command)))
 
 
 @click.command("run", short_help="Run a case: one run, a sweep or a critical distance.")
-@CASE
-@CHANGES
-@WITH
+@of_case
 @output_option("CASE")
 @FORCE
 @JOBS
 @FIGURES
-def run_case(
-    case: str,
-    changes: tuple[str, ...],
-    parts: tuple[Path, ...],
-    output: Path | None,
-    force: bool,
-    jobs: int | None,
-    form: str | None,
-) -> None:
+def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: int | None, form: str | None) -> None:
     """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table.
 
     AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
@@ -91,15 +83,13 @@ def run_case(
     from hertzlink.cases.run_with_yielding import run_both
     from hertzlink.cases.running import task_of
 
-    full_case, source = read_case(case, changes, parts)
-    with located(source):
-        task = task_of(full_case)
+    task = task_of(case)
 
-        def work() -> Done:
-            data, dented = run_both(task, jobs)
-            return Done(data, *report(task, data, dented))
+    def work() -> Done:
+        data, dented = run_both(task, jobs)
+        return Done(data, *report(task, data, dented))
 
-        _written(case, output, force, full_case, work, task.sensors, form)
+    _written(name, output, force, case, work, task.sensors, form)
 
 
 class Done(NamedTuple):
@@ -167,36 +157,22 @@ def _written(
 
 
 @click.command("check", short_help="Check a case without running it; estimate its time.")
-@CASE
-@CHANGES
-@WITH
-def check_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...]) -> None:
+@of_case
+def check_case(name: str, case: "Case") -> None:
     """Check a case without running it. Prints what would be run, and an estimate of the time that it takes."""
     from hertzlink.cases.running import task_of
     from hertzlink.cases.trial import trial
 
-    full_case, source = read_case(case, changes, parts)
-    with located(source):
-        say(trial(task_of(full_case)))
+    say(trial(task_of(case)))
 
 
 @click.command("identify", short_help="Find unknowns of a case from a measured trace.")
-@CASE
+@of_case
 @click.argument("trace", metavar="TRACE.csv", type=click.Path(path_type=Path))
-@CHANGES
-@WITH
 @output_option("CASE-found")
 @FORCE
 @FIGURES
-def identify_case(
-    case: str,
-    trace: Path,
-    changes: tuple[str, ...],
-    parts: tuple[Path, ...],
-    output: Path | None,
-    force: bool,
-    form: str | None,
-) -> int:
+def identify_case(name: str, case: "Case", trace: Path, output: Path | None, force: bool, form: str | None) -> int:
     """Find the unknowns of a case from a measured trace, with 95 % intervals.
 
     The exit code is 3 where results are written, but an unknown is not identified: the model does not fit, the signal
@@ -211,23 +187,20 @@ def identify_case(
     from hertzlink.cases.questions import question_of
     from hertzlink.cases.signal_file import of_file, signal_of
 
-    full_case, source = read_case(case, changes, parts)
-    with located(source):
-        question = question_of(full_case)
-        signal = signal_of(question, trace)
+    question = question_of(case)
+    signal = signal_of(question, trace)
 
-        def work() -> Done:
-            try:
-                identification = answer(question, signal)
-            except ValueError as error:
-                raise of_file(error, trace) from None
-            data = identification.to_dataset().assign_attrs(
-                {"case": full_case.to_toml(), TRACE: printable(str(trace.absolute()))}
-            )
-            code = 0 if identification.identified else NOT_IDENTIFIED
-            return Done(data, *tables(question, identification), simulation_of(question, identification), code)
+    def work() -> Done:
+        try:
+            identification = answer(question, signal)
+        except ValueError as error:
+            raise of_file(error, trace) from None
+        attributes = {"case": case.to_toml(), TRACE: printable(str(trace.absolute()))}
+        data = identification.to_dataset().assign_attrs(attributes)
+        code = 0 if identification.identified else NOT_IDENTIFIED
+        return Done(data, *tables(question, identification), simulation_of(question, identification), code)
 
-        return _written(case, output or Path(f"{Path(case).stem}-found"), force, full_case, work, form=form)
+    return _written(name, output or Path(f"{Path(name).stem}-found"), force, case, work, form=form)
 
 
 @click.command("new", short_help="Write a first case file, with comments.")

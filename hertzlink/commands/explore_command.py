@@ -3,26 +3,23 @@
 import os
 import threading
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
-from hertzlink.commands.case_commands import CASE, CHANGES, WITH, located, read_case
+from hertzlink.commands.case_commands import of_case
 from hertzlink.terminal import say
 
 if TYPE_CHECKING:
+    from hertzlink.cases.case import Case
     from hertzlink.explore.answers import Explorer
     from hertzlink.explore.server import Server
 
 
 @click.command("explore", short_help="Open a page with sliders for a case, in the browser.")
-@CASE
-@CHANGES
-@WITH
+@of_case
 @click.option(
     "--port",
     metavar="NUMBER",
@@ -31,14 +28,14 @@ if TYPE_CHECKING:
     help="Port of the page; by default a free one.",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address of the page, and open no browser.")
-def explore_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: int, no_browser: bool) -> None:
+def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
     """Open a page with sliders for a case, in the browser.
 
     It shows at once how the force at a sensor, the amplitude ratio (AR) and the time of flight (TOF) of the reflected
     waves change. The sliders are the axes of [sweep], or else the usual parameters of the structure; the impact speed;
     and the sensor. Only this computer can open the page. Ctrl-C ends it.
     """
-    with _server(case, changes, parts, port) as server:
+    with _server(name, case, port) as server:
         say(f"open {server.address}\nCtrl-C ends it")
         if not no_browser:
             # In a thread: a browser may wait for the page.
@@ -53,29 +50,24 @@ def explore_case(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], p
             say("ended")
 
 
-@contextmanager
-def _server(name: str, changes: tuple[str, ...], parts: tuple[Path, ...], port: int) -> "Iterator[Server]":
+def _server(name: str, case: "Case", port: int) -> "Server":
     """Return the server of a case, ready to answer."""
     from hertzlink.cases.running import task_of
     from hertzlink.explore.answers import Explorer
     from hertzlink.explore.server import Server
     from hertzlink.explore.sliders import sliders_of, start_of
 
-    full_case, source = read_case(name, changes, parts)
-    with located(source):
-        task = task_of(full_case)
-        start = start_of(task)
-        start.simulation()  # refuses what is wrong; sliders are made of what is right
-        explorer = Explorer(start, sliders_of(task, start))
-        # The first answer also loads compiled code, and finds what is wrong before any page opens.
-        first = explorer.answer({})
-        notes = _prepared(explorer, first["waves"]["primary"].get("amplitude_ratio"))
+    task = task_of(case)
+    start = start_of(task)
+    start.simulation()  # refuses what is wrong; sliders are made of what is right
+    explorer = Explorer(start, sliders_of(task, start))
+    # The first answer also loads compiled code, and finds what is wrong before any page opens.
+    first = explorer.answer({})
+    notes = _prepared(explorer, first["waves"]["primary"].get("amplitude_ratio"))
     try:
-        server = Server(explorer, full_case.model.title or Path(name).stem, notes, port)
+        return Server(explorer, case.model.title or Path(name).stem, notes, port)
     except OSError as error:
         raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
-    with server:
-        yield server
 
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hertzlink.commands.case_commands import CASE, CHANGES, FORCE, WITH, located, output_option, read_case
-from hertzlink.terminal import say, show, written
+from hertzlink.commands.case_commands import FORCE, of_case, output_option
+from hertzlink.terminal import show, written
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -18,23 +18,14 @@ CONFIGURATION = "precice-config.xml"
 
 
 @click.command("precice", short_help="Couple a case by preCICE: write its configuration, or run one end.")
-@CASE
-@CHANGES
-@WITH
+@of_case
 @click.option(
     "--participant", type=click.Choice(["Chain", "Structure"]),
     help=f"Run this end of the coupling. {CONFIGURATION} lies beside CASE.toml.",
 )  # fmt: skip
 @output_option("CASE-precice, or CASE-Chain and CASE-Structure")
 @FORCE
-def precice_case(
-    case: str,
-    changes: tuple[str, ...],
-    parts: tuple[Path, ...],
-    participant: str | None,
-    output: Path | None,
-    force: bool,
-) -> None:
+def precice_case(name: str, case: "Case", participant: str | None, output: Path | None, force: bool) -> None:
     """Couple chain and structure of a case by preCICE, each in a process of its own.
 
     Without --participant a folder gets preCICE's configuration and the case; with it one of the two runs there. Either
@@ -43,34 +34,26 @@ def precice_case(
     from coupling.results.provenance import provenance
     from hertzlink.output_folder import check_output, write_folder
 
-    full_case, source = read_case(case, changes, parts)
-    folder = output or Path(f"{Path(case).stem}-{participant or 'precice'}")
+    folder = output or Path(f"{Path(name).stem}-{participant or 'precice'}")
     check_output(folder, force)
-    with located(source):
-        simulation = _single(full_case)
-        if participant is None:
-            text, toml = _configuration(full_case, simulation), full_case.to_toml()
-
-            def write(into: Path) -> None:
-                (into / CONFIGURATION).write_text(text, encoding="utf-8")
-                (into / "case.toml").write_text(toml, encoding="utf-8")
-
-            write_folder(folder, write, force)
-            say(f"In two terminals, in the folder {folder}:")
-            for end in ("Structure", "Chain"):
-                say(f"    hertzlink precice case.toml --participant {end}")
-            written(folder)
-            return
+    simulation, toml = _single(case), case.to_toml()
+    if participant is None:
+        files = {CONFIGURATION: _configuration(case, simulation).encode(), "case.toml": toml.encode()}
+        lines = [f"In two terminals, in the folder {folder}:"]
+        lines += [f"    hertzlink precice case.toml --participant {end}" for end in ("Structure", "Chain")]
+    else:
         try:
-            run, lines = _run(full_case, simulation, participant, Path(case).with_name(CONFIGURATION))
+            run, lines = _run(case, simulation, participant, Path(name).with_name(CONFIGURATION))
         except ImportError as error:
             raise click.ClickException(str(error)) from error
-    data = run.assign_attrs(provenance({"case": full_case.to_toml(), "participant": participant}))
+        data = run.assign_attrs(provenance({"case": toml, "participant": participant}))
+        files = {"results.nc": bytes(data.to_netcdf(engine="h5netcdf"))}
 
-    def write_results(into: Path) -> None:
-        (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+    def write(into: Path) -> None:
+        for file, content in files.items():
+            (into / file).write_bytes(content)
 
-    write_folder(folder, write_results, force)
+    write_folder(folder, write, force)
     show("\n".join(lines))
     written(folder)
 
