@@ -65,6 +65,15 @@ supports = { left = "clamped" }
 at = ["20 mm", "30 mm"]
 """
 
+BEAM = """kind = "beam"
+length = "20 mm"
+bending_stiffness = "3 N m^2"
+mass_per_length = "0.2 kg/m"
+material = "steel 440C"
+at = "10 mm"
+supports = ["free", "free"]
+"""
+
 SWEEP = """
 [sweep]
 "structure.layers[0].material" = ["PTFE", "brass 360"]
@@ -306,6 +315,18 @@ def test_moduli_of_layers_have_sliders(tmp_path: Path) -> None:
     name = explorer.sliders[1].name
     soft, hard = (explorer.answer({name: text})["waves"]["primary"]["time_of_flight"] for text in ("0.5", "4"))
     assert soft > hard
+
+
+def test_optional_numbers_that_a_case_states_have_sliders(tmp_path: Path) -> None:
+    stated = BEAM + 'foundation = "20 MN/m^2"\nhighest_frequency = "30 kHz"\n'
+    labels = [[one.label for one in explorer_of(tmp_path, beam).sliders] for beam in (BEAM, stated)]
+    assert [label for label in labels[1] if label not in labels[0]] == ["foundation"]
+    explorer = explorer_of(tmp_path, stated)
+    # Stiffer ground returns more of the wave.
+    soft, hard = (
+        explorer.answer({"structure.foundation": text})["waves"]["primary"]["amplitude_ratio"] for text in ("5", "60")
+    )
+    assert soft < hard
 
 
 def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:

@@ -135,15 +135,18 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
             yield (*inside, "length"), layer.length, WIDE, none
             modulus = material_of(layer.material, world, *inside, "material").youngs_modulus
             yield (*inside, "material", "youngs_modulus"), modulus, WIDE, none
-        yield from _required(body, world)
+        yield from _stated(body, world)
     if isinstance(body, RectanglePlate) and body.contacts == 1 and body.place[0] > 0.0:
         yield (*at, "at", 0), body.place[0], NEAR, body.length
     if isinstance(body, Walled) and body.thickness is not None:
         yield (*at, "thickness"), body.thickness, NEARER if isinstance(body, PlateBody) else HALVES, none
 
 
-def _required(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """Yield the numbers that a described structure requires, and Young's modulus of its material."""
+def _stated(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+    """Yield the positive numbers that a case states of a described structure, and Young's modulus of its material.
+
+    Frequencies and times are left out: they say how finely, and for how long, it is computed.
+    """
     for parameter in body.of.parameters.values():
         by_diameter = parameter.name == "radius" and getattr(body, "diameter", None) is not None
         name = "diameter" if by_diameter else parameter.name
@@ -151,8 +154,11 @@ def _required(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[fl
         if Material in (parameter.type, *get_args(parameter.type)):
             modulus = material_of(value, world, *at).youngs_modulus
             yield (*at, "youngs_modulus"), modulus, HALVES, inf
-        elif parameter.required and parameter.quantity is not None and value > 0.0:
-            yield at, value, HALVES if name == "thickness" else WIDE, parameter.quantity.high
+        elif (
+            (quantity := parameter.quantity) is not None and quantity.unit not in ("Hz", "s")
+            and name in body.model_fields_set and isinstance(value, float) and value > 0.0
+        ):  # fmt: skip
+            yield at, value, HALVES if name == "thickness" else WIDE, quantity.high
 
 
 def _value(data: Any, path: Path) -> Any:
