@@ -128,7 +128,9 @@ def read_trace(
         notes += _missing(file, samples, sensor, column, values[sensor])
     first, last = _span(values)
     if first or last < time.size:
-        notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
+        ends = {"first": first, "last": time.size - last}
+        empty = " and ".join(f"the {end} {count}" for end, count in ends.items() if count)
+        notes.append(f"{empty} samples hold no values, and were left out")
     scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
     notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, unit in unit_of.items() if unit.si == "V" and _are_whole(scaled[s])]
     names = {sensor: samples.header.name(column) for sensor, column in column_of.items()}
@@ -196,8 +198,8 @@ def _times(path: Path, time: Vector | None, header: Header, count: int, sampling
 def _segments(count: int) -> str:
     """Return how to read a file of several segments."""
     return (
-        f"holds {count} segments, whose times begin anew; read each with segment=1 to {count}, "
-        f"such as average_taps([read_signal(…, segment=k) for k in range(1, {count + 1})])"
+        f"holds {count} segments, whose times begin anew; read each with segment=1 to {count} (hertzlink signal: "
+        f"--segment), such as average_taps([read_signal(…, segment=k) for k in range(1, {count + 1})])"
     )
 
 
