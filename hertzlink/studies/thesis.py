@@ -104,6 +104,8 @@ def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[t
     """Yield each part and its rows, as they are finished."""
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     parallel = joblib.Parallel(min(count, len(PARTS)), return_as="generator_unordered")
+    # A worker whose memory has grown is replaced between two parts; nothing is lost, so nobody need read of it.
+    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
     done = parallel(joblib.delayed(lambda part: (part, rows_of(part, quick)))(part) for part in parts)
     try:
         yield from done
