@@ -2,7 +2,6 @@
 in the log now and then.
 """
 
-import importlib.util
 import logging
 import sys
 import time
@@ -12,7 +11,7 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 import numpy as np
-from tqdm import tqdm
+from tqdm.auto import tqdm
 
 from structures.checks import count_of
 
@@ -167,19 +166,10 @@ def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
 
 
 def _bar(label: str, total: int, done: int) -> Any:
-    """Return a bar of tqdm; in a notebook its widget where there are widgets, otherwise text."""
-    options: dict[str, Any] = {"total": total, "initial": done, "leave": False, "desc": label, "bar_format": FORMAT}
-    if not _in_notebook():
-        return tqdm(disable=None, **options)
-    if importlib.util.find_spec("ipywidgets") is None:
-        return tqdm(disable=False, file=sys.stdout, ascii=False, **options)
-    from tqdm.notebook import tqdm as widget
-
-    return widget(disable=False, **options)
-
-
-def _in_notebook() -> bool:
-    """Return whether this process is the kernel of a notebook."""
+    """Return a bar of tqdm, which shows on a terminal and in a notebook; a notebook's output is no terminal."""
     shell = sys.modules.get("IPython")
     running = shell.get_ipython() if shell is not None else None
-    return running is not None and "IPKernelApp" in running.config
+    elsewhere = running is None or "IPKernelApp" not in running.config
+    return tqdm(
+        total=total, initial=done, leave=False, desc=label, bar_format=FORMAT, disable=None if elsewhere else False
+    )
