@@ -67,6 +67,8 @@ def _page(name: str, value: object) -> str:
         )
     elif inspect.isroutine(value):
         directive, options = "autofunction", ""
+    elif isinstance(value, type(hertzlink.Length)):
+        directive, options = "data", f"\n   {_first_line(value)}\n"
     else:
         directive, options = "autodata", "   :no-value:\n"
     inner = name.rpartition(".")[2]
@@ -106,6 +108,9 @@ def _value(name: str) -> object:
 
 
 def _first_line(value: object) -> str:
-    if not isinstance(value, type | ModuleType) and not inspect.isroutine(value):
-        return f"{type(value).__name__}: {getattr(value, 'name', '')}".rstrip(": ")
+    if isinstance(value, type(hertzlink.Length)):
+        quantity = value.__metadata__[0]
+        return f"An annotation: {quantity.noun} in {quantity.unit}; case files also take “{quantity.example}”."
+    if (name := getattr(value, "name", None)) and not isinstance(value, type | ModuleType):
+        return f"{type(value).__name__}: {name}"
     return (inspect.getdoc(value) or "").split("\n\n")[0].replace("\n", " ")
