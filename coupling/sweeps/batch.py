@@ -1,7 +1,7 @@
 """Thousands of runs in memory, on all cores: of chains, or of chains on linear structures."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from math import ceil
 from threading import local
@@ -48,6 +48,10 @@ MOST_SAVED = 2e8
 
 PARTS_OF_PROCESS = 4
 """Parts of the runs for each process: the first that ends takes the next."""
+
+AT_ONCE, NUMBERS_AT_ONCE, MORE_KEPT = 32, 1e6, 8
+"""Runs that a thread builds, runs and checks together, and the numbers that they may keep until then: 8 MB. Checks need
+some more contacts and bodies than are kept."""
 
 MEASURED_AT_ONCE = 2e7
 """The same for the runs that are measured together: 160 MB."""
@@ -183,8 +187,8 @@ def records(
     """Return the runs of a function one after the other, without labels and checks of its arguments, which take as long
     as a run."""
     number, rows = len(next(iter(columns.values()))), int(until / interval * (1.0 + 1e-9)) + 1
-    runs = _Rows(_Part(_Family(number, beads, {}, build, columns), until, interval, rows, kept, ()))
-    done = [runs.do(i) for i in range(number)]
+    part = _Part(_Family(number, beads, {}, build, columns), until, interval, rows, kept, ())
+    runs, done = part.done(1)
     failures = [str(run.failure) for run in done if run.failure]
     return Records(runs.force, runs.static, [finding for run in done for finding in run.findings], failures)
 
@@ -364,30 +368,34 @@ class _Part(NamedTuple):
 
     def run(self, threads: int, measure: Measure | None) -> tuple[xr.Dataset, list[_Done]]:
         """Return what is kept of the runs, and how each ended."""
-        rows, numbers = _Rows(self), range(self.family.number)
-        done = list(map(rows.do, numbers)) if threads == 1 else _in_threads(rows, numbers, threads)
+        rows, done = self.done(threads)
         data = rows.dataset()
         return data if measure is None else _measured(measure, data), done
 
+    def done(self, threads: int) -> "tuple[_Rows, list[_Done]]":
+        """Return all runs, and how each ended; after an error those that have not begun are not run."""
+        rows, number = _Rows(self), self.family.number
+        size = self.rows * (len(self.kept.contacts) + len(self.kept.bodies) + MORE_KEPT)
+        many = max(1, min(AT_ONCE, int(NUMBERS_AT_ONCE / size), number // (PARTS_OF_PROCESS * threads)))
+        left = iter([range(begin, min(begin + many, number)) for begin in range(0, number, many)])
+        done = dict[int, _Done]()
 
-def _in_threads(rows: "_Rows", numbers: Sequence[int], threads: int) -> list[_Done]:
-    """Return the runs of these numbers; after an error those that have not begun are not run."""
-    left, done = iter(numbers), dict[int, _Done]()
+        def some() -> None:
+            for numbers in left:
+                done.update(rows.do(numbers))
 
-    def some() -> None:
-        # A task for each run would take Python a twentieth as long as the run.
-        for i in left:
-            done[i] = rows.do(i)
-
-    with ThreadPoolExecutor(threads) as pool:
-        tasks = [pool.submit(some) for _ in range(threads)]
-        try:
-            wait(tasks, return_when=FIRST_EXCEPTION)
-        finally:
-            deque(left, maxlen=0)
-    for task in tasks:
-        task.result()
-    return [done[i] for i in numbers]
+        if threads == 1:
+            some()
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                tasks = [pool.submit(some) for _ in range(threads)]
+                try:
+                    wait(tasks, return_when=FIRST_EXCEPTION)
+                finally:
+                    deque(left, maxlen=0)
+            for task in tasks:
+                task.result()
+        return rows, [done[i] for i in range(number)]
 
 
 class _Rows:
@@ -401,19 +409,34 @@ class _Rows:
         self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
         self.energy = np.full(count, np.nan)
 
-    def do(self, i: int) -> _Done:
-        """Return one run; its errors are returned, those of the environment are raised."""
-        with collected() as messages:
-            try:
-                return _Done(None, [*self._run(i), *messages])
-            except ENVIRONMENT_ERRORS:
-                raise
-            # The function is the user's own code, which may raise any error; no run may lose the others.
-            except Exception as error:  # noqa: BLE001 - see above
-                return _Done(Failure(type(error).__name__, str(error)), messages)
+    def do(self, numbers: Sequence[int]) -> dict[int, _Done]:
+        """Return some runs; their errors are returned, those of the environment are raised.
 
-    def _run(self, i: int) -> list[str]:
-        """Fill the row of a run; its findings."""
+        All are built, then all are run, then all are checked: so the processor finds its code in its caches, which
+        saves a tenth of the time.
+        """
+        left = {i: (self._run(i, place), list[str]()) for place, i in enumerate(numbers)}
+        done = dict[int, _Done]()
+        while left:
+            for i, (run, messages) in list(left.items()):
+                with collected() as more:
+                    try:
+                        next(run)
+                    except StopIteration as end:
+                        done[i] = _Done(None, [*end.value, *messages, *more])
+                    except ENVIRONMENT_ERRORS:
+                        raise
+                    # The function is the user's own code, which may raise any error; no run may lose the others.
+                    except Exception as error:  # noqa: BLE001 - see above
+                        done[i] = _Done(Failure(type(error).__name__, str(error)), [*messages, *more])
+                messages += more
+                if i in done:
+                    del left[i]
+        return done
+
+    def _run(self, i: int, place: int) -> Generator[None, None, list[str]]:
+        """Build a run, run it, and fill its row, with a pause after each; return its findings. place: among those that
+        are done together."""
         family, until, interval, _, selection, earlier = self.part
         simulation = family.make(i)
         interface = simulation.interface
@@ -421,8 +444,10 @@ class _Rows:
         plan = _plan(simulation, until, interval)
         findings = check_before(interface.chains, until) if family.build else []
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
-        frames = self._frames(interface, plan.rows)
+        yield
+        frames = self._frames(interface, plan.rows, place)
         Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
+        yield
         findings += checked(interface, frames, plan.interval)
         saved = frames.chains[0]
         self.force[i] = saved.force[:, : len(selection.contacts)]
@@ -432,16 +457,16 @@ class _Rows:
         self.energy[i] = chain.chain.impact_energy
         return [finding for finding in findings if finding not in earlier]
 
-    def _frames(self, interface: Interface, rows: int) -> Frames:
-        """Return the frames of a run: those of this thread's last one if that had the same chain but for its speed."""
-        key = id(interface.chains[0].model), rows, len(interface.structures)
-        last: Any = getattr(self.last, "run", (None, None, None))
-        if last[0] == key:
-            kept: Frames = last[2].clear()
+    def _frames(self, interface: Interface, rows: int, place: int) -> Frames:
+        """Return the frames of a run: those of this thread's last one in this place, if it had the same chain but for
+        its speed."""
+        key, last = (id(interface.chains[0].model), rows, len(interface.structures)), vars(self.last)
+        if place in last and last[place][0] == key:
+            kept: Frames = last[place][2].clear()
             return kept
         frames = Frames(interface, rows, self.part.kept)
         # With the chain: another one could get its number when it is gone.
-        self.last.run = key, interface.chains[0], frames
+        last[place] = key, interface.chains[0], frames
         return frames
 
     def dataset(self) -> xr.Dataset:
