@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import suppress
 from math import ceil
 from threading import local
 from typing import Any, NamedTuple, TypeAlias
@@ -41,7 +42,8 @@ FRAMES_PER_CONTACT = 32
 
 SPREAD = 1.2
 """The contacts of runs that a function makes may be shorter than those of its first run by this factor before their
-windows are halved, because a saved interval holds whole windows."""
+windows are halved, because a saved interval holds whole windows. All windows are shorter by it then; not so where a
+single parameter differs: the runs of its least and its greatest value tell the shortest contact."""
 
 MOST_SAVED = 2e8
 """Upper limit for runs × saved times × contacts and beads: 1.6 GB."""
@@ -77,15 +79,15 @@ def batch(
     Parameters
     ----------
     runs : sequence of Chain or CoSimulation, or callable
-        What to run. A function returns it from the parameters; then it is called for each run when its turn comes, in
-        any thread.
+        What to run. A function returns it from the parameters; but for the runs that choose `save_every`, it is called
+        for each when its turn comes, in any thread.
     until : float
         Length of each record, s.
     structure : Structure, optional
         What the chains of a sequence of chains face; by default nothing.
     save_every : float, optional
-        Time between saved samples, s. By default at most 1/32 of the shortest contact, in whole windows: of all runs,
-        or of the first run of a function, less a sixth.
+        Time between saved samples, s. By default at most 1/32 of the shortest contact, in whole windows: of all runs;
+        of a function, of the runs at the ends of its only parameter that differs; or of its first run, less a sixth.
     sensors : sequence of int, optional
         Numbers of the beads to keep, each with its two contacts; by default all. The last bead's second contact is that
         on the structure.
@@ -154,9 +156,11 @@ def batch(
             f"until = {until!r}, save_every = {interval!r}: {size * family.number:.3g} numbers are too many to keep; "
             "give sensors, measure, or a longer save_every"
         )
-    for simulation in family.known.values():
+    # Of a function the first run stands for all.
+    first = [*family.known.values()][: 1 if family.build else None]
+    for simulation in first:
         _plan(simulation, until, interval)
-    before = check_before([simulation.chain for simulation in family.known.values()], until)
+    before = check_before([simulation.chain for simulation in first], until)
     warn(before)
     cores, jobs = joblib.cpu_count(), whole("jobs", jobs)
     many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
@@ -223,7 +227,7 @@ class _Family(NamedTuple):
 
     number: int
     beads: int
-    """In each chain."""
+    """In each chain; 0 while not known."""
     known: dict[int, CoSimulation]
     build: Callable[..., Chain | CoSimulation] | None
     parameters: dict[str, list[Any]]
@@ -233,7 +237,8 @@ class _Family(NamedTuple):
         """The time between saved samples, s: whole windows of the run with the shortest contact."""
         shortest = min(self.known.values(), key=lambda simulation: simulation.interface.contact_time)
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
-        return min(wanted, max(1, int(wanted / window)) * window / (SPREAD if self.build else 1.0))
+        spread = SPREAD if self.build and len(self.known) == 1 else 1.0
+        return min(wanted, max(1, int(wanted / window)) * window / spread)
 
     def cut(self, begin: int, end: int) -> "_Family":
         """Return some of the runs, one after the other."""
@@ -247,7 +252,7 @@ class _Family(NamedTuple):
             return self.known[i]
         built = self.build(**{name: values[i] for name, values in self.parameters.items()})
         simulation = _simulation("runs(...)", built, None, None)
-        if _beads(simulation) != self.beads:
+        if self.beads and _beads(simulation) != self.beads:
             raise ValueError(f"runs(...): has another number of beads than the {self.beads} of the first run")
         return simulation
 
@@ -271,20 +276,26 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
     values = _columns(runs, parameters)
     count = len(next(iter(values.values())))
-    place, first = _first(runs, values, count)
-    return _Family(count, _beads(first), {place: first}, runs, values)
+    family = _Family(count, 0, {}, runs, values)
+    place, first = _first(family, range(count))
+    family = family._replace(beads=_beads(first), known={place: first})
+    differ = [column for column in values.values() if any(value is not column[0] for value in column)]
+    if len(differ) == 1 and all(isinstance(value, int | float) for value in differ[0]):
+        with suppress(Exception):  # it is the failure of that run, in its turn
+            ends = dict(_first(family, [differ[0].index(end)]) for end in (min(differ[0]), max(differ[0])))
+            family = family._replace(known=family.known | ends)
+    return family
 
 
-def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: int) -> tuple[int, CoSimulation]:
+def _first(family: "_Family", places: Sequence[int]) -> tuple[int, CoSimulation]:
     """Return the first run that can be built, and its place; if none can, the error of the very first."""
     reason: Exception | None = None
-    for i in range(count):
+    for i in places:
         try:
-            built = build(**{name: column[i] for name, column in values.items()})
-            return i, _simulation("runs(...)", built, None, None)
+            return i, family.make(i)
         except ENVIRONMENT_ERRORS:
             raise
-        except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Part.do`
+        except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Rows.do`
             reason = reason or error
     assert reason is not None
     raise reason

@@ -40,6 +40,15 @@ def test_a_batch_on_a_structure_is_its_runs() -> None:
     assert np.array_equal(everywhere.contact_force[1].values, runs.contact_force[1].values)
 
 
+def test_windows_are_as_long_as_the_shortest_contact_allows() -> None:
+    """The runs at the ends of a parameter tell it, as a list of all runs does."""
+    speeds = [0.3, 0.1, 0.44, 0.2]
+    by_function = hl.batch(tap, 1e-4, sensors=[7], speed=speeds)
+    by_list = hl.batch(list(map(tap, speeds)), 1e-4, sensors=[7])
+    assert np.array_equal(by_function.time.values, by_list.time.values)
+    assert np.array_equal(by_function.contact_force.values, by_list.contact_force.values)
+
+
 MIXED = [
     chain(0.3),
     chain(0.44, hl.LinearDashpot(5.0), gravity=9.81),
