@@ -471,7 +471,8 @@ class _Rows:
     def _frames(self, interface: Interface, rows: int, place: int) -> Frames:
         """Return the frames of a run: those of this thread's last one in this place, if it had the same chain but for
         its speed."""
-        key, last = (id(interface.chains[0].model), rows, len(interface.structures)), vars(self.last)
+        key = id(interface.chains[0].model), rows, len(interface.structures)
+        last: dict[int, Any] = vars(self.last).setdefault("runs", {})
         if place in last and last[place][0] == key:
             kept: Frames = last[place][2].clear()
             return kept
