@@ -26,9 +26,9 @@ from coupling.results.findings import findings_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.entry_paths import parsed, written
 from hertzlink.cases.lines import lines_of
+from hertzlink.cases.model import schema
 from hertzlink.cases.parts import World
 from hertzlink.cases.report import table
-from hertzlink.cases.schema import schema
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cases.toml import as_toml
 from hertzlink.cases.units import Unit

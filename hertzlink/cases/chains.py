@@ -1,6 +1,6 @@
 """The chain of a case: beads, what strikes them, losses and contact laws."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -19,8 +19,7 @@ from hertzlink.cases.declared import (
     union_of,
 )
 from hertzlink.cases.entry_paths import Path
-from hertzlink.cases.faults import Fault
-from hertzlink.cases.numerical_law import NumericalLaw
+from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.parts import Length, Part, World, either, forms, made
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
@@ -45,6 +44,23 @@ class Spring(Declared):
 
 
 SPECIAL[SpringLoaded] = Spring
+
+
+class NumericalLaw(Declared):
+    """A law that is computed for two of the chain's beads, by finite or boundary elements."""
+
+    named_so = "NumericalLaw"
+    without = ("first", "second", "options")
+    kind: Literal["numerical"]
+
+    def of_beads(self, beads: Sequence[Any]) -> ContactLaw:
+        """Return the law of equal beads; a Fault for beads that differ."""
+        if any(bead != beads[0] for bead in beads):
+            raise Fault(("law", "kind"), "computes one law, so all beads and the striker must be equal")
+        try:
+            return computed_law(beads[0], beads[0], **self.given("kind"))
+        except ValueError as error:
+            raise fault_of(str(error), self.names(), ("law",)) from error
 
 
 def chain_table() -> type["ChainPart"]:

@@ -21,6 +21,8 @@ from structures.described import registered
 MOST = 100
 """Chains, and structures."""
 
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
 SIMULATION = described_by(CoSimulation.__init__)
 
 
@@ -183,6 +185,17 @@ def run_entries() -> dict[str, Path]:
     """Return the paths of the entries of [run], by name."""
     table: Any = case_model().model_fields["run"].annotation
     return {name: ("run", name) for name in table.model_fields}
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON schema of case files, by which editors complete and check entries.
+
+    A file that extends another may lack sections, so none is required.
+    """
+    document = case_model().model_json_schema(by_alias=True)
+    document.pop("required", None)
+    document["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}
+    return {"$schema": DIALECT, **document, "title": "hertzlink case"}
 
 
 @lru_cache(maxsize=1)

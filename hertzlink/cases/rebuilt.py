@@ -4,7 +4,7 @@ import ast
 import json
 import re
 from collections.abc import Iterator, Mapping
-from itertools import product
+from itertools import groupby, product
 from typing import Any
 
 import xarray as xr
@@ -13,12 +13,20 @@ from coupling.accuracy import ACCURACIES
 from coupling.cosimulation import CoSimulation
 from coupling.results.provenance import as_text, stored, unfolded
 from coupling.schemes.scheme import Scheme
+from hertzlink.cases.bodies import structure_tables
 from hertzlink.cases.case import Case
-from hertzlink.cases.declared import DESCRIBE, data_of, refused
+from hertzlink.cases.chains import CHAIN
+from hertzlink.cases.declared import DESCRIBE, Data, data_of, described_by, fields_of, members, refused
 from hertzlink.cases.entry_paths import written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import World
-from hertzlink.cases.rebuilt_parts import chain_data, structure_data
+from particles.bead import Bead
+from particles.excitation import Excitation
+from structures.checks import short
+from structures.damping import Viscous
+from structures.described import description
+from structures.moving import STEPPERS
+from structures.reduction import reduce
 
 SAME, SAME_ESTIMATE = 1e-9, 1e-2
 """Relative differences of numbers that the builders compute, and of an estimated error, on another processor."""
@@ -79,7 +87,7 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
     else:
         structure, reduction = structure_data(data["structure"])
         sections = {"chain": chain_data(data["chain"]), "structure": structure}
-    run: dict[str, Any] = {"until": data["until"], "reduce": reduction}
+    run: Data = {"until": data["until"], "reduce": reduction}
     if (scheme := _scheme(str(data["scheme"]))) != {"kind": "condensed", "tolerance": 1e-11}:
         run["scheme"] = scheme
     if data["waveform"] != "linear":
@@ -89,7 +97,7 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
     return _planned(sections, run, data)
 
 
-def _several(data: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
+def _several(data: Mapping[str, Any]) -> tuple[Data, Any]:
     """Return the sections of several chains, structures or contacts, and the entry `reduce` of [run]."""
     parts = [structure_data(structure) for structure in data["structures"]]
     reductions = [reduction for (part, reduction) in parts if part["kind"] not in ("nothing", "half_space")]
@@ -103,7 +111,7 @@ def _several(data: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
     return sections, reductions[0] if reductions and alike else False
 
 
-def _plain(inputs: Any) -> dict[str, Any]:
+def _plain(inputs: Any) -> Data:
     if isinstance(inputs, xr.Dataset):
         inputs = inputs.attrs.get("input")
     if isinstance(inputs, str):
@@ -116,13 +124,81 @@ def _plain(inputs: Any) -> dict[str, Any]:
     return dict(unfolded(inputs))
 
 
-def _scheme(text: str) -> dict[str, Any]:
+def chain_data(inputs: Mapping[str, Any]) -> Data:
+    """Return the section [chain]."""
+    if unknown := sorted(set(inputs) - set(CHAIN.parameters)):
+        raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has", "build the chain in Python")
+    if "vibration" not in str(inputs.get("vibrations", "vibration")):
+        raise refused("chain.vibrations", "vibrations of your own", "leave them to hl.DeformableChain")
+    beads = [data_of(bead, f"chain.beads[{i}]", Bead) for i, bead in enumerate(inputs["beads"])]
+    rows = [{**bead, "count": len(list(many))} for bead, many in groupby(beads)]
+    if len(rows) == 1:
+        count = rows[0].pop("count")
+        data: Data = {"beads": count, "bead": rows[0]}
+    else:
+        data = {"beads": [{name: v for name, v in row.items() if (name, v) != ("count", 1)} for row in rows]}
+    striker = inputs["striker"]
+    data["striker"] = "none" if striker is None else data_of(striker, "chain.striker", Bead, Excitation)
+    if data["striker"] == data.get("bead"):
+        data["striker"] = "bead"
+    rest = {name: value for name, value in inputs.items() if name not in ("beads", "striker", "vibrations")}
+    return data | fields_of(rest, CHAIN, "chain")
+
+
+def structure_data(inputs: Any) -> tuple[Data, Any]:
+    """Return the section [structure], and the entry `reduce` of [run]."""
+    if inputs is None:
+        return {"kind": "nothing"}, False
+    built = {table.of.called: table for table in structure_tables()}
+    if not isinstance(inputs, Mapping) or inputs.get("kind") not in built:
+        what = inputs.get("kind", "a structure of your own") if isinstance(inputs, Mapping) else inputs
+        raise refused("structure", f"{short(what)}, which no builder of structures made", DESCRIBE)
+    data: Data = {name: value for name, value in inputs.items() if value is not None}
+    if "scaled_from" in data:
+        raise refused("structure.scaled_from", "a scaled plate", "build the plate with its own thickness and material")
+    stepper = _stepper(data.pop("stepper", None))
+    reduction = _reduction(data.pop("reduction", None))
+    damping = [
+        _damping(damping_input, f"structure.damping[{i}]") for i, damping_input in enumerate(data.pop("damping", []))
+    ]
+    table = built[data["kind"]]
+    data = {"kind": table.of.kind, **table.entries(data)}
+    return data | stepper | ({"damping": damping} if damping else {}), reduction
+
+
+def _stepper(inputs: Any) -> Data:
+    """Return the entry `stepper`; none for the usual one."""
+    if inputs is None:
+        return {}
+    stepper = {"name": inputs} if isinstance(inputs, str) else inputs
+    of = None if not isinstance(stepper, Mapping) else description(STEPPERS.get(str(stepper.get("name"))))
+    if of is None:
+        raise refused("structure.stepper", "a stepper of your own", f"use one of {', '.join(STEPPERS)}")
+    return {"stepper": {"kind": of.kind, **fields_of(stepper, of, "structure.stepper")}}
+
+
+def _reduction(inputs: Any) -> bool | Data:
+    if inputs is None:
+        return False
+    if "shared" in inputs:
+        raise refused("structure.reduction.shared", "a ReducedPlate", "use hl.reduce(plate.at(x, y), until)")
+    return fields_of(inputs, described_by(reduce), "structure.reduction")
+
+
+def _damping(inputs: Mapping[str, Any], path: str) -> Data:
+    of = next((entry for entry in members(Viscous) if entry.called == inputs.get("kind")), None)
+    if of is None or inputs.get("part"):
+        raise refused(path, f"{short(dict(inputs))}, neither of all the structure nor of a layer", "use hl.damped")
+    return {"kind": of.kind, **fields_of(inputs, of, path), **({"layer": inputs["layer"]} if "layer" in inputs else {})}
+
+
+def _scheme(text: str) -> Data:
     """Return a scheme from its repr."""
     name, values = _called(text.rpartition("<locals>.")[2])
     return data_of({"class": name, **values}, "scheme", Scheme)
 
 
-def _called(text: str) -> tuple[str, dict[str, Any]]:
+def _called(text: str) -> tuple[str, Data]:
     """Name and arguments of a repr such as Aitken(tolerance=1e-9)."""
     try:
         call = ast.parse(text, mode="eval").body
@@ -133,10 +209,10 @@ def _called(text: str) -> tuple[str, dict[str, Any]]:
         raise refused("scheme", text, DESCRIBE) from None
 
 
-def _planned(sections: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]) -> Case:
+def _planned(sections: Data, run: Data, data: Mapping[str, Any]) -> Case:
     """Return the case whose runs have the same windows, steps and saved times."""
     wanted = {name: data[name] for name in ("window", "substeps", "save_every", "steps") if name in data}
-    choices: list[dict[str, Any]] = [{} if accuracy == "default" else {"accuracy": accuracy} for accuracy in ACCURACIES]
+    choices: list[Data] = [{} if accuracy == "default" else {"accuracy": accuracy} for accuracy in ACCURACIES]
     if isinstance(wanted.get("window"), str):
         choices = [{"adaptive": _called(wanted["window"])[1]}]
     elif "window" in wanted:

@@ -239,7 +239,7 @@ def print_schema(parts: tuple[Path, ...]) -> None:
     """Print the JSON schema of case files. With it, editors complete and check the entries of a case."""
     import json
 
-    from hertzlink.cases.schema import schema
+    from hertzlink.cases.model import schema
     from hertzlink.cases.with_parts import load
 
     load(parts)

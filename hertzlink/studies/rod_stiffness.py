@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import candidates, conditions, draw, table_2_1, waves
+from hertzlink.studies import candidates, conditions, draw, waves
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
 from hertzlink.studies.table import Row, Rows
@@ -154,7 +154,18 @@ def table(data: xr.Dataset) -> list[Row]:
     of = Conditions.read(data)
     if of.own:
         return [row for name, m in of.materials().items() if name in data.material for row in _own(data, of, name, m)]
-    return [*_waves(data), *_sensor(data), *_last_bead(data), *_critical(data), *_solid(data), *table_2_1.table()]
+    return [*_waves(data), *_sensor(data), *_last_bead(data), *_critical(data), *_solid(data), *table_2_1()]
+
+
+def table_2_1() -> list[Row]:
+    """Return the 27 numbers of Table 2.1, densities and elastic constants, and those of hertzlink."""
+    rows, of_table = [], Rows("table_2_1")
+    for name in of_table.entries:
+        constant, _, material = name.partition(", ")
+        constants = hl.MATERIALS[material]
+        ours = {"density": constants.density, "Young's modulus": 1e-9 * constants.youngs_modulus}
+        rows.append(of_table(name, ours.get(constant, constants.poisson_ratio)))
+    return rows
 
 
 def _own(data: xr.Dataset, of: Conditions, name: str, material: hl.Material) -> list[Row]:

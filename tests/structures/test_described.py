@@ -80,7 +80,7 @@ def test_an_entry_of_a_chain_or_a_run_stands_in_one_place() -> None:
 def test_an_entry_of_a_structure_or_a_wall_stands_in_one_place() -> None:
     """No table says the type of what a signature declares: materials, walls, dampings, steppers, gaps, reductions."""
     names = {name for one in ours() for name, parameter in one.parameters.items() if parameter.notes}
-    for file in ("bodies", "plates", "materials", "numerical_law"):
+    for file in ("bodies", "plates", "materials", "chains"):
         text = (HOME / "hertzlink" / "cases" / f"{file}.py").read_text("utf-8")
         typed = r"^    (\w+): .*\b(Length|Duration|Force|Frequency|Number|Unit|Literal|Annotated|int|float)\b.* = "
         by_hand = {name for name, *_ in re.findall(typed, text, re.MULTILINE)}

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from printed import PRINTED, check
 
-from hertzlink.studies import STUDIES, plate_waves, table_2_1
+from hertzlink.studies import STUDIES, plate_waves
+from hertzlink.studies.rod_stiffness import table_2_1
 from hertzlink.studies.table import SCATTER, TIMED, Row, Rows, expected
 from structures.material import MATERIALS
 
@@ -23,7 +24,7 @@ def test_waves_of_the_plate() -> None:
 
 
 def test_table_2_1_is_that_of_the_materials() -> None:
-    rows = table_2_1.table()
+    rows = table_2_1()
     assert len(rows) == 27
     assert list(dict.fromkeys(row.quantity.partition(", ")[2] for row in rows)) == list(MATERIALS)
     for row in rows:
