@@ -19,21 +19,9 @@ import hertzlink as hl
 from coupling.interface import points, takes_part
 from coupling.participant import CheckedParticipant
 from coupling.sweeps.progress import watched
-from hertzlink.studies import draw
+from hertzlink.studies import draw, verdicts
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import Row, Rows
-from hertzlink.studies.verdicts import (
-    CONDITION,
-    DIFFERS,
-    MISPRINT,
-    REPRODUCED,
-    Verdict,
-    counted,
-    exact,
-    in_words,
-    printed,
-    verdict,
-)
 from particles.chain import LawOfPair
 
 __all__ = ["Conditions", "figures", "run", "table"]
@@ -61,7 +49,7 @@ MEMORY, ABSTRACT = "from memory", "the abstract alone"
 WITHIN = "within our numerical error"
 PARTED, COARSE = "the force pulls until the spheres part", "the wave is sampled every 2 µs"
 WIDTH = "MOOSE: width of the pulse at 1 % of its peak"
-SHADES = {REPRODUCED: draw.COLOURS[0], CONDITION: draw.COLOURS[2], DIFFERS: draw.COLOURS[1], MISPRINT: draw.COLOURS[3]}
+SHADES = dict(zip(verdicts.VERDICTS, (draw.COLOURS[i] for i in (0, 2, 1, 3)), strict=False))
 OTHERWISE = " | "  # Between the name of a number and the condition under which it is another one.
 
 
@@ -412,7 +400,7 @@ def _numbers(data: xr.Dataset, name: str) -> Numbers:
 def problems(found: Numbers, errors: Numbers) -> list[str]:
     """Return a line for each number that differs, apart from misprints, with each value that was compared."""
     rows = [(name, one) for name, one in rows_of(found, errors).items() if name in found]
-    differ = [(name, one) for name, one in rows if _verdict(one)[0] == DIFFERS]
+    differ = [(name, one) for name, one in rows if _verdict(one)[0] == verdicts.DIFFERS]
     return [f"  {name}: {_readable(one)}; printed {one.corrected or one.thesis}" for name, one in differ]
 
 
@@ -436,7 +424,7 @@ def _readable(one: Row) -> str:
 
 def _span(said: float | str, one: Row) -> str:
     """Return a range of ours, with one digit more than is printed, and its unit."""
-    ends = exact(said)
+    ends = verdicts.exact(said)
     if ends is None:
         return "no such wave"
     low, high = (_digits(end, one) for end in ends)
@@ -451,10 +439,10 @@ def _digits(value: float, one: Row) -> str:
 
 def _verdict(one: Row) -> tuple[str, str]:
     """Return the verdict on a row in words, and its condition."""
-    said = verdict(one)
+    said = verdicts.verdict(one)
     if said.detail in one.otherwise and said.detail != WITHIN:
         return said.word, f"{said.detail}: {_span(one.otherwise[said.detail], one)}"
-    return (REPRODUCED, "") if said.detail == WITHIN else (said.word, said.detail)
+    return (verdicts.REPRODUCED, "") if said.detail == WITHIN else (said.word, said.detail)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -463,7 +451,7 @@ def table(data: xr.Dataset) -> list[Row]:
     sources = [_source(name) for name, *_ in entries]
     abstract = sum(ABSTRACT in source for source in sources)
     read = len(entries) - abstract - sum(MEMORY in source for source in sources)
-    said = in_words(counted(Verdict(word) for _, _, word, _ in entries))
+    said = verdicts.in_words(verdicts.counted(verdicts.Verdict(word) for _, _, word, _ in entries))
     head = Row(
         f"{len(entries)} numbers",
         "",
@@ -528,6 +516,6 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 
 def _middle(said: float | str) -> float:
     """Return the middle of a printed number."""
-    ends = printed(said)
+    ends = verdicts.printed(said)
     assert ends is not None
     return 0.5 * (ends.low + ends.high)

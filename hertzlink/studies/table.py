@@ -173,7 +173,7 @@ def head_and_cells(rows: Sequence[Row], column: str = "thesis") -> tuple[list[st
     """Return the names of the columns, and the text of each cell of each row, without reasons. column: see `text`."""
     head = ["quantity", column, "theory", "hertzlink", "difference"]
     cells = [
-        [", ".join(filter(None, (r.quantity, r.unit))), _number(r.thesis, 6), _number(r.theory), _number(r.computed)]
+        [", ".join(filter(None, (r.quantity, r.unit))), number(r.thesis, 6), number(r.theory), number(r.computed)]
         + [_difference(r)]
         for r in rows
     ]
@@ -196,7 +196,7 @@ def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:
     ]
 
 
-def _number(value: float | str, digits: int = 4) -> str:
+def number(value: float | str, digits: int = 4) -> str:
     """Return a number with at most so many digits; those of the thesis have up to six."""
     return value if isinstance(value, str) else f"{value:.{digits}g}"
 

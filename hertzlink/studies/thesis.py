@@ -19,29 +19,9 @@ from joblib.externals.loky import get_reusable_executor
 from coupling.files.writing import write_whole
 from coupling.results.provenance import versions
 from coupling.sweeps.progress import Stopped, watched
-from hertzlink.studies import draw, study
+from hertzlink.studies import draw, study, verdicts
 from hertzlink.studies.conditions import Conditions
-from hertzlink.studies.table import WIDTH, Row
-from hertzlink.studies.verdicts import (
-    AS_FAR,
-    CONDITION,
-    CONTRADICTS,
-    DIFFERS,
-    INPUT_ONLY,
-    MISPRINT,
-    READING,
-    REPRODUCED,
-    RULE,
-    UNDEFINED,
-    VERDICTS,
-    Verdict,
-    counted,
-    exact,
-    in_percent,
-    in_words,
-    share_off,
-    verdict,
-)
+from hertzlink.studies.table import WIDTH, Row, number
 from structures.caution import collected
 from structures.checks import whole
 
@@ -72,8 +52,8 @@ PARTS = (*CHECKED, *STUDIED)
 # These parts start first, so that no process waits for them at the end.
 LONGEST_FIRST = ("edges of plates (6.2.2)", "deformable chain (3.3, 3.4)", "contact laws (3.3.1, 5.3)")
 NOTHING = ("", "not given", "figure only")  # What a row says where the thesis prints no number.
-HEADS = dict(zip(VERDICTS, ("agrees", "condition", "differs", "misprint", "undefined"), strict=True))
-SHADES = dict(zip(VERDICTS, (*(draw.COLOURS[i] for i in (0, 2, 1)), "0.45", "0.75"), strict=True))
+HEADS = dict(zip(verdicts.VERDICTS, ("agrees", "condition", "differs", "misprint", "undefined"), strict=True))
+SHADES = dict(zip(verdicts.VERDICTS, (*(draw.COLOURS[i] for i in (0, 2, 1)), "0.45", "0.75"), strict=True))
 EQUATIONS = "corrected equations"
 NEAR = 0.05  # A difference that is called small.
 FARTHEST = 5  # Differences that the summary names.
@@ -191,7 +171,7 @@ def _dataset(rows: list[tuple[str, Row]]) -> xr.Dataset:
     return xr.Dataset({name: ("entry", np.array(values, dtype=object)) for name, values in columns.items()})
 
 
-def judge(rows: list[tuple[str, Row]]) -> tuple[list[tuple[str, Row]], list[Verdict]]:
+def judge(rows: list[tuple[str, Row]]) -> tuple[list[tuple[str, Row]], list[verdicts.Verdict]]:
     """Return the rows with what other rows say of the same number and quantity, and the verdict on each.
 
     The first row of a number is its entry; those of its other readings are conditions of it, without a verdict.
@@ -203,8 +183,8 @@ def judge(rows: list[tuple[str, Row]]) -> tuple[list[tuple[str, Row]], list[Verd
         others = {} if i in readings else {rows[j][1].quantity: rows[j][1].computed for j in readings
                                            if first[rows[j][1].number] == i}  # fmt: skip
         whole_rows.append((part, row._replace(otherwise={**row.otherwise, **others}, spread=spread(rows, row))))
-    said = [Verdict(READING) if i in readings else verdict(row) for i, (_, row) in enumerate(whole_rows)]
-    return whole_rows, said
+    another = verdicts.Verdict(verdicts.READING)
+    return whole_rows, [another if i in readings else verdicts.verdict(row) for i, (_, row) in enumerate(whole_rows)]
 
 
 def spread(rows: list[tuple[str, Row]], row: Row) -> str:
@@ -216,28 +196,28 @@ def spread(rows: list[tuple[str, Row]], row: Row) -> str:
 
 def exact_ends(value: float | str) -> list[float]:
     """Return the ends of a range, a number, or the middle of a number with a scatter."""
-    said = exact(value.partition("±")[0] if isinstance(value, str) else value)
+    said = verdicts.exact(value.partition("±")[0] if isinstance(value, str) else value)
     return [] if said is None else [*said]
 
 
-def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, Verdict]]:
+def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, verdicts.Verdict]]:
     """Yield the part, row and verdict of each entry."""
     columns = (data[name].values for name in ("part", "row", "verdict", "detail"))
     for part, text, word, detail in zip(*columns, strict=True):
-        yield str(part), Row(**json.loads(str(text))), Verdict(str(word), str(detail))
+        yield str(part), Row(**json.loads(str(text))), verdicts.Verdict(str(word), str(detail))
 
 
 def _counts(data: xr.Dataset, part: str = "") -> dict[str, int]:
     """Return the number of verdicts of each kind in a part, or in all."""
-    return counted(said for name, _, said in judged(data) if part in ("", name))
+    return verdicts.counted(said for name, _, said in judged(data) if part in ("", name))
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then each part under its name; a row's reason begins with its verdict."""
-    rules = f"{in_words(_counts(data))}. {' '.join(RULE.split())}"
+    rules = f"{verdicts.in_words(_counts(data))}. {' '.join(verdicts.RULE.split())}"
     rows = [Row(f"{sum(_counts(data).values())} numbers and statements", "", "", reason=rules)]
     for part in PARTS:
-        counts = in_words(_counts(data, part)) or "inputs, without verdicts"
+        counts = verdicts.in_words(_counts(data, part)) or "inputs, without verdicts"
         rows.append(Row(part.upper(), "", "", reason=f"{counts}; {source(part)}"))
         for name, row, said in judged(data):
             if name == part:
@@ -249,62 +229,58 @@ def table(data: xr.Dataset) -> list[Row]:
 def summary(data: xr.Dataset) -> str:
     """Return ten lines that say what agrees and what does not, and the counts of each part, for the terminal."""
     width = max(map(len, PARTS))
-    lines = [" " * width + "".join(f"{HEADS[word]:>{len(HEADS[word]) + 2}}" for word in VERDICTS), "-" * WIDTH]
+    lines = [" " * width + "".join(f"{head:>{len(head) + 2}}" for head in HEADS.values()), "-" * WIDTH]
     for part in (*PARTS, ""):
         counts = _counts(data, part)
-        cells = "".join(f"{counts[word] or '':>{len(HEADS[word]) + 2}}" for word in VERDICTS)
+        cells = "".join(f"{counts[word] or '':>{len(head) + 2}}" for word, head in HEADS.items())
         if not cells.strip():
             continue  # a part of inputs alone
         lines.append(f"{part or 'all':<{width}}{cells}".rstrip())
     more = "table.txt and report.html hold each number, its verdict and the reason."
-    return "\n".join([*in_short(data), "", *lines, "", *fill(RULE, WIDTH).splitlines(), "", more])
+    return "\n".join([*in_short(data), "", *lines, "", *fill(verdicts.RULE, WIDTH).splitlines(), "", more])
 
 
 def in_short(data: xr.Dataset) -> list[str]:
     """Return what an examiner asks first, one line for each verdict and what is not counted."""
     entries, counts = list(judged(data)), _counts(data)
-    off = sorted(((share_off(row), row) for _, row, said in entries if said.word == DIFFERS), key=_size)
+    differ = [(verdicts.share_off(row), row) for _, row, said in entries if said.word == verdicts.DIFFERS]
+    off = sorted(differ, key=lambda entry: abs(entry[0]))
     near = sum(0.0 < abs(share) <= NEAR for share, _ in off)
-    far = [f"{in_percent(share)}: {row.quantity}, {_short(row.computed)} for {row.thesis}" for share, row in off]
-    corrected = sum(said.word == MISPRINT and part == EQUATIONS for part, _, said in entries)
-    apart = sum(said.detail.startswith(AS_FAR) for _, _, said in entries)
-    against = sum(said.word == CONDITION and CONTRADICTS in said.detail for _, _, said in entries)
+    far = [
+        f"{verdicts.in_percent(share)}: {row.quantity}, {number(row.computed)} for {row.thesis}" for share, row in off
+    ]
+    corrected = sum(said.word == verdicts.MISPRINT and part == EQUATIONS for part, _, said in entries)
+    apart = sum(said.detail.startswith(verdicts.AS_FAR) for _, _, said in entries)
+    against = sum(said.word == verdicts.CONDITION and verdicts.CONTRADICTS in said.detail for _, _, said in entries)
     words = [said.word for _, _, said in entries]
     quick = " (a quick run, whose coarser studies change a few verdicts)" if data.attrs.get("quick") else ""
     return [
         f"{sum(counts.values())} numbers and statements of the thesis{quick}:",
-        f"- {counts[REPRODUCED]} are reproduced, in the printed digits or within what the rules allow.",
-        f"- {counts[CONDITION]} are under a condition that is named, such as gravity or a loss.",
+        f"- {counts[verdicts.REPRODUCED]} are reproduced, in the printed digits or within what the rules allow.",
+        f"- {counts[verdicts.CONDITION]} are under a condition that is named, such as gravity or a loss.",
         f"  {apart} of these lie as far off as the thesis's own theory and experiment.",
         f"  {against} of these need an input that contradicts another printed one.",
-        f"- {counts[DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
+        f"- {counts[verdicts.DIFFERS]} differ, {near} of them by at most {100.0 * NEAR:g} %.",
         *(f"  {line}" for line in reversed(far[-FARTHEST:])),
-        f"- {counts[MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
-        f"- {counts[UNDEFINED]} are not defined: without an input that the text lacks, none can be computed.",
-        f"{words.count(INPUT_ONLY)} inputs and {words.count(READING)} other readings are listed, not counted.",
+        f"- {counts[verdicts.MISPRINT]} are misprints, {corrected} of them equations; the corrected form agrees.",
+        f"- {counts[verdicts.UNDEFINED]} are not defined: without an input that the text lacks, none can be computed.",
+        f"{words.count(verdicts.INPUT_ONLY)} inputs and {words.count(verdicts.READING)} other readings are listed, "
+        "not counted.",
     ]
-
-
-def _size(entry: tuple[float, Row]) -> float:
-    return abs(entry[0])
-
-
-def _short(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return how many verdicts of each kind every part has; and ours over the thesis's number, by part."""
     bars, (axis,) = draw.panels(1, width=7.0, height=4.6)
     counts, left = [_counts(data, part) for part in PARTS], np.zeros(len(PARTS))
-    for word in VERDICTS:
+    for word in verdicts.VERDICTS:
         widths = [of_part[word] for of_part in counts]
         axis.barh(range(len(PARTS)), widths, left=left, color=SHADES[word], label=word, height=0.7)
         left += widths
     axis.set_axisbelow(True)
     axis.set(xlabel="numbers and statements", xlim=(0.0, 1.04 * float(left.max())))
     ratios, (scale,) = draw.panels(1, width=7.0, height=4.6)
-    for word in VERDICTS[:-1]:
+    for word in verdicts.VERDICTS[:-1]:
         entries = [(PARTS.index(part), _ratio(row)) for part, row, said in judged(data) if said.word == word]
         points = [(place, ratio) for place, ratio in entries if ratio is not None]
         if points:
