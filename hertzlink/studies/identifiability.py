@@ -17,6 +17,7 @@ from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
 from hertzlink.studies.identifiable_cases import BLIND, CHECKED, DISTANCES, FEATURES, Conditions
 from hertzlink.studies.table import Named, Row, Rows
+from hertzlink.studies.waves import with_units
 from structures.checks import whole
 from structures.structure import Vector
 
@@ -61,15 +62,15 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     return data.merge(near_edge(parallel, near)).merge(bonded(parallel, *bonds))
 
 
-def _each(parallel: joblib.Parallel, computed: Callable[..., Any], *axes: Sequence[Any]) -> list[Any]:
+def _over(parallel: joblib.Parallel, computed: Callable[..., xr.Dataset], **axes: Sequence[float | str]) -> xr.Dataset:
     """Return what is computed at each combination of the values of some axes."""
-    grid = list(product(*axes))
-    return list(watched(parallel(joblib.delayed(computed)(*case) for case in grid), len(grid)))
-
-
-def _over(axes: Sequence[Sequence[Any]], values: Sequence[Vector]) -> Vector:
-    """Return values at each combination of some axes as one array over them."""
-    return np.array(values).reshape(*map(len, axes), *values[0].shape)
+    grid = list(product(*axes.values()))
+    parts = list(watched(parallel(joblib.delayed(computed)(*case) for case in grid), len(grid)))
+    for name, values in reversed(axes.items()):
+        rows = [parts[i : i + len(values)] for i in range(0, len(parts), len(values))]
+        parts = [xr.concat(row, name).assign_coords({name: list(values)}) for row in rows]
+    units = {name: unit for name, unit in cases.UNITS.items() if name in parts[0].coords}
+    return with_units(parts[0], **units)
 
 
 def edges(
@@ -78,49 +79,28 @@ def edges(
 ) -> xr.Dataset:  # fmt: skip
     """Return the half-widths over the distance, the thickness, the beads and what is measured."""
     tested = set() if of.own else {*distances[::TESTED_EVERY], *CHECKED}
-    axes = (diameters, distances, thicknesses)
 
-    def errors(diameter: float, distance: float, thickness: float) -> Vector:
+    def errors(diameter: float, distance: float, thickness: float) -> xr.Dataset:
         steps = cases.STEPS if distance in tested else cases.STEPS[:1]
         return cases.edge_errors(diameter, distance, thickness, steps, of)
 
-    dims = ("diameter", "distance", "thickness", "step", "record", "measured", "free", "unknown")
-    widths = cases.relative(dims, _over(axes, _each(parallel, errors, *axes)), "half of the 95 % interval")
-    data = xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
-    values = (*axes, cases.STEPS, of.record, cases.MEASURED, cases.EDGE_FREE, cases.EDGE_UNKNOWNS)
-    return data.assign_coords(cases.coordinates(**Named(zip(dims, values, strict=True))))
+    widths = _over(parallel, errors, diameter=diameters, distance=distances, thickness=thicknesses).half_width
+    return xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
 
 
 def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Dataset:
     """Return combinations of distance, thickness and modulus, the best first, where the contact is known or is not."""
-    axes = ((cases.KNOWN, cases.OF_PLATE), distances)
 
-    def combinations(contact: str, distance: float) -> tuple[Vector, Vector, Vector]:
+    def combinations(contact: str, distance: float) -> xr.Dataset:
         return cases.combinations_near_edge(MAIN_DIAMETER, distance, MAIN_THICKNESS, contact)
 
-    parts = zip(*_each(parallel, combinations, *axes), strict=True)
-    errors, vectors, matrices = (_over(axes, part) for part in parts)
-    over = ("contact", "near")
-    data = xr.Dataset(
-        {
-            "combination_error": cases.relative((*over, "combination"), errors, "half of the 95 % interval"),
-            "combination_of": cases.relative((*over, "combination", "of"), vectors, "part in the combination"),
-            "correlation": cases.relative((*over, "of", "other"), matrices, "correlation of the estimates"),
-        }
-    )
-    names, ranks = cases.MATERIAL_UNKNOWNS, ("best", "middle", "worst")
-    places = cases.coordinates(contact=axes[0], near=distances, combination=ranks, of=names, other=names)
-    return data.assign_coords(places)
+    return _over(parallel, combinations, contact=(cases.KNOWN, cases.OF_PLATE), near=distances)
 
 
 def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
     """Return the half-widths of the bond and the upper layer."""
-    axes = (list(cases.UPPERS), uppers, stiffnesses)
-    dims = ("upper", "upper_thickness", "bond_stiffness", "bond_measured", "bond_free", "bond_unknown")
-    values = _over(axes, _each(parallel, cases.bond_errors, *axes))
-    data = xr.Dataset({"bond_error": cases.relative(dims, values, "half of the 95 % interval")})
-    places = (*axes, cases.BOND_MEASURED, cases.BOND_FREE, cases.BOND_UNKNOWNS)
-    return data.assign_coords(cases.coordinates(**Named(zip(dims, places, strict=True))))
+    axes = Named(upper=list(cases.UPPERS), upper_thickness=uppers, bond_stiffness=stiffnesses)
+    return _over(parallel, cases.bond_errors, **axes)
 
 
 def table(data: xr.Dataset) -> list[Row]:

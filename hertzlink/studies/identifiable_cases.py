@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil, pi
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -56,6 +56,11 @@ DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 1
 BLIND = 0.5  # A half-width above this part of the value.
 PART = hl.quantities.Quantity(low=1e-9, high=1.0)
 RECORD = hl.quantities.Quantity("s", low=1e-5, high=0.1)
+UNITS = {
+    "distance": "m", "near": "m", "thickness": "m", "diameter": "m", "record": "s", "step": "1",
+    "upper_thickness": "m", "bond_stiffness": "N/m3",
+}  # fmt: skip
+Places = Mapping[str, Iterable[Any]]  # Places by the name of the axis.
 MOST_PLATES = 6  # Of panels and of colours in a figure.
 
 
@@ -113,7 +118,7 @@ def edge_design(
 
 def edge_errors(
     diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1], of: Conditions = THESIS
-) -> Vector:
+) -> xr.Dataset:
     """Return half-widths as parts of values, over steps, records, measured, free, unknowns; NaN for what is known."""
     values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, of.impact_speed), strict=True))
     design = edge_design(diameter, values, of=of)
@@ -127,7 +132,8 @@ def edge_errors(
             for m, free in enumerate(EDGE_FREE.values()):
                 bounds = features(free)
                 errors[i, :, 0, m, : len(free)] = [REACH * bounds[name] for name in free]
-    return errors
+    axes: Places = {"step": STEPS, "record": of.record, "measured": MEASURED, "free": EDGE_FREE, "unknown": EDGE_UNKNOWNS}
+    return half_widths("half_width", errors, axes)
 
 
 def _waveform_errors(
@@ -142,9 +148,7 @@ def _waveform_errors(
     return errors
 
 
-def combinations_near_edge(
-    diameter: float, distance: float, thickness: float, contact: str
-) -> tuple[Vector, Vector, Vector]:
+def combinations_near_edge(diameter: float, distance: float, thickness: float, contact: str) -> xr.Dataset:
     """Return the 95 % half-widths of the eigenvectors of the information, best first, these in rows, and the
     correlations: of relative changes of distance, thickness and modulus, by the trace of bead 7 in the shorter record.
 
@@ -156,10 +160,15 @@ def combinations_near_edge(
     covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
     size, vectors = np.linalg.eigh(covariance)
     root = np.sqrt(np.diag(covariance))
-    return REACH * np.sqrt(size), (vectors * np.sign(vectors[0])).T, covariance / np.outer(root, root)
+    combined, correlated = (vectors * np.sign(vectors[0])).T, covariance / np.outer(root, root)
+    over, words = ("combination", "of"), ("part in the combination", "correlation of the estimates")
+    return half_widths("combination_error", REACH * np.sqrt(size), {"combination": ("best", "middle", "worst")}).assign(
+        combination_of=(over, combined, {"units": "1", "long_name": words[0]}),
+        correlation=(("of", "other"), correlated, {"units": "1", "long_name": words[1]}),
+    ).assign_coords(of=list(MATERIAL_UNKNOWNS), other=list(MATERIAL_UNKNOWNS))  # fmt: skip
 
 
-def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
+def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> xr.Dataset:
     """Return 95 % half-widths as parts of the values: measured × free × unknowns; NaN for what is known.
 
     The mesh is the same for all runs, so that derivatives are those of the rod alone. bond_stiffness: N/m³.
@@ -177,7 +186,15 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
     values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, thickness, IMPACT_SPEED), strict=True))
     with collected():
         changes = Sensitivities(Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY))
-    return _waveform_errors(changes, BOND_MEASURED.values(), BOND_RECORD, BOND_FREE)
+    errors = _waveform_errors(changes, BOND_MEASURED.values(), BOND_RECORD, BOND_FREE)
+    axes: Places = {"bond_measured": BOND_MEASURED, "bond_free": BOND_FREE, "bond_unknown": BOND_UNKNOWNS}
+    return half_widths("bond_error", errors, axes)
+
+
+def half_widths(name: str, values: Vector, axes: Places) -> xr.Dataset:
+    """Return half-widths under a name, over their axes."""
+    label = {"units": "1", "long_name": "half of the 95 % interval"}
+    return xr.Dataset({name: (tuple(axes), values, label)}, {axis: list(places) for axis, places in axes.items()})
 
 
 def contact_stiffness(upper: str) -> float:
@@ -186,19 +203,3 @@ def contact_stiffness(upper: str) -> float:
     speed = PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED
     approach = (1.25 * ROD_BEAD.mass * speed**2 / stiffness) ** 0.4
     return float(1.5 * stiffness * approach**0.5 / (pi * ROD_RADIUS**2))
-
-
-def coordinates(**values: Iterable[float | str]) -> dict[str, tuple[str, list[float | str], dict[str, str]]]:
-    """Return the coordinates with their units."""
-    units = {
-        "distance": "m", "near": "m", "thickness": "m", "diameter": "m", "record": "s", "step": "1",
-        "upper_thickness": "m", "bond_stiffness": "N/m3",
-    }  # fmt: skip
-    return {
-        name: (name, list(places), {"units": units[name]} if name in units else {}) for name, places in values.items()
-    }
-
-
-def relative(dims: Sequence[str], values: Vector, long_name: str) -> xr.DataArray:
-    """Return a variable of parts of values."""
-    return xr.DataArray(values, dims=dims, attrs={"units": "1", "long_name": long_name})
