@@ -29,7 +29,7 @@ ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)  # Degrees between neighbo
 HERTZ_ANGLE = 10.0  # Degrees; smaller angles make contacts too long for half-spaces (`contact_law` warns there).
 SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))  # m/s, of the striker: a range that covers 10 to 80 N at every angle.
 FORCES = (10.0, 40.0, 80.0)  # N, the forces of figure 5.11; 40 N belongs to the thesis's 591.3 m/s.
-APPROACHES = tuple(np.geomspace(0.1e-6, 10e-6, 21))
+APPROACHES = np.geomspace(0.1e-6, 10e-6, 21)
 UNTIL = 4e-4
 CASES = {
     "90°": (90.0, "mass from geometry"),
@@ -87,20 +87,13 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     if of.own:
         curves = [of.curve(angle) for angle in of.few("angle", (0.0, 5.0, 10.0, 30.0, 45.0, 90.0))]
         return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
-    data = hl.sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=SPEEDS[::4] if quick else SPEEDS)
-    theory = [by_force(angle, data.peak_force.sel(angle=angle).values) for angle in crossed()]
-    label = {"units": "m/s", "long_name": "wave speed, equation 5.11"}
-    data["theory"] = xr.DataArray(theory, {"angle": crossed()}, ("angle", "impact_speed"), attrs=label)
-    forces = [Tacit()(cylinder(0.0), cylinder(angle)).force(np.array(APPROACHES)) for angle in ANGLES]
-    data["force"] = (("angle", "approach"), forces, {"units": "N", "long_name": "contact law"})
-    data = data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}))
+    speeds = SPEEDS[::4] if quick else SPEEDS
+    curves = [replace(Conditions(impact_speed=speeds).curve(angle), striker=STRIKER) for angle in ANGLES]
+    data = waves.run_curves(curves, BEADS, FIRST, SECOND, jobs, UNTIL, APPROACHES)
+    data = data.rename(curve="angle", striker="impact_speed")
+    data = data.assign_coords(angle=list(ANGLES), impact_speed=list(speeds))
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     return waves.with_units(data.merge(waves.named(cases, "case")), angle="degree", impact_speed="m/s")
-
-
-def crossed() -> list[float]:
-    """Return the angles at which the contact is a point."""
-    return [angle for angle in ANGLES if angle > 0.0]
 
 
 def cylinder(angle: float) -> hl.Cylinder:
@@ -122,11 +115,6 @@ def chain(angle: float, impact_speed: float) -> hl.Chain:
     """Return the thesis's chain. As only the angle between neighbours matters, cylinders are turned back and forth."""
     beads = [cylinder(angle * (i % 2)) for i in range(BEADS)]
     return hl.Chain(beads, STRIKER, impact_speed, law=Tacit())
-
-
-def build(angle: float, impact_speed: float) -> hl.CoSimulation:
-    """Return a chain with a free end."""
-    return hl.CoSimulation(chain(angle, impact_speed), None)
 
 
 def case_of_the_thesis(case: str) -> hl.CoSimulation:

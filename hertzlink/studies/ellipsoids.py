@@ -42,6 +42,10 @@ class Conditions(conditions.Conditions):
         if self.major <= self.minor:
             raise WrongValue("major", self.major, f"must be more than the minor diameter, {self.minor:g} m")
 
+    def curve(self, shape: str) -> waves.Curve:
+        """Return the chain of a shape."""
+        return struck_by_its_like(shape, self.particle(shape), self.peak_force)
+
     def particle(self, shape: str) -> hl.Bead:
         """Return an ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
         if shape == "equivalent sphere":
@@ -61,36 +65,26 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     """
     of, jobs = Conditions.of(parameters), jobs or 1
     if of.own:
-        pairs = {shape: (of.particle(shape),) * 2 for shape in SHAPES}
-        curves = [waves.Curve(s, pair, hl.contact_law(*pair), forces=of.peak_force) for s, pair in pairs.items()]
-        return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
+        return of.marked(waves.run_curves([of.curve(shape) for shape in SHAPES], BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
-    beads = {shape: particle(shape) for shape in SHAPES}
     spheres = {diameter: hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in DIAMETERS}
-
-    def shaped(shape: str, aimed_force: float) -> hl.CoSimulation:
-        return struck_by_its_like(beads[shape], aimed_force)
-
-    def sized(diameter: float, aimed_force: float) -> hl.CoSimulation:
-        return struck_by_its_like(spheres[diameter], aimed_force)
-
-    data = hl.sweep(shaped, UNTIL, jobs, measure, shape=SHAPES, aimed_force=forces)
-    sizes = hl.sweep(sized, UNTIL, jobs, measure, diameter=DIAMETERS, aimed_force=forces)
-    for swept, struck in ((data, beads), (sizes, spheres)):
-        speeds = [
-            waves.long_waves(bead).wave_speed_from_force(peaks)
-            for bead, peaks in zip(struck.values(), swept.peak_force.values, strict=True)
-        ]
-        label = {"units": "m/s", "long_name": "wave speed, equation 5.11"}  # for spheres it is 1.10
-        swept["theory"] = (swept.peak_force.dims, speeds, label)
+    groups: dict[str, dict[Any, waves.Curve]] = {
+        "shape": {shape: Conditions(peak_force=forces).curve(shape) for shape in SHAPES},
+        "diameter": {d: struck_by_its_like(f"{d:g} m", sphere, forces) for d, sphere in spheres.items()},
+    }
+    each = []
+    for name, curves in groups.items():
+        run = waves.run_curves([*curves.values()], BEADS, FIRST, SECOND, jobs, UNTIL)
+        run = run[["wave_speed", "peak_force", "width", "theory"]].rename(curve=name, striker="aimed_force")
+        each.append(run.assign_coords({name: list(curves), "aimed_force": list(forces)}))
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    data = data.merge(waves.named(sizes, "size")).merge(waves.named(cases, "case"))
+    data = each[0].merge(waves.named(each[1], "size")).merge(waves.named(cases, "case"))
     return waves.with_units(data, aimed_force="N", diameter="m")
 
 
-def struck_by_its_like(bead: hl.Bead, force: float) -> hl.CoSimulation:
-    """Return a chain with a free end whose wave has about this peak force, N; the striker equals the beads."""
-    return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, waves.striker_speed(force, bead)), None)
+def struck_by_its_like(label: str, bead: hl.Bead, forces: tuple[float, ...]) -> waves.Curve:
+    """Return a chain of equal beads whose waves have about these peak forces, N; the striker equals the beads."""
+    return waves.Curve(label, (bead, bead), hl.contact_law(bead, bead), forces=forces)
 
 
 def case_of_the_thesis(case: str) -> hl.CoSimulation:

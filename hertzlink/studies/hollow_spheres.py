@@ -76,26 +76,15 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
         pairs = {ratio: (of.particle(ratio),) * 2 for ratio in of.ratio}
         curves = [waves.Curve(_named(r), pair, of.law(r), forces=of.peak_force) for r, pair in pairs.items()]
         return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
-    data = hl.sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=FORCES[::4] if quick else FORCES)
-    theory = [_theory(ratio).wave_speed_from_force(data.peak_force.sel(ratio=ratio).values) for ratio in TABLE_5_1]
-    data["theory"] = (data.peak_force.dims, theory, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
+    forces = FORCES[::4] if quick else FORCES
+    curves = [waves.Curve(_named(r), (particle(r),) * 2, law, law, forces) for r, law in TABLE_5_1.items()]
+    data = waves.run_curves(curves, BEADS, FIRST, SECOND, jobs, UNTIL, APPROACHES)
+    data = data.rename(curve="ratio", striker="aimed_force", force="table_force")
+    data = data.assign_coords(ratio=list(TABLE_5_1), aimed_force=list(forces))
+    label = {"units": "N", "long_name": "contact law of hertzlink"}
+    data["force"] = (("ratio", "approach"), [THESIS.law(ratio).force(APPROACHES) for ratio in TABLE_5_1], label)
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    data = data.merge(waves.named(cases, "case")).assign_coords(approach=("approach", APPROACHES, {"units": "m"}))
-    for name, laws, what in (
-        ("force", [THESIS.law(ratio) for ratio in TABLE_5_1], "contact law of hertzlink"),
-        ("table_force", TABLE_5_1.values(), "contact law of Table 5.1"),
-    ):
-        label = {"units": "N", "long_name": what}
-        data[name] = (("ratio", "approach"), [law.force(APPROACHES) for law in laws], label)
-    data["ratio"].attrs["long_name"] = "inner over outer radius"
-    return waves.with_units(data, ratio="1", aimed_force="N")
-
-
-def struck(ratio: float, aimed_force: float) -> hl.CoSimulation:
-    """Return a chain with a free end whose wave has about this peak force, N."""
-    bead, law = particle(ratio), TABLE_5_1[ratio]
-    speed = waves.striker_speed(aimed_force, bead, law.stiffness, law.exponent)
-    return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, speed, law=law), None)
+    return waves.with_units(data.merge(waves.named(cases, "case")), ratio="1", aimed_force="N")
 
 
 def case_of_the_thesis(case: str) -> hl.CoSimulation:

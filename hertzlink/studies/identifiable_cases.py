@@ -60,7 +60,7 @@ UNITS = {
     "distance": "m", "near": "m", "thickness": "m", "diameter": "m", "record": "s", "step": "1",
     "upper_thickness": "m", "bond_stiffness": "N/m3",
 }  # fmt: skip
-Places = Mapping[str, Iterable[Any]]  # Places by the name of the axis.
+Places = dict[str, Iterable[Any]]  # Places by the name of the axis.
 MOST_PLATES = 6  # Of panels and of colours in a figure.
 
 
@@ -132,7 +132,8 @@ def edge_errors(
             for m, free in enumerate(EDGE_FREE.values()):
                 bounds = features(free)
                 errors[i, :, 0, m, : len(free)] = [REACH * bounds[name] for name in free]
-    axes: Places = {"step": STEPS, "record": of.record, "measured": MEASURED, "free": EDGE_FREE, "unknown": EDGE_UNKNOWNS}
+    axes: Places = {"step": STEPS, "record": of.record, "measured": MEASURED}
+    axes |= {"free": EDGE_FREE, "unknown": EDGE_UNKNOWNS}
     return half_widths("half_width", errors, axes)
 
 

@@ -130,15 +130,17 @@ def exponent(curve: xr.Dataset) -> float:
 class Curve:
     """A chain of two particles in turn and its contact law, for several strikers.
 
-    forces: approximate peaks, N; speeds: of the striker, m/s, a bead as the first; one of both is given.
+    law: of the theory; of_pair: of the chain, by default Hertz's. forces: approximate peaks, N; speeds: of the striker,
+    m/s; one of both is given. striker: by default a bead as the first.
     """
 
     label: str
     pair: tuple[hl.Bead, hl.Bead]
     law: hl.ContactLaw
-    of_pair: LawOfPair | None = None
+    of_pair: LawOfPair | hl.ContactLaw | None = None
     forces: tuple[float, ...] = ()
     speeds: tuple[float, ...] = ()
+    striker: hl.Bead | None = None
 
     def fit(self, least: float, most: float) -> PowerFit:
         """Return the power law nearest to the contact law between these forces, N."""
@@ -164,23 +166,30 @@ class Curve:
         )
 
 
-def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int) -> xr.Dataset:
-    """Return speed, peak force and width between two sensors, over curves and strikers; theory and contact laws."""
+def run_curves(
+    curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int,
+    until: float | None = None, approach: np.ndarray | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """Return speed, peak force and width between two sensors, over curves and strikers; theory and contact laws.
+
+    until: length of the records, s. approach: m, at which the laws are given.
+    """
     by_label = {curve.label: curve for curve in curves}
     count = len(curves[0].forces or curves[0].speeds)
-    until = max(SLACK * (2 * beads - second) * curve.pair[0].size / curve.slowest() for curve in curves)
+    until = until or max(SLACK * (2 * beads - second) * curve.pair[0].size / curve.slowest() for curve in curves)
 
     def build(curve: str, striker: int) -> hl.CoSimulation:
         of = by_label[curve]
         chain = [of.pair[i % 2] for i in range(beads)]
-        return hl.CoSimulation(hl.Chain(chain, of.pair[0], of.strikers()[striker], law=of.of_pair), None)
+        return hl.CoSimulation(hl.Chain(chain, of.striker or of.pair[0], of.strikers()[striker], law=of.of_pair), None)
 
     measure = partial(passage, first=first, second=second)
     data = hl.sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
     forces = data.peak_force.values
     powers = [curve.fit(*_ends(peaks)) for curve, peaks in zip(curves, forces, strict=True)]
-    ends = curves[0].law.approach(np.array(_ends(forces)))
-    approach = np.geomspace(float(ends[0]), float(ends[1]), 21)
+    if approach is None:
+        least, most = curves[0].law.approach(np.array(_ends(forces))).tolist()
+        approach = np.geomspace(least, most, 21)
     data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
     over, each = ("curve", "striker"), list(zip(curves, powers, forces, strict=True))
     speeds = [curve.theory(power).wave_speed_from_force(peaks) for curve, power, peaks in each]
