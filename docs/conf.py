@@ -1,6 +1,7 @@
 """The documentation site: `sphinx-build -W docs build/site`, with the extra `docs`."""
 
 import logging
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -87,15 +88,21 @@ def without_aliases(app: Any, what: str, name: str, thing: object, skip: bool, o
     return True if str(getattr(thing, "__doc__", "")).startswith("Alias for field number") else None
 
 
-def branch_of_the_page(app: Any, page: str, template: str, context: dict[str, Any], document: object) -> None:
+def page_of_the_site(app: Any, page: str, template: str, context: dict[str, Any], document: object) -> None:
     """The sidebar lists the reference's names on the pages of the reference alone; elsewhere they took half of the time
-    of the build."""
+    of the build. Long names of files and functions may break behind their underscores and slashes.
+    """
     if whole := context.get("toctree"):
         context["toctree"] = lambda **given: whole(**given | {"collapse": True})
+    context["body"] = re.sub(
+        r'(?<=<span class="pre">)[^<&]{13,}(?=</span>)',
+        lambda name: re.sub(r"(?<!test_)(?<=[_/])(?=\w)", "<wbr>", name[0]),
+        context.get("body", ""),
+    )
 
 
 def setup(app: Any) -> None:
-    app.connect("html-page-context", branch_of_the_page, priority=100)  # before the theme
+    app.connect("html-page-context", page_of_the_site, priority=100)  # before the theme
     app.connect("autodoc-skip-member", without_aliases)
     app.connect("source-read", gallery_pages.link)
     app.connect("autodoc-process-docstring", plain_bars, priority=100)
