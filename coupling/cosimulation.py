@@ -8,10 +8,9 @@ from typing import Annotated, Any
 
 import xarray as xr
 
-from coupling.accuracy import ACCURACIES, HowFine
 from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.loops import Work
-from coupling.plan import Plan, longest_substep, plan_run, warn_if_coarse
+from coupling.plan import ACCURACIES, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at

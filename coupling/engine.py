@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from coupling.interface import FIRST, Interface
+from coupling.interface import Interface
 from coupling.kernels import loop
 from coupling.kernels.adaptive import Adaptation, adapt, bend_of_last
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
 from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
+from coupling.results.schema import FIRST
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
 from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, next_length
 from coupling.state import NotConverged

@@ -11,7 +11,7 @@ import xarray as xr
 from coupling.recording.frames import Motion
 from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance
-from coupling.results.schema import VARIABLES, variable
+from coupling.results.schema import VARIABLES, run_coordinates, variable
 from coupling.run_checks import check_before
 from coupling.yield_check import yields
 from particles.bead import Bead
@@ -280,14 +280,7 @@ def _dataset(chain: Chain, frames: _Frames, inputs: dict[str, Any], mesh: dict[s
     variables = {}
     for name, value in values.items():
         variables[name] = variable(name, value, description=DESCRIPTIONS.get(name, VARIABLES[name].description))
-    coordinates = {
-        "time": ("time", frames.times, {"units": "s"}),
-        "bead": ("bead", np.arange(bodies)),
-        "contact": ("contact", np.arange(1, bodies + 1)),
-        "centre": ("bead", chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
-        "impact_energy": ((), chain.impact_energy, {"units": "J", "long_name": "energy of the excitation"}),
-        "static_force": ("contact", np.zeros(bodies), {"units": "N", "long_name": "preload"}),
-    }
+    coordinates = run_coordinates(frames.times, bodies, chain.centres, np.zeros(bodies), chain.impact_energy)
     free = 2 * frames.bead.mass.size - int(frames.bead.held.sum())
     attributes: dict[str, Any] = {
         "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step, **mesh,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from coupling.kernels.agreement import PIECES
 from coupling.kernels.records import REMEMBERED
 from coupling.participant import CheckedParticipant, Participant
+from coupling.results.schema import FIRST, LAST, Contact
 from coupling.state import CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
@@ -21,9 +22,6 @@ from structures.moving import MovingStructure
 from structures.quantities import Count
 from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
-
-LAST, FIRST = 0, 1
-"""The ends of a chain: that of its last bead, and the struck one."""
 
 NAMES = ("structure", "behind")
 """The arguments of CoSimulation that give what each end faces."""
@@ -65,15 +63,6 @@ class ContactPoint:
 
 Facing: TypeAlias = Structure | MovingStructure | Participant | ContactPoint | None
 """What a bead can face at an end of a chain; None for nothing."""
-
-
-class Contact(NamedTuple):
-    """An end of a chain (LAST or FIRST) on a point of a structure, by their places in the Interface."""
-
-    chain: int
-    end: int
-    structure: int
-    point: int
 
 
 def points(structure: Any) -> int:

@@ -10,7 +10,7 @@ run = hl.CoSimulation(chain, None).run(until=120e-6)
 
 section = run.section_force.sel(bead=7)
 peak = float(run.time[int(section.values.argmax())])
-motion = hl.plots.bead_motion(run, chain, times=peak + np.arange(-15e-6, 16e-6, 3e-6), beads=[6, 7, 8])
+motion = hl.plots.motion(run, chain, times=peak + np.arange(-15e-6, 16e-6, 3e-6), beads=[6, 7, 8])
 for name, moment in (("before", peak - 9e-6), ("peak", peak)):
     print("written:", hl.plots.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
 print(

@@ -10,7 +10,7 @@ layers = [hl.Layer(hl.STEEL_440C, 12.7e-3, 19.05e-3), hl.Layer(hl.PTFE, 12.7e-3,
 body = hl.reduce(hl.layered_cylinder(layers), until=0.6e-3, keep_field=True)
 run = hl.CoSimulation(chain, body).run(until=0.6e-3)
 
-motion = hl.plots.structure_motion(run, body, times=np.arange(300e-6, 500e-6, 10e-6))
+motion = hl.plots.motion(run, body, times=np.arange(300e-6, 500e-6, 10e-6))
 # The stress below the contact is a hundred times that of the wave: the colours end where the wave can still be seen.
 for show, highest in (("von_mises", 3e6), ("displacement", None)):
     print("written:", hl.plots.picture(motion, f"{show}.png", time=360e-6, show=show, highest=highest))

@@ -1,10 +1,9 @@
 """Plots of results, pictures and animations of the motion inside bodies, ParaView files, and reports of one page."""
 
-from coupling.plots.bead_motion import bead_motion as bead_motion
 from coupling.plots.identified import identified as identified
-from coupling.plots.motion import structure_motion as structure_motion
-from coupling.plots.paraview import write_vtu as write_vtu
+from coupling.plots.motion import motion as motion
 from coupling.plots.pictures import picture as picture
+from coupling.plots.pictures import write_vtu as write_vtu
 from coupling.plots.setup import setup as setup
 from coupling.plots.swept import swept as swept
 from coupling.plots.traces import contact_map as contact_map

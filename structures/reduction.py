@@ -104,7 +104,7 @@ def reduce(
     largest : int
         Largest number of vectors. A warning is issued if they do not reach the tolerance.
     keep_field : bool
-        Keep the data from which displacement and stress of the whole body are recovered, for `structure_motion`: 8
+        Keep the data from which displacement and stress of the whole body are recovered, for `motion`: 8
         bytes for each degree of freedom and oscillator.
     pulse : float
         Length of the pulse, s: a contact time. The default suits steel beads of 4 mm diameter or more. Beads of 1 mm

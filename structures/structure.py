@@ -176,15 +176,15 @@ def _facts(structure: Structure) -> list[tuple[str, str]]:
     return facts
 
 
-def known_field(structure: Structure) -> Field:
+def known_field(structure: Structure, name: str = "structure") -> Field:
     """Return the field of a structure, or raise a ValueError that says which structures have one."""
-    instance("structure", structure, Structure, "a Structure")
+    instance(name, structure, Structure, "a Structure")
     if structure.field is not None:
         return structure.field
     kind = structure.origin.get("kind", "structure")
     if "reduction" in structure.origin:
-        raise ValueError(f"structure: this {kind} lost its field when it was reduced; reduce(..., keep_field=True)")
-    raise ValueError(f"structure: the {kind} has no field; cylinders, solids and plates have one")
+        raise ValueError(f"{name}: this {kind} lost its field when it was reduced; reduce(..., keep_field=True)")
+    raise ValueError(f"{name}: the {kind} has no field; cylinders, solids and plates have one")
 
 
 def _columns(contact: Vector) -> Vector:

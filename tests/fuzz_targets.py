@@ -116,7 +116,7 @@ def moving_body() -> tuple[xr.Dataset, hl.Structure, xr.Dataset]:
     steel = [hl.Layer(STEEL, 20e-3, 9.5e-3)]
     body = hl.reduce(hl.layered_cylinder(steel, patch_radius=3e-3, cells=1), until=5e-5, keep_field=True)
     run = hl.CoSimulation(CHAIN, body).run(until=5e-5)
-    return run, body, plots.structure_motion(run, body, times=[2e-5, 4e-5])
+    return run, body, plots.motion(run, body, times=[2e-5, 4e-5])
 
 
 @cache
@@ -666,18 +666,11 @@ def _runs() -> dict[str, Target]:
                 "curvature": 0.0,
             },
         ),
-        "run_structure_in_precice": Target(
-            hl.run_structure_in_precice,
-            {
-                **{"structure": hl.half_space(STEEL), "configuration": "none.xml", "names": {}},
-                **{"direction": (1.0, 0.0), "positions": [(0.0, 0.0)], "stepper": "midpoint"},
-            },
-        ),
         "run_in_precice": Target(
             hl.run_in_precice,
             {
-                **{"chain": CHAIN, "surface": FLAT, "configuration": "none.xml", "names": {}, "direction": (1.0, 0.0)},
-                **{"position": (0.0, 0.0), "window": 1e-6, "flexibility": 0.0, "dt": None},
+                **{"body": CHAIN, "surface": FLAT, "configuration": "none.xml", "names": {}, "direction": (1.0, 0.0)},
+                **{"positions": [(0.0, 0.0)], "window": 1e-6, "flexibility": 0.0, "dt": None, "stepper": "midpoint"},
             },
         ),
     }
@@ -857,14 +850,11 @@ def _measures() -> dict[str, Target]:
             {**of_run, "law": (hl.Tsuji, hl.KuwabaraKono, hl.Dissipation), "sensors": ([1], [99], [4, 4], [0])},
             infinite=True,
         ),
-        "plots.structure_motion": Target(
-            plots.structure_motion, {"run": moved, "structure": body, "times": [2e-5]}, None, of_run
-        ),
-        "plots.bead_motion": Target(
-            plots.bead_motion,
-            {"run": shaken, "chain": DEFORMABLE, "times": [5e-6], "beads": [1], "structure": None, "behind": None},
+        "plots.motion": Target(
+            plots.motion,
+            {"run": shaken, "body": DEFORMABLE, "times": [5e-6], "beads": [1], "structure": None, "behind": None},
             None,
-            {**of_run, "beads": ([0], [99], [1, 1], HUGE[0])},
+            {**of_run, "body": (body,), "beads": ([0], [99], [1, 1], HUGE[0])},
             infinite=True,
         ),
         **_plots(),

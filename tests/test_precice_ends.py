@@ -180,7 +180,7 @@ def test_both_ends_together_are_the_run_of_the_case(folder: Path, monkeypatch: p
     monkeypatch.setitem(sys.modules, "precice", module)
     assert side.surface is not None
     with warnings.catch_warnings(action="ignore"), ThreadPoolExecutor(1) as threads:
-        chain = threads.submit(hl.run_in_precice, side.chain, side.surface, folder / "precice-config.xml")
+        chain = threads.submit(hl.run_in_precice, side.chain, folder / "precice-config.xml", side.surface)
         assert command("precice", str(folder / "case.toml"), "--participant", "Structure", "--output", "end") == 0
         run = chain.result(timeout=PATIENCE)
         expected = simulation.replace(scheme=hl.Aitken(1e-11), window=window, substeps=1).run(float(run.time[-1]))
@@ -227,4 +227,4 @@ def test_several_contacts_need_their_places() -> None:
     edges = hl.Supports("clamped", "clamped", "clamped", "clamped")
     plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, edges).at([0.05, 0.15], [0.07, 0.07])
     with pytest.raises(ValueError, match="positions = None: must hold a position for each of the 2 contacts"):
-        hl.run_structure_in_precice(plate, __file__)
+        hl.run_in_precice(plate, __file__)

@@ -15,13 +15,13 @@ from scipy import sparse
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import Engine, StructureWindows
-from coupling.interface import FIRST
 from coupling.kernels.agreement import Contacts
 from coupling.kernels.records import Run
 from coupling.kernels.tangents import Model, Moving, Tangents
 from coupling.loops import UNBROKEN, is_compiled
 from coupling.plan import Plan
 from coupling.recording.frames import Frames, Kept
+from coupling.results.schema import FIRST
 from coupling.schemes.windows import Adaptive
 from particles.kernels.motion import WORK_ROWS
 from structures.checks import instance

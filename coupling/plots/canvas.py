@@ -43,17 +43,18 @@ def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
         return instance("ax", ax, Axes, "Axes of matplotlib, or None for a new figure")
     from matplotlib import pyplot
 
-    figure = pyplot.figure(figsize=(width, height), layout="constrained")
-    figure.set_gid(MARK)
-    axes: Axes = figure.add_subplot()
-    return axes
+    return _only_axes(pyplot.figure(figsize=(width, height), layout="constrained"))
 
 
 def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
     """Return the axes of a new figure that only the caller knows, for a file."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    return _only_axes(Figure(figsize=(width, height), layout="constrained"))
+
+
+def _only_axes(figure: Any) -> "Axes":
+    """Return the axes of a new figure of ours."""
     figure.set_gid(MARK)
     axes: Axes = figure.add_subplot()
     return axes

@@ -1,17 +1,20 @@
-"""Pictures and animations of a `structure_motion` or a `bead_motion`, drawn off-screen."""
+"""Files of a `motion`: pictures and animations, drawn off-screen, and ParaView's."""
 
+import re
+from base64 import b64encode
 from collections.abc import Callable, Iterable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.files.writing import whole_file_by_name
+from coupling.files.user_files import file_to_write
+from coupling.files.writing import whole_file_by_name, whole_folder
 from coupling.plots.motion import known_motion
-from coupling.plots.notebook_path import NotebookPath
 from structures.checks import finite, positive
 
 Images = Iterable[NDArray[np.uint8]]
@@ -24,6 +27,31 @@ PALETTE, PAPER, INK, NEAR = 256, (255, 255, 255), (0, 0, 0), 8
 would replace them.
 """
 
+LISTING = "motion.pvd"
+OWN_FILES = re.compile(r"motion(_\d+)?\.(vtu|pvd)")
+
+KINDS = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml", ".mp4": "video/mp4"}
+"""Media types by suffix."""
+
+if TYPE_CHECKING:
+    System = Path
+else:
+    # Before Python 3.12 only the path of the system can have subclasses.
+    System = type(Path())
+
+
+class NotebookPath(System):
+    """A path that shows its file where it is the last line of a notebook's cell."""
+
+    def _repr_html_(self) -> str | None:
+        kind = KINDS.get(self.suffix.lower())
+        if kind is None or not self.is_file():
+            return None
+        source = f"data:{kind};base64,{b64encode(self.read_bytes()).decode()}"
+        if kind.startswith("video"):
+            return f'<video controls style="max-width:100%" src="{source}"></video>'
+        return f'<img style="max-width:100%" alt="{self.stem}" src="{source}">'
+
 
 def picture(
     motion: xr.Dataset,
@@ -35,7 +63,7 @@ def picture(
     run: xr.Dataset | None = None,
     frame_rate: float = 10.0,
 ) -> Path:
-    """Draw a `structure_motion` or `bead_motion` at one time, or all of it as an animation.
+    """Draw a `motion` at one time, or all of it as an animation.
 
     Bodies of revolution are cut along their axis; long ones are drawn horizontally, struck from the left. 3-D bodies
     are drawn to scale, from outside. Grey lines: the section at rest. Black lines: edges, and interfaces of materials.
@@ -44,7 +72,7 @@ def picture(
     Parameters
     ----------
     motion : xarray.Dataset
-        From `structure_motion` or `bead_motion`.
+        From `motion`.
     path : str or Path
         A .png, .pdf or .svg file of one time; or an animation of all times, a .gif, or an .mp4 (pip install
         "hertzlink[movie]").
@@ -79,21 +107,19 @@ def picture(
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 3, bead, impact_speed=0.1)
-    >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
-    >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
-    >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
-    >>> motion = hl.plots.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0, modes=2)
+    >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
+    >>> motion = hl.plots.motion(run, chain, times=[4e-6, 5e-6], beads=[1])
     >>> float(motion.von_mises.max()) > 1e6
     True
-    >>> hl.plots.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
+    >>> hl.plots.picture(motion, "body.png", time=5e-6)  # doctest: +SKIP
     NotebookPath('body.png')
     >>> hl.plots.picture(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
     NotebookPath('body.gif')
     """
     known_motion(motion)
-    target, rate = _target(path), positive("frame_rate", frame_rate, "1/s")
+    target, rate = file_to_write("path", path, SUFFIXES), positive("frame_rate", frame_rate, "1/s")
     write, dots = WRITERS.get(target.suffix.lower()), ANIMATION_DPI
     if write is None:
         number = _strongest(motion) if time is None else _nearest(motion, time)
@@ -104,12 +130,12 @@ def picture(
         raise ValueError(f'path = {str(path)!r}: .mp4 needs pip install "hertzlink[movie]"; .gif needs nothing')
     from coupling.plots.drawing import Drawing
 
-    with Drawing(motion, show, factor, highest, dots, run) as drawing, whole_file_by_name(target.absolute()) as part:
+    with Drawing(motion, show, factor, highest, dots, run) as drawing, whole_file_by_name(target) as part:
         if write is None:
             drawing.draw(0).savefig(part, dpi=dots)
         else:
             write(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
-    return target
+    return NotebookPath(path)
 
 
 def _write_gif(path: Path, images: Images, rate: float) -> None:
@@ -161,13 +187,71 @@ def _nearest(motion: xr.Dataset, time: float) -> int:
     return int(np.argmin(abs(moments - wanted)))
 
 
-def _target(path: str | Path) -> Path:
-    """Return the path; raise a ValueError if no such file can be written there."""
-    if not isinstance(path, str | Path):
-        raise ValueError(f"path = {path!r}: must be the name of a file")
-    target = NotebookPath(path)
-    if target.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"path = {str(path)!r}: must end in {' or '.join(SUFFIXES)}")
-    if not target.parent.is_dir() or target.is_dir():
-        raise ValueError(f"path = {str(path)!r}: must be a file in a folder that is there")
-    return target
+def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
+    """Write a `motion` for ParaView: motion_0000.vtu, ... and motion.pvd.
+
+    The files hold displacement (m), von Mises stress and, for beads, the stress components (Pa), and for each cell its
+    part. Cells stay quadratic. A body of revolution is written as its half-plane (r, 0, −z).
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        From `motion`.
+    folder : str or Path
+        The folder to write, completely or not at all. A folder that holds only an earlier motion is replaced.
+
+    Returns
+    -------
+    Path
+        The path of motion.pvd.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds other files, or cannot be written.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0, modes=2)
+    >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
+    >>> motion = hl.plots.motion(run, chain, times=[4e-6, 5e-6], beads=[1])
+    >>> hl.plots.write_vtu(motion, "paraview").name
+    'motion.pvd'
+    """
+    import meshio  # type: ignore[import-untyped]
+
+    known_motion(motion)
+    target = _folder(folder)
+    with whole_folder(target, lambda path: bool(OWN_FILES.fullmatch(path.name))) as temporary:
+        listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
+        collection = ElementTree.SubElement(listing, "Collection")
+        cells, parts = [(motion.attrs["cell_type"], motion.cells.values)], {"part": [motion.part.values]}
+        for number, moment in enumerate(motion.time.values.tolist()):
+            fields = {name: motion[name].values[number] for name in ("displacement", "von_mises")}
+            for which in motion.stress_component.values if "stress" in motion else ():
+                fields[f"{which}_stress"] = motion.stress.sel(stress_component=which).values[number]
+            name = f"motion_{number:04d}.vtu"
+            meshio.Mesh(motion.position.values, cells, fields, parts).write(temporary / name)
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(moment), part="0", file=name)
+        ElementTree.indent(listing)
+        ElementTree.ElementTree(listing).write(temporary / LISTING, encoding="utf-8", xml_declaration=True)
+    return Path(folder) / LISTING
+
+
+def _folder(folder: str | Path) -> Path:
+    """Return the folder; raise a ValueError if it cannot be written."""
+    if not isinstance(folder, str | Path):
+        raise ValueError(f"folder = {folder!r}: must be the name of a folder")
+    place = Path(folder).resolve()
+    if not place.parent.is_dir():
+        raise ValueError(f"folder = {str(folder)!r}: its parent folder does not exist")
+    if place.exists():
+        foreign = (
+            [] if not place.is_dir() else [path.name for path in place.iterdir() if not OWN_FILES.fullmatch(path.name)]
+        )
+        if not place.is_dir() or foreign or place == Path.cwd() or place in Path.cwd().parents:
+            held = f"holds {foreign[0]}" if foreign else "is no folder of an earlier motion"
+            raise ValueError(f"folder = {str(folder)!r}: {held}; name another")
+    return place

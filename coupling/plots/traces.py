@@ -8,9 +8,8 @@ import xarray as xr
 
 from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
-from coupling.results.measures import energy_error, sensor_force
+from coupling.results.measures import energies, energy_error, sensor_force
 from coupling.results.reading import Reading
-from coupling.results.waves import NoWave, ReflectedWave, Reflections
 from structures.checks import instance, positive, short, whole
 from structures.structure import Vector
 from structures.units import handy
@@ -239,16 +238,10 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     >>> print(hl.plots.energy(run).get_ylabel())
     energy (µJ)
     """
-    reading = Reading(run)
-    change = energy_error(run)
+    change, parts, reading = energy_error(run), energies(run), Reading(run)
     reading.check_one_run("contact_force")
-    complete = bool(run.structure_energy.notnull().all())
-    parts = {name: _summed(run[name]) for name in ENERGIES}
-    if not complete:
-        unknown = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
-        parts["structure_energy"] = _summed(unknown)
-        parts["structure_dissipated_energy"] *= 0.0
-    total = sum(parts.values()) - _summed(run.excitation_work)
+    complete, total = bool(run.structure_energy.notnull().all()), sum(parts.values())
+    del parts["driven"]
     factor, unit = handy(np.concatenate([part.values for part in (*parts.values(), total)]), "J")
     ax = axes_for(ax)
     for place, (name, values) in enumerate(parts.items()):
@@ -261,19 +254,6 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     styled(ax, "time (µs)", f"energy ({unit})")
     legend_below(ax)
     return ax
-
-
-def waves_in_words(waves: Reflections) -> dict[str, str]:
-    """Return each wave at a sensor in words: amplitude and arrival, AR and TOF, or why it is missing."""
-    words = {}
-    for name, wave in zip(waves._fields, waves, strict=True):
-        if isinstance(wave, ReflectedWave):
-            words[name] = f"AR {wave.amplitude_ratio:.3f}, TOF {1e6 * wave.time_of_flight:.1f} µs"
-        elif isinstance(wave, NoWave):
-            words[name] = f"none; {wave.reason}"
-        else:
-            words[name] = f"{wave.amplitude:.1f} N at {1e6 * wave.arrival:.1f} µs"
-    return words
 
 
 def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
@@ -305,7 +285,7 @@ def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str)
     except ValueError as error:
         ax.plot([], [], linestyle="none", label=f"{who}no AR and TOF: {error}")
         return
-    for (name, words), wave in zip(waves_in_words(waves).items(), waves, strict=True):
+    for (name, words), wave in zip(waves.in_words().items(), waves, strict=True):
         place = ([1e6 * wave.arrival], [wave.amplitude]) if wave else ([], [])
         ax.plot(
             *place, WAVE_MARKERS[name], color=colour, markersize=6.0, markerfacecolor="white", markeredgewidth=1.2,
@@ -326,8 +306,3 @@ def sensors_of(reading: Reading, sensors: Any) -> list[int]:
             raise ValueError("sensors = []: must name at least one bead")
         return numbers
     return [whole("sensors", sensors)]
-
-
-def _summed(values: xr.DataArray) -> xr.DataArray:
-    """Return the sum over chains or structures, where a run has several."""
-    return values.sum([axis for axis in values.dims if axis != "time"])

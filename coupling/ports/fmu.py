@@ -1,24 +1,35 @@
 """The chain as an FMU, for programs that support FMI 2.0 or 3.0; optional: `pip install "hertzlink[fmu]"`."""
 
+import importlib.metadata
+import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, fields, replace
 from importlib import import_module
+from inspect import isclass
+from math import isfinite
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from coupling.file_paths import path_of
+from coupling.files import plain
+from coupling.files.user_files import file_to_write
 from coupling.files.writing import whole_file_by_name
-from coupling.ports.fmu_content import pack
-from coupling.ports.guest import guest_chain
+from coupling.ports.guest import GuestState, guest_chain
+from particles.bead import Bead
 from particles.chain import Chain
-from particles.moving import MovingChain
+from particles.deformable.deformable_chain import DeformableChain
+from particles.deformable.vibration import vibration
+from particles.laws.law import ContactLaw
+from particles.laws.yielding import YieldingLaw
+from particles.moving import ChainState, MovingChain
 from particles.overloads import overloads, weaker
 from structures.caution import caution
 from structures.checks import instance, short, whole
+from structures.described import registered
 from structures.surface import Surface, hertz_stiffness
 
 UNIT_MODULE = "hertzlink_chain_{version}"
@@ -60,18 +71,7 @@ KITS = {2: "pythonfmu", 3: "pythonfmu3"}
 CONTENT_FILE = "chain.data"
 """File with the chain and the surface that it faces, next to the unit: plain data."""
 
-DOCUMENTATION = """<!doctype html>
-<html lang="en"><meta charset="utf-8"><title>hertzlink: a chain of beads</title>
-<h1>A chain of beads and its contact with a surface</h1>
-<p>Written by hertzlink, which must be installed in the Python that runs this unit.</p>
-<p>Input: <code>surface_displacement</code>, m, at the end of the next step, from static equilibrium, positive away from
-the chain. The surface moves linearly during the step.</p>
-<p>Outputs, N, above the static forces: <code>mean_contact_force</code> over the step, and at its end
-<code>contact_force</code> and <code>sensor_force[1]</code>, … Drive the structure with the mean force: then the
-interface creates no energy.</p>
-<p>Parameter, if the striker has one: <code>impact_speed</code>, m/s. It is fixed once the unit is initialised.</p>
-</html>
-"""
+DOCUMENTATION = Path(__file__).with_name("fmu.html")
 """The page that the standard foresees as documentation/index.html."""
 
 TRUSTED_FILE = "chain.trusted"
@@ -148,7 +148,8 @@ def write_fmu(
     """
     builder = _builder(fmi)
     _warn_of_yield(guest_chain(chain, surface, flexibility, dt))
-    target = _target(path)
+    target = file_to_write("path", path, [".fmu"])
+    _check_writable(target)
     if fmi == 2:
         _warn_of_folders(target.parent, Path(tempfile.gettempdir()))
     content = pack(chain, surface, flexibility, dt, instance("trust", trust, bool, "True or False"))
@@ -160,7 +161,7 @@ def write_fmu(
         part.with_name(content_file).write_bytes(content)
         documentation = part.with_name("documentation")
         documentation.mkdir()
-        (documentation / "index.html").write_text(DOCUMENTATION, encoding="utf-8")
+        shutil.copy(DOCUMENTATION, documentation / "index.html")
         with _imports_restored(script.stem):
             fmu = builder.build_FMU(
                 script,
@@ -199,22 +200,13 @@ def _builder(fmi: int) -> Any:
         raise ImportError(f'write_fmu needs {kit} ({error}): pip install "hertzlink[fmu]"') from error
 
 
-def _target(path: str | Path) -> Path:
-    """Return the file to write, or raise a ValueError."""
-    what = "name of a file that ends in .fmu"
-    named = path_of("path", path, what)
-    if named.suffix != ".fmu":
-        raise ValueError(f"path = {short(path)}: must be the {what}")
-    place = named.resolve()
-    if place.is_dir():
-        raise ValueError(f"path = {str(path)!r}: is a folder; name a file")
-    if not place.parent.is_dir():
-        raise ValueError(f"path = {str(path)!r}: its folder does not exist")
+def _check_writable(target: Path) -> None:
+    """Raise a ValueError where no file can be made next to a target, before the unit is built."""
     try:
-        with tempfile.TemporaryFile(dir=place.parent):
-            return place
+        with tempfile.TemporaryFile(dir=target.parent):
+            pass
     except OSError as error:
-        raise ValueError(f"path = {str(path)!r}: its folder cannot be written; {error.strerror}") from error
+        raise ValueError(f"path = {str(target)!r}: its folder cannot be written; {error.strerror}") from error
 
 
 def _warn_of_folders(*folders: Path) -> None:
@@ -237,3 +229,107 @@ def _imports_restored(module: str) -> Iterator[None]:
         sys.path[:] = path
         if not loaded:
             sys.modules.pop(module, None)
+
+
+@dataclass(frozen=True)
+class KnownLaws:
+    """The laws that a user's function gave to the pairs of bodies of a chain, in its place."""
+
+    pairs: tuple[tuple[Bead, Bead | Surface, ContactLaw], ...]
+
+    def __call__(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
+        """Return the law of a pair. Raises ValueError for one that the chain does not have."""
+        for first, second, law in self.pairs:
+            if (first, second) == (bead, facing):
+                return law
+        raise ValueError(f"law: knows no contact of {bead!r} with {facing!r}")
+
+
+HOMES = "particles.", "structures.damping", "structures.material", "structures.surface"
+TYPES = plain.own_types(
+    KnownLaws, *(of.target for of in registered() if isclass(of.target) and of.target.__module__.startswith(HOMES))
+)
+"""Everything that a chain consists of, unless a user defines a class of his own."""
+
+
+class UnitState(NamedTuple):
+    """The complete state of a unit: of its chain, its input, its parameter (None without one), its start time, s, and
+    whether it is initialised.
+    """
+
+    guest: GuestState
+    surface_displacement: float
+    impact_speed: float | None
+    begin: float
+    initialised: bool
+
+
+STATE_TYPES = plain.own_types(UnitState, GuestState, ChainState)
+
+
+def pack(chain: Chain, surface: Surface, flexibility: float, dt: float | None, trust: bool) -> bytes:
+    """Return the content as bytes. Raises ValueError where a part of it is no plain data, or another Python cannot find
+    it."""
+    content = {
+        "kind": type(chain).__name__,
+        "chain": _fields_of(chain, surface, flexibility, dt),
+        "facing": {"surface": surface, "flexibility": flexibility, "dt": dt},
+    }
+    try:
+        data = plain.to_bytes(content, TYPES, trust)
+    except plain.NotPlain as error:
+        hint = "define it in a module" if trust else "with trust=True it is pickled, if it is defined in a module"
+        raise ValueError(f"chain: does not fit into an FMU: it {error}; {hint}") from error
+    if trust and b"__main__" in data:
+        raise ValueError(
+            "chain: a class of your own must be defined in a module that the FMU's Python can import, not here"
+        )
+    return importlib.metadata.version("hertzlink").encode() + b"\n" + data
+
+
+def unpack(data: bytes, trust: bool) -> tuple[Chain, dict[str, Any]]:
+    """Return the chain, checked as any input, and what it faces. Raises ValueError for anything else."""
+    written, _, rest = data.partition(b"\n")
+    here = importlib.metadata.version("hertzlink")
+    if written != here.encode():
+        raise ValueError(f"the FMU's chain was written by hertzlink {short(written)}, not {here}: write the FMU again")
+    try:
+        content = plain.from_bytes(rest, TYPES, trust, checked=True)
+        chain_fields, facing, kind = dict(content["chain"]), dict(content["facing"]), content["kind"]
+    except (plain.Unreadable, KeyError, TypeError) as error:
+        raise ValueError(f"the FMU's chain is no plain data of hertzlink ({error})") from error
+    return {"Chain": Chain, "DeformableChain": DeformableChain}[kind](**chain_fields), facing
+
+
+def state_bytes(state: UnitState) -> bytes:
+    """Return the state of a unit as bytes."""
+    return plain.to_bytes(state, STATE_TYPES)
+
+
+def state_from(data: bytes) -> UnitState:
+    """Return the state in bytes. Raises ValueError for anything else."""
+    state = plain.from_bytes(data, STATE_TYPES)
+    if not (isinstance(state, UnitState) and isinstance(state.guest, GuestState)):
+        raise ValueError("state: is none of this unit")
+    speed = state.impact_speed
+    numbers = (state.surface_displacement, state.begin, *([] if speed is None else [speed]))
+    if not all(isinstance(number, int | float) and isfinite(number) for number in numbers):
+        raise ValueError("state: holds no finite displacement, start time or impact speed")
+    return state
+
+
+def _fields_of(chain: Chain, surface: Surface, flexibility: float, dt: float | None) -> Mapping[str, Any]:
+    """Return what builds the chain, with a function as a law replaced by the laws that it gives."""
+    chain_fields = {field.name: getattr(chain, field.name) for field in fields(chain) if field.init}
+    if chain_fields.get("vibrations") is vibration:
+        del chain_fields["vibrations"]
+    law = chain.law
+    if law is not None and not isinstance(law, ContactLaw | YieldingLaw):
+        laws: dict[tuple[Any, Any], ContactLaw] = {}
+
+        def noted(bead: Bead, facing: Bead | Surface) -> ContactLaw:
+            return laws.setdefault((bead, facing), law(bead, facing))
+
+        guest_chain(replace(chain, law=noted), surface, flexibility, dt)
+        chain_fields["law"] = KnownLaws(tuple((*pair, item) for pair, item in laws.items()))
+    return chain_fields

@@ -14,8 +14,7 @@ from typing import Any, ClassVar
 from xml.etree.ElementTree import Element, SubElement
 
 from coupling.files import plain
-from coupling.ports.fmu import CONTENT_FILE, TRUSTED_FILE
-from coupling.ports.fmu_content import UnitState, state_bytes, state_from, unpack
+from coupling.ports.fmu import CONTENT_FILE, TRUSTED_FILE, UnitState, state_bytes, state_from, unpack
 from coupling.ports.guest import advance, guest_chain, start
 from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
 from particles.chain import Chain

@@ -9,17 +9,17 @@ from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import xarray as xr
 
-from coupling.file_paths import path_of
+from coupling.files.user_files import path_of
 from coupling.plan import FEWEST_PER_CONTACT, SAME_TIME
 from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance, version_of
-from coupling.results.schema import variable
+from coupling.results.schema import run_coordinates, variable
 from coupling.run_checks import check_guest
 from particles.chain import Chain
 from particles.moving import MovingChain
@@ -46,6 +46,13 @@ SCHEME = re.compile(r"<coupling-scheme:(?P<kind>[\w-]+)[^>]*>.*?</coupling-schem
 
 MOST_ITERATIONS = re.compile(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"']")
 
+STILL, WEAK, RELATIVE = 2e-14, 1e-9, 1e-9
+"""Limits of convergence: of the displacement (m) and of the force (N), and their relative limit. preCICE refuses
+absolute limits of 1e-14 and less."""
+
+CONFIGURATION = Path(__file__).with_name("precice-config.xml")
+"""The template of a configuration."""
+
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 log = logging.getLogger("hertzlink.precice")
@@ -54,55 +61,63 @@ T = TypeVar("T")
 
 
 def run_in_precice(
-    chain: Chain,
-    surface: Surface,
+    body: Chain | Structure,
     configuration: str | Path,
+    surface: Surface | None = None,
     names: Mapping[str, str] | None = None,
     direction: Sequence[float] | None = None,
-    position: Sequence[float] | None = None,
+    positions: Sequence[Sequence[float]] | None = None,
     window: float | None = None,
     flexibility: float = 0.0,
     dt: float | None = None,
+    stepper: str | Stepper = "midpoint",
 ) -> xr.Dataset:
-    """Run a chain as a participant of a preCICE coupling, to its end.
+    """Run a chain, or a structure, as a participant of a preCICE coupling, to its end.
 
-    The mesh of the chain has one vertex. The chain reads the displacement of the surface (m, from static equilibrium)
-    and writes the mean force over preCICE's window so far (N, relative to the static one), both positive away from the
+    The mesh has a vertex for each contact, of a chain one. The chain reads the displacement of the surface (m, from
+    static equilibrium) and writes the mean force over preCICE's window so far (N, relative to the static one); a
+    structure reads the mean force and writes the displacement at the window's end. Both are positive away from the
     chain. The force is constant over preCICE's window, so configure waveform-degree="0" and substeps="false". Then the
-    interface creates no energy if the coupling is implicit.
+    interface creates no energy if the coupling is implicit. The other participant may be a program of the user's.
 
     Parameters
     ----------
-    chain : Chain
-        The chain.
-    surface : Surface
-        The surface that the chain touches; `structure.surface` for a Structure.
+    body : Chain or Structure
+        What to run; a large structure should be reduced, see `reduce`.
     configuration : str or Path
         The configuration file of preCICE, with a fixed time-window-size.
+    surface : Surface
+        The surface that a chain touches; `structure.surface` for a Structure.
     names : mapping, optional
-        Names in the configuration that differ from "participant": "Chain", "mesh": "Chain-Mesh", "displacement":
-        "Displacement", "force": "Force".
+        Names in the configuration that differ from "participant": "Chain" or "Structure", "mesh": "Chain-Mesh" or
+        "Structure-Mesh", "displacement": "Displacement", "force": "Force".
     direction : sequence of float, optional
         The direction in which the chain pushes, if the data are vectors; None if both are scalars.
-    position : sequence of float, optional
-        Position of the vertex, m; by default the origin.
+    positions : sequence, optional
+        Position of the vertex of each contact, m; of a single one by default the origin.
     window : float, optional
-        Longest step of the chain, s. The surface moves linearly over a step: preCICE's window, or an equal part of it
+        Longest step of a chain, s. The surface moves linearly over a step: preCICE's window, or an equal part of it
         no longer than `window`, which suits a displacement of waveform-degree 2 or more. By default preCICE's window;
         but 1/64 of a contact if that is longer than 1/8 of one, or left to the chain (method "first-participant").
     flexibility : float
-        Compliance in series with the contact, m/N; `structure.flexibility` for a Structure.
+        Compliance in series with a chain's contact, m/N; `structure.flexibility` for a Structure.
     dt : float, optional
-        Time step of the chain, s; see MovingChain.
+        Time step of a chain, s; see MovingChain.
+    stepper : str or callable
+        The time integration of a structure, see `stepping.MovingStructure`.
 
     Returns
     -------
     xarray.Dataset
-        A Dataset for `reflections` and the other measures. Of the energies it holds the work on the surface alone.
-        `evaluations` counts how often a window was tried, and `residual` is the last change of its force. The attribute
-        `warnings` holds the findings: windows that took all iterations that the configuration allows, which preCICE
-        accepts although they may not have converged; windows that are coarse; and those of every run. The attribute
-        `precice` names the version of preCICE.
+        Of a chain, a Dataset for `reflections` and the other measures. Of the energies it holds the work on the surface
+        alone. `evaluations` counts how often a window was tried, and `residual` is the last change of its force. The
+        attribute `warnings` holds the findings: windows that took all iterations that the configuration allows, which
+        preCICE accepts although they may not have converged; windows that are coarse; and those of every run.
+
+        Of a structure, over time and its contacts: `surface_displacement` (m), `mean_force` (N) over the window that
+        ends there, and `interface_work` (J).
+
+        The attribute `precice` names the version of preCICE.
 
     Raises
     ------
@@ -116,8 +131,8 @@ def run_in_precice(
     Notes
     -----
     After an error the coupling is ended, so that the other participant stops too. An error before the coupling begins,
-    such as a wrong direction, is shown at once; then the chain waits for the other participant, to end it. While
-    preCICE waits, Ctrl-C ends the process.
+    such as a wrong direction, is shown at once; then it waits for the other participant, to end it. While preCICE
+    waits, Ctrl-C ends the process.
 
     References
     ----------
@@ -129,21 +144,32 @@ def run_in_precice(
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 20, bead, impact_speed=0.31)
     >>> try:
-    ...     run = hl.run_in_precice(chain, hl.Surface(hl.ACRYLIC), "precice-config.xml")
+    ...     run = hl.run_in_precice(chain, "precice-config.xml", hl.Surface(hl.ACRYLIC))
     ... except (ImportError, ValueError) as error:  # pyprecice, or the configuration file, is missing
     ...     print("no coupling")
     no coupling
     """
-    moving = guest_chain(chain, surface, flexibility, dt)
+    instance("body", body, Chain | Structure, "a Chain or a Structure")  # type: ignore[arg-type]
+    if isinstance(body, Structure):
+        return _run_structure(body, configuration, names, direction, positions, stepper)
+    instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
+    return _run_chain(
+        guest_chain(body, cast(Surface, surface), flexibility, dt), configuration, names, direction, positions, window
+    )
+
+
+def _run_chain(
+    moving: MovingChain, configuration: str | Path, names: Any, direction: Any, positions: Any, window: float | None
+) -> xr.Dataset:
+    """Run a chain to the end of the coupling."""
     longest = None if window is None else positive("window", window, "s")
     called, file = _called(DEFAULT_NAMES, names), _file(configuration)
-    places = None if position is None else [position]
 
     def interface_of(participant: Any) -> _Interface:
-        return _Interface(participant, called, ("displacement", "force"), direction, places)
+        return _Interface(participant, called, ("displacement", "force"), direction, positions)
 
     windows, version = _coupled(called, file, interface_of, lambda interface: _exchange(moving, interface, longest))
-    inputs = {"chain": chain.describe(), "configuration": str(configuration), "names": called, "window": window}
+    inputs = {"chain": moving.chain.describe(), "configuration": str(configuration), "names": called, "window": window}
     data = _dataset(moving, windows, inputs).assign_attrs(precice=version)
     findings = windows.findings(moving, _most_iterations(file, called["participant"]))
     forces, velocity = data.contact_force.values, data.velocity.values
@@ -152,58 +178,10 @@ def run_in_precice(
     return with_warnings(data, findings)
 
 
-def run_structure_in_precice(
-    structure: Structure,
-    configuration: str | Path,
-    names: Mapping[str, str] | None = None,
-    direction: Sequence[float] | None = None,
-    positions: Sequence[Sequence[float]] | None = None,
-    stepper: str | Stepper = "midpoint",
+def _run_structure(
+    structure: Structure, configuration: str | Path, names: Any, direction: Any, positions: Any, stepper: str | Stepper
 ) -> xr.Dataset:
-    """Run a structure as a participant of a preCICE coupling, to its end.
-
-    The mesh of the structure has a vertex for each contact. The structure reads the mean force over the window (N) and
-    writes the displacement of the surface at its end (m), both positive away from the chain. The other participant may
-    be `run_in_precice`, or a program of the user's.
-
-    Parameters
-    ----------
-    structure : Structure
-        The structure; a large one should be reduced, see `reduce`.
-    configuration : str or Path
-        The configuration file of preCICE, with a fixed time-window-size.
-    names : mapping, optional
-        Names in the configuration that differ from "participant": "Structure", "mesh": "Structure-Mesh",
-        "displacement": "Displacement", "force": "Force".
-    direction : sequence of float, optional
-        The direction in which the chain pushes, if the data are vectors; None if both are scalars.
-    positions : sequence, optional
-        Position of the vertex of each contact, m; of a single one by default the origin.
-    stepper : str or callable
-        The time integration, see `stepping.MovingStructure`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over time and the contacts of the structure: `surface_displacement` (m), `mean_force` (N) over the window that
-        ends there, and `interface_work` (J). The attribute `precice` names the version of preCICE.
-
-    Raises
-    ------
-    ImportError
-        If pyprecice is missing.
-    ValueError
-        For bad input. Errors of preCICE are passed on.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> try:
-    ...     run = hl.run_structure_in_precice(hl.half_space(hl.ACRYLIC), "precice-config.xml")
-    ... except (ImportError, ValueError) as error:  # pyprecice, or the configuration file, is missing
-    ...     print("no coupling")
-    no coupling
-    """
+    """Run a structure to the end of the coupling."""
     moving = MovingStructure(structure, stepper)
     called, file = _called(STRUCTURE_NAMES, names), _file(configuration)
     count = len(moving.surfaces)
@@ -245,6 +223,24 @@ def run_structure_in_precice(
         "interface_work": ("time", np.array([0.0, *work]), {"units": "J", "long_name": "work on the structure"}),
     }
     return xr.Dataset(data, {"time": ("time", times, {"units": "s"})}, provenance(inputs) | {"precice": version})
+
+
+def precice_configuration(
+    chain: Chain, surface: Surface, until: float, flexibility: float = 0.0, window: float | None = None
+) -> str:
+    """Return the text of a configuration of preCICE 3 for a chain on a surface, by docs/interoperability.md.
+
+    until: length of the record, s. flexibility: in series with the contact, m/N. window: length of preCICE's windows,
+    s; by default 1/64 of a contact. Participants "Chain" and "Structure", serial-implicit, with Aitken's relaxation.
+    """
+    usual = guest_chain(chain, surface, flexibility).contact_time / STEPS_PER_CONTACT
+    return CONFIGURATION.read_text("utf-8").format(
+        chain=DEFAULT_NAMES["participant"], chain_mesh=DEFAULT_NAMES["mesh"],
+        structure=STRUCTURE_NAMES["participant"], structure_mesh=STRUCTURE_NAMES["mesh"],
+        force=DEFAULT_NAMES["force"], displacement=DEFAULT_NAMES["displacement"], STILL=STILL, WEAK=WEAK,
+        RELATIVE=RELATIVE, until=positive("until", until, "s"),
+        window=usual if window is None else positive("window", window, "s"),
+    )  # fmt: skip
 
 
 def _called(usual: Mapping[str, str], names: Mapping[str, str] | None) -> dict[str, str]:
@@ -458,8 +454,7 @@ def _places(positions: Sequence[Sequence[float]], count: int, dimensions: int) -
     """Return the positions of the vertices, m."""
     if len(positions) != count:
         raise ValueError(f"positions = {short(positions)}: must hold a position for each of the {count} contacts")
-    name = "position" if count == 1 else "positions[{}]"
-    return np.array([_vector(name.format(k), place, dimensions) for k, place in enumerate(positions)])
+    return np.array([_vector(f"positions[{k}]", place, dimensions) for k, place in enumerate(positions)])
 
 
 def _vector(name: str, value: Sequence[float], size: int) -> Vector:
@@ -504,11 +499,5 @@ def _dataset(moving: MovingChain, windows: _Windows, inputs: dict[str, Any]) -> 
         "residual": np.array(windows.residual),
     }
     variables = {name: variable(name, data) for name, data in values.items()}
-    coordinates = {
-        "time": ("time", times, {"units": "s"}),
-        "bead": ("bead", np.arange(moving.mass.size)),
-        "contact": ("contact", np.arange(1, moving.mass.size + 1)),
-        "centre": ("bead", moving.chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
-        "static_force": ("contact", moving.static_force, {"units": "N", "long_name": "preload"}),
-    }
+    coordinates = run_coordinates(times, moving.mass.size, moving.chain.centres, moving.static_force)
     return xr.Dataset(variables, coordinates, provenance(inputs))

@@ -4,7 +4,6 @@ The file is a line that says what it is, the SHA-256 of all that follows, what r
 """
 
 import hashlib
-import json
 import logging
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ from coupling.interface import Interface
 from coupling.kernels.records import REMEMBERED, Run
 from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
-from coupling.results.provenance import as_text, differences, unfolded, versions
+from coupling.results.provenance import as_text, differences, stored, versions
 from coupling.state import Counts, CoupledState, Differences, Ledger, Node
 from particles.moving import ChainState
 from structures.stepping import StructureState
@@ -100,17 +99,17 @@ class Keeper:
         if self.kept is None:
             self._write(frames, 0, progress)
             return progress
-        stored, self.kept = self.kept, None
+        earlier, self.kept = self.kept, None
         try:
-            row, (state, done, *_) = stored["row"], stored["progress"]
+            row, (state, done, *_) = earlier["row"], earlier["progress"]
             ended = done if isinstance(state, Run) else done // self.stride
-            if not 0 <= row == ended < frames.rows or not _fits(stored["progress"], progress):
+            if not 0 <= row == ended < frames.rows or not _fits(earlier["progress"], progress):
                 raise ValueError
-            frames.restore(row, stored["frames"])
+            frames.restore(row, earlier["frames"])
         except (AttributeError, LookupError, TypeError, ValueError):
             raise ValueError(f"{self.name}: {MISFIT}") from None
-        log.info("%s: continues after saved time %d of %d", self.name, stored["row"], frames.rows - 1)
-        return stored["progress"]
+        log.info("%s: continues after saved time %d of %d", self.name, earlier["row"], frames.rows - 1)
+        return earlier["progress"]
 
     def keep(self, frames: Frames, row: int, progress: Any, end: bool) -> None:
         """Write the frames up to a row and the progress, if it is time or the run ends."""
@@ -118,25 +117,17 @@ class Keeper:
             self._write(frames, row, progress)
 
     def _check_states(self, interface: Interface, states: Sequence[Any]) -> None:
+        """Raise a ValueError for a state that is no plain data: of a participant's start, or of its next state."""
         for structure, two in zip(interface.structures, states, strict=True):
-            try:
-                plain.check(two, self.types)
-            except plain.NotPlain:
-                if self.trust:
-                    continue
-                self._refuse(structure, two)
-
-    def _refuse(self, structure: Any, states: Sequence[Any]) -> None:
-        """Raise the ValueError of a state that is no plain data: of the participant's start, or of its next state."""
-        name = structure.name if isinstance(structure, CheckedParticipant) else type(structure).__name__
-        for state in states:
-            try:
-                plain.check(state, self.types)
-            except plain.NotPlain as error:
-                raise ValueError(
-                    f"{self.name}: the state of {name} {error}; make it {plain.WHAT}, named tuples and dataclasses, or "
-                    f"say trust=True, and it is pickled: {TRUST}"
-                ) from None
+            name = structure.name if isinstance(structure, CheckedParticipant) else type(structure).__name__
+            for state in () if self.trust else two:
+                try:
+                    plain.check(state, self.types)
+                except plain.NotPlain as error:
+                    raise ValueError(
+                        f"{self.name}: the state of {name} {error}; make it {plain.WHAT}, named tuples and "
+                        f"dataclasses, or say trust=True, and it is pickled: {TRUST}"
+                    ) from None
 
     def _write(self, frames: Frames, row: int, progress: Any) -> None:
         begin = monotonic()
@@ -174,16 +165,6 @@ class Keeper:
         except OSError as error:
             raise ValueError(f"{self.name}: cannot be read ({error}); name another file") from error
 
-    def _input_in(self, stored: str) -> dict[str, Any]:
-        """Return the run's input as the file holds it; raise a ValueError where it holds something else."""
-        try:
-            inputs = unfolded(json.loads(stored))
-        except (ValueError, RecursionError):
-            inputs = None
-        if not isinstance(inputs, dict) or not inputs:
-            raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
-        return inputs
-
     def _read_from(self, file: BinaryIO) -> dict[str, Any]:
         if file.read(len(HEAD)) != HEAD:
             raise ValueError(f"{self.name}: is no checkpoint of this version of hertzlink; name another file")
@@ -191,9 +172,11 @@ class Keeper:
         if _sum_of_rest(file) != expected:
             raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
         file.seek(len(HEAD) + SUM)
-        stored = file.readline().decode(errors="replace").rstrip("\n")
-        if stored != self.run:
-            other = list(differences(self._input_in(stored), unfolded(json.loads(self.run))))
+        text = file.readline().decode(errors="replace").rstrip("\n")
+        if text != self.run:
+            if not (its_input := stored(text)):
+                raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
+            other = list(differences(its_input, stored(self.run)))
             named = ", ".join([text for text in other if not text.startswith("numbers")] or other)
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"

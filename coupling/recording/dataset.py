@@ -11,7 +11,7 @@ from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import as_text, provenance
-from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, variable
+from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, run_coordinates, variable
 from particles.deformable.deformable_chain import MovingDeformableChain
 from structures.structure import Vector
 
@@ -178,26 +178,8 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
         return np.stack(filled) if several else filled[0]
 
     energy = np.array([chain.chain.impact_energy for chain in chains])
-    coordinates: dict[str, Any] = {
-        "time": ("time", times, {"units": "s"}),
-        "bead": ("bead", np.arange(bodies)),
-        "contact": ("contact", np.arange(1, bodies + 1)),
-        "centre": (
-            [*several, "bead"],
-            joined([chain.chain.centres for chain in chains]),
-            {"units": "m", "long_name": "centre, from the struck end"},
-        ),
-        "impact_energy": (
-            several,
-            energy if several else float(energy[0]),
-            {"units": "J", "long_name": "energy of the excitation"},
-        ),
-        "static_force": (
-            [*several, "contact"],
-            joined([chain.static_force for chain in chains]),
-            {"units": "N", "long_name": "preload"},
-        ),
-    }
+    centres, forces = joined([chain.chain.centres for chain in chains]), joined([c.static_force for c in chains])
+    coordinates = run_coordinates(times, bodies, centres, forces, energy if several else float(energy[0]), several)
     if several:
         coordinates["chain"] = ("chain", np.arange(len(chains)))
     if interface.size > 1:

@@ -14,7 +14,7 @@ from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
 from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
-from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_missing
+from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, series_of, why_missing
 from structures.caution import caution
 from structures.checks import count_of, not_negative, one_of, positive, whole
 from structures.structure import Vector
@@ -119,12 +119,11 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     if earliest and not reading.is_signal:
         raise ValueError(f"earliest = {earliest!r}: must be 0 for a run, whose contacts show where waves go")
     if reading.is_signal:
-        signal = _one(measured(reading, sensor))
+        signal = _one(reading.measured(sensor))
         incident, back = _of_signal(reading.time, signal, smallest, (0, 1, 2), sensor, earliest)
     else:
         series = series_of(reading, sensor)
-        if series.axes:
-            raise ValueError(_several(series.axes[0]))
+        _check_one(series.axes)
         incident, back = _objects(find_waves(reading.time, series, smallest, len(Reflections._fields)), 0)
         back = _with_margins(back, run, sensor)
     _warn_of_ends(reading, sensor)
@@ -273,7 +272,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
             back = _of_signal(reading.time, force, SMALLEST_WAVE, (0, 1 + place), sensor)[1]
             return float(getattr(back[place], what)) if len(back) > place else float("nan")
 
-        values_of_signal = xr.apply_ufunc(one, measured(reading, sensor), input_core_dims=[["time"]], vectorize=True)
+        values_of_signal = xr.apply_ufunc(one, reading.measured(sensor), input_core_dims=[["time"]], vectorize=True)
     else:
         series = series_of(reading, sensor)
         many = find_waves(reading.time, series, SMALLEST_WAVE, 2 + place)
@@ -289,27 +288,27 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 def _first_arrival(reading: Reading, sensor: int, name: str) -> float:
     """Return when the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
     if reading.is_signal:
-        force = _one(measured(reading, sensor, name))
+        force = _one(reading.measured(sensor, name))
         incident = _of_signal(reading.time, force, SMALLEST_WAVE, (0,), sensor)[0]
         return float("nan") if incident is None else incident.arrival
     series = series_of(reading, sensor, name)
-    if series.axes:
-        raise ValueError(_several(series.axes[0]))
+    _check_one(series.axes)
     return float(find_waves(reading.time, series, SMALLEST_WAVE, 1).arrival[0, 0])
 
 
 def _one(force: xr.DataArray) -> Vector:
     """Return the samples of one signal, or raise a ValueError for several."""
-    if axes := [axis for axis in force.dims if axis != "time"]:
-        raise ValueError(_several(str(axes[0])))
+    _check_one([str(axis) for axis in force.dims if axis != "time"])
     return np.asarray(force.values)
 
 
-def _several(axis: str) -> str:
-    """Return the error for a sweep."""
-    return (
-        f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with run.isel({axis}=0)"
-    )
+def _check_one(axes: Sequence[str]) -> None:
+    """Raise a ValueError for a sweep."""
+    for axis in axes[:1]:
+        raise ValueError(
+            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
+            f"run.isel({axis}=0)"
+        )
 
 
 def _of_signal(

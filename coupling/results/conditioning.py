@@ -1,5 +1,6 @@
 """Conditioning of measured signals: offset, mains hum, clipped samples and noise, each step recorded in a sentence."""
 
+from collections.abc import Mapping
 from math import pi, sqrt
 from typing import NamedTuple
 
@@ -107,14 +108,10 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
         sentences += [f"Sensor {sensor}: {text}." for text in [*channel.done, *channel.cautions]]
         for text in channel.cautions:
             caution(f"condition: sensor {sensor}: {text}")
-    rows = xr.DataArray(
-        np.stack([channel.force for channel in conditioned.values()], axis=1),
-        dims=("time", "sensor"), coords=signal.sensor_force.coords, attrs=signal.sensor_force.attrs,
-    )  # fmt: skip
+    forces = {sensor: channel.force for sensor, channel in conditioned.items()}
     noises = [channel.noise for channel in conditioned.values()]
-    result = with_noise(signal.assign(sensor_force=rows), noises, "standard deviation of a sample")
-    result.attrs["conditioning"] = "\n".join(sentences)
-    return result
+    result = with_noise(signal, forces, noises, "standard deviation of a sample")
+    return result.assign_attrs(conditioning="\n".join(sentences))
 
 
 def checked_signal(name: str, signal: xr.Dataset) -> xr.Dataset:
@@ -125,9 +122,10 @@ def checked_signal(name: str, signal: xr.Dataset) -> xr.Dataset:
     return signal
 
 
-def with_noise(signal: xr.Dataset, noises: list[float], label: str) -> xr.Dataset:
-    """Return the signal with the variable noise, N, over sensor."""
-    return signal.assign(noise=("sensor", noises, {"units": "N", "long_name": label}))
+def with_noise(signal: xr.Dataset, forces: Mapping[int, Vector], noises: list[float], label: str) -> xr.Dataset:
+    """Return the signal with other forces at its sensors, N, and the variable noise, N, over sensor."""
+    rows = signal.sensor_force.transpose("time", "sensor").copy(data=np.stack([*forces.values()], axis=1))
+    return signal.assign(sensor_force=rows, noise=("sensor", noises, {"units": "N", "long_name": label}))
 
 
 def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditioned:

@@ -29,12 +29,6 @@ class CriticalDistance(NamedTuple):
     low, high : float or DataArray
         The ends of the bracket, m. If the value is NaN, low is a lower bound and high is infinite. If AR is within the
         tolerance at all distances, value and high are the smallest of them, an upper bound, and low is 0.
-
-    Examples
-    --------
-    >>> from coupling.results.critical_distance import CriticalDistance
-    >>> CriticalDistance(value=0.025, low=0.02, high=0.03).high
-    0.03
     """
 
     value: Number

@@ -6,8 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.results.contact_forces import contact_forces
-from coupling.results.reading import Reading
+from coupling.results.reading import Reading, contact_forces
 from coupling.results.schema import Contact
 from structures.caution import caution
 from structures.checks import positive

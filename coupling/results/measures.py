@@ -1,9 +1,11 @@
 """Measures of a run, a sweep or a signal: forces, contact times and energies. `ar_and_tof` measures AR and TOF."""
 
+from typing import Any
+
 import xarray as xr
 
 from coupling.results.peaks import incident_passage, interpolated
-from coupling.results.reading import Reading, number_or_array, without_padding
+from coupling.results.reading import Reading, force_of_last, number_or_array
 from structures.checks import positive
 from structures.structure import Vector
 
@@ -44,7 +46,7 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     """
     reading = Reading(run)
     if reading.is_signal:
-        force: xr.DataArray = run.sensor_force.sel(sensor=reading.measured_sensor(sensor)).reset_coords(drop=True)
+        force = reading.measured(sensor)
     else:
         above, below = reading.contact_pair(sensor)
         force = 0.5 * (above + below)
@@ -148,7 +150,7 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     time = run.time.values
 
     def one(forces: Vector) -> float:
-        force = without_padding(forces)[-1]
+        force = force_of_last(forces)
         level = threshold * force.max()
         above = force > level
         start = int(above.argmax())
@@ -204,17 +206,27 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     >>> hl.energy_error(run) < 1e-4
     True
     """
+    total = sum(energies(run).values())
+    change = abs(total - total.isel(time=0)).max("time") / _summed(run.impact_energy)
+    return number_or_array(change.reset_coords(drop=True), "1", "energy error")
+
+
+def energies(run: xr.Dataset) -> dict[str, Any]:
+    """Return the parts of the total energy over time, J, as `energy_error` sums them; driven: the work put in, < 0.
+
+    Raises a ValueError as `energy_error` does.
+    """
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_whole()
     reading.check_holds(("kinetic_energy", "structure_work"))
-    of_chains = run.kinetic_energy + run.contact_energy + run.dissipated_energy - run.excitation_work
-    of_structures = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
-    total = _summed(of_chains, "chain") + _summed(of_structures, "structure")
-    change = abs(total - total.isel(time=0)).max("time") / _summed(run.impact_energy, "chain")
-    return number_or_array(change.reset_coords(drop=True), "1", "energy error")
+    lost = run.structure_dissipated_energy.where(run.structure_energy.notnull(), 0.0)
+    parts = {name: run[name] for name in ("kinetic_energy", "contact_energy", "dissipated_energy")}
+    parts |= {"structure_energy": run.structure_energy.fillna(run.structure_work), "structure_dissipated_energy": lost}
+    return {name: _summed(part) for name, part in {**parts, "driven": -run.excitation_work}.items()}
 
 
-def _summed(values: xr.DataArray, dimension: str) -> xr.DataArray:
+def _summed(values: xr.DataArray) -> xr.DataArray:
     """Return the sum over chains or structures, where a run has several."""
-    return values.sum(dimension) if dimension in values.dims else values
+    several = [axis for axis in ("chain", "structure") if axis in values.dims]
+    return values.sum(several) if several else values

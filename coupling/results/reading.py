@@ -5,6 +5,7 @@ All measures, checks and pictures read a Dataset through `Reading`. It needs no 
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,6 +20,8 @@ ALL_KEPT = "by CoSimulation.run without sensors, which keeps everything"
 """What makes a Dataset of more than sensors."""
 
 WHAT = "the Dataset of a run, a sweep or a signal"
+
+OF_CONTACTS = ("contact_force", "surface_displacement")
 
 
 class Reading:
@@ -50,11 +53,6 @@ class Reading:
         """The saved times, s."""
         return np.asarray(self.data.variables["time"].values)
 
-    @property
-    def time_step(self) -> float:
-        """The mean interval between saved times, s."""
-        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
-
     @cached_property
     def beads(self) -> list[int]:
         """The number of beads of each chain."""
@@ -66,6 +64,11 @@ class Reading:
     def kept(self) -> set[int]:
         """The numbers of the contacts that it holds, of the longest chain if there are several."""
         return set(self.data.variables["contact"].values[self._there.any(axis=0)].tolist())
+
+    @property
+    def whole_beads(self) -> list[int]:
+        """The beads both of whose contacts it holds."""
+        return [n for n in sorted(self.kept) if n > 0 and n + 1 in self.kept]
 
     @cached_property
     def contacts(self) -> list[Contact]:
@@ -106,22 +109,21 @@ class Reading:
             beads = max(self.kept, default=0) - 1
             if beads < 1 or len(self.kept) < 2:
                 raise ValueError("run: must hold the forces of both contacts of a sensor's bead")
-            whole_beads = [n for n in sorted(self.kept) if n > 0 and n + 1 in self.kept]
-            if len(whole_beads) < (max(self.beads) if self.at_sensors else beads):
-                raise ValueError(
-                    f"{name} = {sensor!r}: was not kept; must be one of {', '.join(map(str, whole_beads))}"
-                )
+            if len(self.whole_beads) < (max(self.beads) if self.at_sensors else beads):
+                beads_kept = ", ".join(map(str, self.whole_beads))
+                raise ValueError(f"{name} = {sensor!r}: was not kept; must be one of {beads_kept}")
             raise ValueError(f"{name} = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
         self._warn_of_shorter_chains(number)
         return number
 
-    def measured_sensor(self, sensor: int, name: str = "sensor") -> int:
-        """Return the number of a sensor of a signal, or raise a ValueError."""
+    def measured(self, sensor: int, name: str = "sensor") -> xr.DataArray:
+        """Return the force at a sensor of a signal, N; raise a ValueError for one that was not measured."""
         number = whole(name, sensor)
         sensors = self.data.sensor.values.tolist()
         if number not in sensors:
             raise ValueError(f"{name} = {sensor!r}: must be one that was measured: {', '.join(map(str, sensors))}")
-        return number
+        force: xr.DataArray = self.data.sensor_force.sel(sensor=number).reset_coords(drop=True)
+        return force
 
     def position(self, sensor: int) -> float:
         """Return where a sensor bead lies along the chain, m, or a ValueError where the signal does not hold it."""
@@ -196,6 +198,13 @@ def without_padding(force: Vector) -> Vector:
     return recorded
 
 
+def force_of_last(force: Vector) -> Vector:
+    """Return the force of the last contact that a chain has, contacts × time; NaN of a run that failed."""
+    recorded = without_padding(force)
+    last: Vector = recorded[-1] if len(recorded) else force[-1]
+    return last
+
+
 def at_end(values: xr.DataArray, end: int = LAST) -> Vector:
     """Return of a variable over the contacts of one chain the values at its last contact, or at the first."""
     forces = values.transpose("contact", ...).values
@@ -209,3 +218,31 @@ def number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.
         return float(values)
     values.attrs = {"units": units, "long_name": label}
     return values
+
+
+class ContactForces(NamedTuple):
+    """The K contacts; their forces on the structures (N, time × K), preload included, and their preloads (N, K)."""
+
+    contacts: list[Contact]
+    force: Vector
+    static: Vector
+
+
+def contact_forces(run: object) -> ContactForces:
+    """Return the K contacts of one run. Raises ValueError for signals, sweeps, and for one chain of several."""
+    reading = Reading(run, "the Dataset of a run")
+    reading.check_holds(OF_CONTACTS)
+    reading.check_one_run(*OF_CONTACTS)
+    reading.check_whole("chain")
+    force, static = reading.data.contact_force, reading.data.static_force
+    return ContactForces(
+        reading.contacts,
+        np.stack([_of(force, contact) for contact in reading.contacts], axis=-1),
+        np.array([_of(static, contact) for contact in reading.contacts]),
+    )
+
+
+def _of(values: xr.DataArray, contact: Contact) -> Vector:
+    """Return the values at one contact between a chain and a structure."""
+    chain = values.isel(chain=contact.chain) if "chain" in values.dims else values
+    return at_end(chain, contact.end)

@@ -5,8 +5,10 @@ dimensions "chain", "interface" and "structure" exist where a run has several of
 one are padded with NaN; `coupling.results.reading` removes the padding.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 
 LAST, FIRST = 0, 1
@@ -108,6 +110,22 @@ def kind_of(data: xr.Dataset) -> str:
 def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:
     """Return the dimensions that a variable of one run does not have: the axes of a sweep."""
     return [str(axis) for axis in values.dims if axis not in COORDINATES]
+
+
+def run_coordinates(
+    times: Any, bodies: int, centres: Any, static_force: Any, impact_energy: Any = None, owner: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the coordinates of a run of so many bodies a chain, SI units; owner: "chain" where it has several."""
+    coordinates: dict[str, Any] = {
+        "time": ("time", times, {"units": "s"}),
+        "bead": ("bead", np.arange(bodies)),
+        "contact": ("contact", np.arange(1, bodies + 1)),
+        "centre": ([*owner, "bead"], centres, {"units": "m", "long_name": "centre, from the struck end"}),
+        "static_force": ([*owner, "contact"], static_force, {"units": "N", "long_name": "preload"}),
+    }
+    if impact_energy is not None:
+        coordinates["impact_energy"] = owner, impact_energy, {"units": "J", "long_name": "energy of the excitation"}
+    return coordinates
 
 
 def variable(name: str, values: Any, *owner: str, description: str = "") -> tuple[list[str], Any, dict[str, str]]:

@@ -99,11 +99,11 @@ class ScopeFile:
         self._is_cut = bool(every[-1].strip())
         self._quoted, self._doubled = '"' in text, False
         tried = self._spread(TRIED)
-        scores = [sum(_share(self._cells(line, d), columns) for line in tried) for d in DELIMITERS]
+        scores = [sum(_share(_split(line, d), columns) for line in tried) for d in DELIMITERS]
         if not max(scores):
             raise ValueError(f"{path}: {self._unreadable(columns)}")
         self.delimiter = DELIMITERS[int(np.argmax(scores))]
-        rows = [self._cells(line, self.delimiter) for line in tried]
+        rows = [_split(line, self.delimiter) for line in tried]
         self.width = Counter(len(row) for row in rows if _holds(row, columns)).most_common(1)[0][0]
         self._doubled = self.delimiter == "," and self._halves(rows)
         if self._doubled:
@@ -248,21 +248,13 @@ class ScopeFile:
 
     def _rows(self, lines: Sequence[str]) -> list[list[str]]:
         """Return the cells of each line."""
-        quoted = self._quoted and self.delimiter is not None
-        rows = _quoted(lines, self.delimiter) if quoted else [line.split(self.delimiter) for line in lines]
+        rows = _quoted(lines, self.delimiter) if self._quoted else [line.split(self.delimiter) for line in lines]
         return [_joined(row) for row in rows] if self._doubled else rows
-
-    def _cells(self, line: str, delimiter: str | None) -> list[str]:
-        cells = _split(line, delimiter)
-        return _joined(cells) if self._doubled else cells
 
     def _spread(self, most: int) -> list[str]:
         """Return some lines, from all over the file."""
-        return (
-            [self.lines[i] for i in np.unique(np.linspace(0, len(self.lines) - 1, most).astype(int))]
-            if self.lines
-            else []
-        )
+        last = len(self.lines) - 1
+        return [self.lines[i] for i in sorted({*np.linspace(0, last, most).astype(int).tolist()}) if last >= 0]
 
     def _halves(self, rows: list[list[str]]) -> bool:
         """Return whether decimal commas have cut each number of unquoted columns in two, such as "-100,0,0,0540"."""
@@ -369,7 +361,7 @@ def decoded(content: bytes) -> str:
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:
-    return _quoted([line], delimiter)[0] if '"' in line and delimiter is not None else line.split(delimiter)
+    return _quoted([line], delimiter)[0] if '"' in line else line.split(delimiter)
 
 
 def _header_cells(line: str, delimiter: str | None) -> list[str]:
@@ -381,9 +373,11 @@ def _header_cells(line: str, delimiter: str | None) -> list[str]:
 
 def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
     """Return the cells of lines with quotes; of a line where one opens and is not closed without them."""
+    if delimiter is None:
+        return [line.split() for line in lines]
     closed = [line if line.count('"') % 2 == 0 else line.replace('"', "") for line in lines]
     try:
-        rows = [*csv.reader(closed, delimiter=delimiter or ",", skipinitialspace=True)]
+        rows = [*csv.reader(closed, delimiter=delimiter, skipinitialspace=True)]
     except csv.Error:
         rows = []
     return rows if len(rows) == len(lines) else [line.replace('"', "").split(delimiter) for line in lines]

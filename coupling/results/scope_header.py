@@ -16,55 +16,35 @@ SI = {"s": TIME, "V": FORCE, "N": FORCE}
 NAMES_OF_LINES = 3
 """Lines directly above the samples that may name columns and their units."""
 
-INTERVALS = {
-    *("increment", "xinc", "xincr", "xincrement", "timeincrement", "deltax", "dx", "deltat", "dt", "hresolution"),
-    *("sampleinterval", "samplinginterval", "sampleperiod", "samplingperiod", "sampletime", "samplingtime", "timestep"),
-    *(
-        "timeinterval",
-        "tinterval",
-        "wfincrement",
-        "horizinterval",
-        "horizontalinterval",
-        "tinc",
-        "timebaseinterval",
-        "timeresolution",
-    ),
-}
+INTERVALS = set(
+    """
+    increment xinc xincr xincrement timeincrement deltax dx deltat dt hresolution sampleinterval samplinginterval
+    sampleperiod samplingperiod sampletime samplingtime timestep timeinterval tinterval wfincrement horizinterval
+    horizontalinterval tinc timebaseinterval timeresolution
+    """.split()  # noqa: SIM905
+)
 RATES = {"samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplingfreq", "fs", "sampfreq"}
-STARTS = {
-    *("start", "xzero", "x0", "xorigin", "xorg", "xstart", "hoffset", "starttime", "horizoffset", "horizontaloffset"),
-    *("timestart", "tstart", "t0"),
-}
-COUNTS = {
-    *("recordlength", "segmentsize", "memorylength", "blocksize", "samplecount", "numberofsamples", "samples"),
-    *("points", "npoints", "numberofpoints", "numpoints", "recordsize", "noofsamples", "noofpoints"),
-}
-TIME_UNITS = {
-    "horizontalunits",
-    "horizontalunit",
-    "xunits",
-    "xunit",
-    "xaxisunit",
-    "hunit",
-    "timeunit",
-    "timeunits",
-    "xunitlabel",
-}
-FORCE_UNITS = {
-    *(
-        "verticalunits",
-        "verticalunit",
-        "yunits",
-        "yunit",
-        "yaxisunit",
-        "vunit",
-        "yunitlabel",
-        "amplitudeunit",
-        "signalunit",
-    ),
-    "unit",
-    "units",
-}
+STARTS = set(
+    """
+    start xzero x0 xorigin xorg xstart hoffset starttime horizoffset horizontaloffset timestart tstart t0
+    """.split()  # noqa: SIM905
+)
+COUNTS = set(
+    """
+    recordlength segmentsize memorylength blocksize samplecount numberofsamples samples points npoints
+    numberofpoints numpoints recordsize noofsamples noofpoints
+    """.split()  # noqa: SIM905
+)
+TIME_UNITS = set(
+    """
+    horizontalunits horizontalunit xunits xunit xaxisunit hunit timeunit timeunits xunitlabel
+    """.split()  # noqa: SIM905
+)
+FORCE_UNITS = set(
+    """
+    verticalunits verticalunit yunits yunit yaxisunit vunit yunitlabel amplitudeunit signalunit unit units
+    """.split()  # noqa: SIM905
+)
 KEYS = INTERVALS | RATES | STARTS | COUNTS | TIME_UNITS | FORCE_UNITS
 """Words of lines such as "Sample Interval,5e-07", without blanks and signs."""
 

@@ -87,9 +87,8 @@ def calibration_factor(
     """
     share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
     momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")
-    t, v = trace("time", time, "s"), trace("voltage", voltage, "V")
-    if t.size != v.size:
-        raise ValueError(f"voltage: holds {count_of(v.size, 'number')}, must be as many as time, {t.size}")
+    t = trace("time", time, "s")
+    v = trace("voltage", voltage, "V", t.size)
     if not (np.diff(t) > 0.0).all():
         raise ValueError("time: must increase from sample to sample")
     v = v - np.median(v[: quiet_lead("voltage", v)])
@@ -111,14 +110,17 @@ def calibration_factor(
     return momentum / float(scipy.integrate.trapezoid(np.interp(until, t, v), until))
 
 
-def trace(name: str, values: ArrayLike, unit: str) -> Vector:
-    """Return `values` as an array of at least 16 finite numbers in an SI unit, or raise a ValueError."""
+def trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
+    """Return `values` as an array of at least 16 finite numbers in an SI unit, as many as times if their count is
+    stated, or raise a ValueError."""
     array = in_si_units(name, values, unit)
     if array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
     bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:
         raise ValueError(f"{name}[{bad[0]}] = {array[bad[0]]}: must be a finite number")
+    if count and array.size != count:
+        raise ValueError(f"{name}: holds {count_of(array.size, 'number')}, must be as many as time, {count}")
     return array
 
 

@@ -15,7 +15,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL, kind_of
 from coupling.results.sensor import trace
 from coupling.results.signals import as_signal
-from structures.checks import count_of, instance, listed, whole
+from structures.checks import instance, listed, whole
 from structures.described import described
 from structures.quantities import Interval, Quantity
 from structures.structure import Vector
@@ -175,9 +175,8 @@ def _gains(ratio: float) -> tuple[float, float]:
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
     """Return equal time steps and a force of as many numbers, or raise a ValueError."""
-    moments, values = trace("time", time, "s"), trace("force", force, "N")
-    if moments.size != values.size:
-        raise ValueError(f"force: holds {count_of(values.size, 'number')}, must be as many as time, {moments.size}")
+    moments = trace("time", time, "s")
+    values = trace("force", force, "N", moments.size)
     steps = np.diff(moments)
     if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
         raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")

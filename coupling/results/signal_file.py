@@ -115,26 +115,32 @@ def read_trace(
         else:
             piece, in_column = _by_column(path, file, samples, column, sampling, in_column)
         notes += [note for note in piece.notes if note not in notes]
-        present = piece.rows >= 0
-        pieces[column] = (
-            piece.time,
-            {
-                sensor: np.where(present, values[np.where(present, piece.rows, 0)], np.nan)
-                for sensor, values in in_column.items()
-            },
-        )
+        pieces[column] = piece.time, {n: unit_of[n].size * _at_rows(row, piece.rows) for n, row in in_column.items()}
     time, values = _common(path, pieces, notes)
     for sensor, column in column_of.items():
         notes += _missing(file, samples, sensor, column, values[sensor])
-    first, last = _span(values)
-    if first or last < time.size:
-        ends = {"first": first, "last": time.size - last}
+    names = {sensor: samples.header.name(column) for sensor, column in column_of.items()}
+    return _trimmed(Trace(time, values, {s: unit.si for s, unit in unit_of.items()}, notes, names))
+
+
+def _at_rows(values: Vector, rows: Rows) -> Vector:
+    """Return the values in some rows; NaN for a sample that is lost."""
+    return np.where(rows >= 0, values[np.maximum(rows, 0)], np.nan)
+
+
+def _trimmed(trace: Trace) -> Trace:
+    """Return a trace without samples at its ends that no sensor has, and doubts about its unit."""
+    notes, size = [*trace.notes], trace.time.size
+    present: NDArray[np.bool_] = np.any(np.isfinite(np.stack([*trace.columns.values()])), axis=0)
+    first, last = int(present.argmax()), size - int(present[::-1].argmax())
+    if first or last < size:
+        ends = {"first": first, "last": size - last}
         empty = " and ".join(f"the {end} {count}" for end, count in ends.items() if count)
         notes.append(f"{empty} samples hold no values, and were left out")
-    scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
-    notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, unit in unit_of.items() if unit.si == "V" and _are_whole(scaled[s])]
-    names = {sensor: samples.header.name(column) for sensor, column in column_of.items()}
-    return Trace(time[first:last], scaled, {s: unit.si for s, unit in unit_of.items()}, notes, names)
+    columns = {sensor: values[first:last] for sensor, values in trace.columns.items()}
+    whole_volts = [s for s, unit in trace.units.items() if unit == "V" and _are_whole(columns[s])]
+    notes += [f"sensor {sensor}: {WHOLE_VOLTS}" for sensor in whole_volts]
+    return trace._replace(time=trace.time[first:last], columns=columns, notes=notes)
 
 
 def _of_recording(
@@ -164,18 +170,13 @@ def _of_recording(
         )
         its_unit = _unit(path, header, 1, FORCE, unit)
         units[sensor], even = its_unit.si, _times(path, channel.time, header, values.size, sampling)
-        present = even.rows >= 0
-        pieces[column] = (
-            even.time,
-            {sensor: np.where(present, its_unit.size * values[np.maximum(even.rows, 0)], np.nan)},
-        )
+        pieces[column] = even.time, {sensor: its_unit.size * _at_rows(values, even.rows)}
         notes += [note for note in even.notes if note not in notes]
         if lost := int((~np.isfinite(pieces[column][1][sensor])).sum()):
             notes.append(f"sensor {sensor}: {count_of(lost, 'sample is', 'samples are')} missing, and NaN")
     time, rows = _common(path, pieces, notes)
-    first, last = _span(rows)
     names_of = {sensor: recording.channels[column - 1].name for sensor, column in column_of.items()}
-    return Trace(time[first:last], {sensor: row[first:last] for sensor, row in rows.items()}, units, notes, names_of)
+    return _trimmed(Trace(time, rows, units, notes, names_of))
 
 
 def _times(path: Path, time: Vector | None, header: Header, count: int, sampling: Sampling) -> Even:
@@ -434,12 +435,6 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
         f"sensor {sensor}: {samples_are} beyond the scope's range or missing, and NaN: "
         f"{', '.join(map(repr, words[:NAMED]))} from line {samples.lines[bad[0]]} on"
     ]
-
-
-def _span(values: Mapping[int, Vector]) -> tuple[int, int]:
-    """Return the first and last sample with a value of any sensor."""
-    present: NDArray[np.bool_] = np.any(np.isfinite(np.stack([*values.values()])), axis=0)
-    return int(present.argmax()), present.size - int(present[::-1].argmax())
 
 
 def _common(

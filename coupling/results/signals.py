@@ -1,6 +1,6 @@
 """Measured signals: the Dataset of a run's sensors, made from arrays or read from an oscilloscope's file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,10 @@ from coupling.results.scope_header import FORCE, TIME, quantity_of
 from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, trace
 from coupling.results.signal_file import Sampling, read_trace
 from structures.caution import caution, collected
-from structures.checks import count_of, finite, instance, not_negative, one_of, positive, short, whole
+from structures.checks import finite, instance, not_negative, one_of, positive, short, whole
 from structures.quantities import Likely
 from structures.structure import Vector
 from structures.units import readable
-
-Where = Callable[[int], str]
 
 
 def as_signal(
@@ -69,14 +67,9 @@ def as_signal(
     if not forces:
         raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
     moments = trace("time", time, "s")
-    rows = {whole("sensor", sensor): trace(f"forces[{sensor}]", force, "N") for sensor, force in forces.items()}
-    for sensor, row in rows.items():
-        if row.size != moments.size:
-            raise ValueError(
-                f"forces[{sensor}]: holds {count_of(row.size, 'number')}, must be as many as time, {moments.size}"
-            )
+    rows = {whole("sensor", n): trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
     inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
-    return _dataset(moments, rows, positions, baseline, inputs, lambda i: f"sample {i}")
+    return _dataset(_even(moments), rows, positions, baseline, inputs)
 
 
 def read_signal(
@@ -184,7 +177,7 @@ def read_signal(
         "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
         "units_of_columns": file.units,
     }  # fmt: skip
-    data = _dataset(file.time, rows, positions, baseline, inputs, lambda i: f"sample {i}", f"{path}: ")
+    data = _dataset(file.time, rows, positions, baseline, inputs, f"{path}: ")
     notes = [*file.notes, *_doubts(data)]
     for note in notes:
         caution(f"{path}: {note}")
@@ -261,20 +254,18 @@ def _dataset(
     positions: Mapping[int, float] | None,
     baseline: float | str,
     inputs: Mapping[str, Any],
-    where: Where,
     name: str = "",
 ) -> xr.Dataset:
-    """Return the Dataset of forces over time; `where` names the place of a sample, and `name` that of all."""
-    even = _even(time, where)
+    """Return the Dataset of forces over even times; `name` is the place of all."""
     columns = []
     for sensor, force in forces.items():
         filled = bridged(force)
         if np.ptp(filled) == 0.0:
             raise ValueError(f"{name}sensor {sensor}: the signal is constant, {filled[0]:g} N: must hold a wave")
-        columns.append(force - _baseline(even, filled, baseline, f"{name}sensor {sensor}"))
+        columns.append(force - _baseline(time, filled, baseline, f"{name}sensor {sensor}"))
     data = xr.Dataset(
         {"sensor_force": variable("sensor_force", np.stack(columns, axis=1))},
-        coords={"time": ("time", even, {"units": "s"}), "sensor": ("sensor", list(forces))},
+        coords={"time": ("time", time, {"units": "s"}), "sensor": ("sensor", list(forces))},
         attrs=provenance(inputs),
     )
     if positions is None:
@@ -290,7 +281,7 @@ def _dataset(
     return data.assign_coords(centre=("sensor", places, {"units": "m", "long_name": "position along the chain"}))
 
 
-def _even(time: Vector, where: Where) -> Vector:
+def _even(time: Vector) -> Vector:
     """Return the exactly even times, close to those given, or raise a ValueError where these have gaps."""
     steps = np.diff(time)
     usual = float(np.median(steps))
@@ -298,11 +289,11 @@ def _even(time: Vector, where: Where) -> Vector:
     if bad.size:
         i = int(bad[0])
         what = "times must increase" if steps[i] <= 0.0 else f"a gap; the usual step is {usual:.3g} s"
-        raise ValueError(f"{where(i + 1)}: time {time[i + 1]:.9g} s after {time[i]:.9g} s: {what}")
+        raise ValueError(f"sample {i + 1}: time {time[i + 1]:.9g} s after {time[i]:.9g} s: {what}")
     even = np.linspace(time[0], time[-1], time.size)
     off = np.abs(time - even)
     if off.max() > usual:
-        raise ValueError(f"{where(int(off.argmax()))}: times must be evenly spaced, as one sampling rate gives them")
+        raise ValueError(f"sample {off.argmax()}: times must be evenly spaced, as one sampling rate gives them")
     return even
 
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from coupling.results.conditioning import checked_signal, with_noise
 from coupling.results.peaks import waves_of_signal
+from coupling.results.reading import Reading
 from coupling.results.sensor import bridged, resolution
 from coupling.results.signals import as_signal
 from structures.caution import caution
@@ -102,18 +103,9 @@ def average_taps(
     filled = {number: bridged(mean) for number, mean in means.items()}
     places = taps[0].centre.values.tolist() if "centre" in taps[0].coords else None
     averaged_signal = as_signal(time, filled, None if places is None else dict(zip(numbers, places, strict=True)))
-    averaged = xr.DataArray(
-        np.stack(list(means.values()), axis=1),
-        dims=("time", "sensor"), coords=averaged_signal.sensor_force.coords, attrs=averaged_signal.sensor_force.attrs,
-    )  # fmt: skip
-    averaged_signal = with_noise(
-        averaged_signal.assign(sensor_force=averaged), noises, "standard deviation of a sample of the average"
-    )
-    averaged_signal.attrs |= {
-        "taps": len(taps),
-        "conditioning": f"{len(taps)} taps were averaged; their incident peaks scatter by {100.0 * spread:.2g} %.",
-    }
-    return averaged_signal
+    averaged = with_noise(averaged_signal, means, noises, "standard deviation of a sample of the average")
+    text = f"{len(taps)} taps were averaged; their incident peaks scatter by {100.0 * spread:.2g} %."
+    return averaged.assign_attrs(taps=len(taps), conditioning=text)
 
 
 def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[xr.Dataset]:
@@ -137,10 +129,7 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
 
 
 def _row(signal: xr.Dataset, sensor: int) -> Vector:
-    sensors = signal.sensor.values.tolist()
-    if sensor not in sensors:
-        raise ValueError(f"sensor = {sensor!r}: must be one that was measured: {', '.join(map(str, sensors))}")
-    force = np.asarray(signal.sensor_force.sel(sensor=sensor).values, dtype=float)
+    force = np.asarray(Reading(signal).measured(sensor).values, dtype=float)
     if not np.isfinite(force).any():
         raise ValueError(f"signals: sensor {sensor} has no samples that are not clipped")
     return force

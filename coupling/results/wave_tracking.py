@@ -32,16 +32,6 @@ class Track:
         Force of the peak above the preload, N.
     begins, ends : str
         "struck end", "structure", or "chain" if the wave parts from other waves there or merges with them.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
-    >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=5e-4)
-    >>> there, back = hl.follow_waves(run)[:2]
-    >>> there
-    Track(contacts 1 to 13, struck end to structure, 17.4 to 224.4 µs, at most 136.3 N)
     """
 
     contacts: tuple[int, ...]

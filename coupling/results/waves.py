@@ -19,12 +19,6 @@ class Wave:
         Force of its peak above the preload, N.
     arrival : float
         Time of its peak, s.
-
-    Examples
-    --------
-    >>> from coupling.results.waves import Wave
-    >>> Wave(amplitude=41.6, arrival=1.02e-4)
-    Wave(41.60 N at 102.00 µs)
     """
 
     amplitude: float
@@ -63,12 +57,6 @@ class ReflectedWave(Wave):
         "structure"; "chain" if it parted from other waves on its way; "unknown" for a signal.
     margins : (float, float), optional
         Numerical errors of AR and of TOF, s, where the run holds them (`NumericalError.noted_in`).
-
-    Examples
-    --------
-    >>> from coupling.results.waves import ReflectedWave
-    >>> ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.88e-4, begins="structure")
-    ReflectedWave(20.80 N at 390.00 µs, AR = 0.5000, TOF = 288.00 µs, begins at the structure)
     """
 
     amplitude_ratio: float
@@ -114,13 +102,6 @@ class NoWave:
         The missing wave: "incident", "primary" or "secondary".
     reason : str
         Why there is none.
-
-    Examples
-    --------
-    >>> from coupling.results.waves import NoWave
-    >>> wave = NoWave("secondary", "the record is short")
-    >>> bool(wave), wave.reason
-    (False, 'the record is short')
     """
 
     which: str
@@ -150,24 +131,18 @@ class Reflections(NamedTuple):
         The first wave that moves towards the structure.
     primary, secondary : ReflectedWave or NoWave
         The first and the second wave that came back. A missing wave is a NoWave, which is false.
-
-    Examples
-    --------
-    >>> from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
-    >>> there = Wave(amplitude=41.6, arrival=1e-4)
-    >>> back = ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.9e-4)
-    >>> waves = Reflections(there, back, NoWave("secondary", "the record is short"))
-    >>> [wave.arrival for wave in waves if wave]
-    [0.0001, 0.00039]
     """
 
     incident: Wave | NoWave
     primary: ReflectedWave | NoWave
     secondary: ReflectedWave | NoWave
 
+    def in_words(self) -> dict[str, str]:
+        """Return each wave in words, or why it is missing, by its name."""
+        return {
+            name: ", ".join(wave.in_words()) if isinstance(wave, Wave) else f"none; {wave.reason}"
+            for name, wave in self._asdict().items()
+        }
+
     def _repr_html_(self) -> str:
-        rows = [
-            (name, ", ".join(wave.in_words()) if isinstance(wave, Wave) else f"none; {wave.reason}")
-            for name, wave in zip(self._fields, self, strict=True)
-        ]
-        return html_table("Reflections", rows)
+        return html_table("Reflections", [*self.in_words().items()])

@@ -132,10 +132,3 @@ def _plain(values: xr.Variable, axes: list[str], selected: dict[str, Any]) -> Ve
     if len(order) not in (len(selected), len(axes) + len(selected)):
         raise ValueError(f"run: has a variable over {', '.join(dims)}, must have all of {', '.join(axes)} or none")
     return np.asarray(array.reshape(-1, *array.shape[array.ndim - len(selected) :]))
-
-
-def measured(reading: Reading, sensor: int, name: str = "sensor") -> xr.DataArray:
-    """Return the force at a sensor of a signal, N."""
-    number = reading.measured_sensor(sensor, name)
-    force: xr.DataArray = reading.data.sensor_force.sel(sensor=number).reset_coords(drop=True)
-    return force

@@ -224,21 +224,15 @@ class _LeastSquares(Search):
             self.residuals.insert(0, residual - self.last[0])
             self.answers.insert(0, answer - self.last[1])
         self.last = residual, answer
-        columns = [
-            *self.residuals,
-            *(row for differences in self.old for row in differences.residuals if row.size == residual.size),
-        ]
-        changes = [
-            *self.answers,
-            *(row for differences in self.old for row in differences.answers if row.size == residual.size),
-        ]
-        independent, factors = _independent(columns, self.scheme.filtering)
+        earlier = (pair for old in self.old for pair in zip(old.residuals, old.answers, strict=True))
+        pairs = [*zip(self.residuals, self.answers, strict=True), *(p for p in earlier if p[0].size == residual.size)]
+        independent, factors = _independent([column for column, _ in pairs], self.scheme.filtering)
         if not independent:
             return self.scheme.relaxation * residual
         # Least squares of Σ cᵢ Δresidualᵢ = −residual, whose cᵢ give the change of the answers: IQN-ILS (Degroote,
         # Bathe and Vierendeels, Comput. Struct. 87 (2009) 793).
         coefficients = np.linalg.solve(factors[1], -(factors[0].T @ residual))
-        change: Vector = np.array([changes[i] for i in independent]).T @ coefficients + residual
+        change: Vector = np.array([pairs[i][1] for i in independent]).T @ coefficients + residual
         return change
 
     def memory(self) -> tuple[Differences, ...]:

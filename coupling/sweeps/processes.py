@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from multiprocessing import current_process, resource_tracker
-from typing import Any
+from typing import Any, TypeVar
 
 import joblib
 import xarray as xr
@@ -51,6 +51,8 @@ Batch = Mapping[int, Point]
 
 log = logging.getLogger("hertzlink.sweep")
 
+Result = TypeVar("Result")
+
 
 def shown(point: Point) -> str:
     """Return a point as a short text for error messages."""
@@ -86,33 +88,25 @@ class Work:
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
         """Return `run` in another process. An error that cannot be pickled becomes a RuntimeError with its text."""
-        try:
-            return self.run(point)
-        except Exception as error:
-            if _travels(error):
-                raise
-            portable = _portable(error)
-        # Raised outside the handler: otherwise the original error would be attached as context and pickled, too.
-        raise portable
+        return _with_portable_errors(self.run, point)
 
     def attempt(self, point: Point, elsewhere: bool = False) -> xr.Dataset | Failure:
         """Run as `run`, but return the point's own errors; those of the environment are raised.
 
         elsewhere: in a process that reports to another.
         """
+        if elsewhere:
+            return _with_portable_errors(self.attempt, point)
         try:
             return self.run(point)
         except ENVIRONMENT_ERRORS as error:
             error.add_note(NOT_RECORDED)
-            if not elsewhere or _travels(error):
-                raise
-            portable = _portable(error)
+            raise
         # The user's own code may raise any error, and no error may lose the results of other points. Errors that the
         # point did not cause (KeyboardInterrupt, SystemExit, ENVIRONMENT_ERRORS, an unwritable store) still end
         # the sweep.
         except Exception as error:  # noqa: BLE001 - see above
             return Failure(type(error).__name__, str(error))
-        raise portable
 
     def finish(self, point: Point, elsewhere: bool, wait: bool = False) -> Outcome:
         """Run without a store as `run`; with one, store a new outcome as soon as it is known, and return failures.
@@ -277,12 +271,18 @@ def _run_alone(work: Work, store: Store, point: Point) -> None:
             store.keep(point, Failure(type(error).__name__, said))
 
 
-def _portable(error: Exception) -> RuntimeError:
-    """Return an error that can be pickled, with the type, text and notes of one that cannot."""
-    portable = RuntimeError(f"{type(error).__name__}: {error}")
-    for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
-        portable.add_note(note)
-    return portable
+def _with_portable_errors(run: Callable[[Point], Result], point: Point) -> Result:
+    """Run a point; replace an error that cannot be sent to another process by one with its type, text and notes."""
+    try:
+        return run(point)
+    except Exception as error:
+        if _travels(error):
+            raise
+        portable = RuntimeError(f"{type(error).__name__}: {error}")
+        for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
+            portable.add_note(note)
+    # Raised outside the handler: otherwise the original error would be attached as context and pickled, too.
+    raise portable
 
 
 def _travels(error: Exception) -> bool:

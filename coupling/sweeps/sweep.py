@@ -149,7 +149,7 @@ def sweep(
     if work.store is not None:
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _report_failures(work.store, outcomes)
-    data = _combined([outcomes[i] for i in range(len(points))], values)
+    data = _combined([outcomes[i] for i in range(len(points))], values, points)
     if work.store is not None:
         data = with_warnings(data, [*work.store.findings, *findings_of(data)])
     warn(findings_of(data))
@@ -240,7 +240,7 @@ def _report_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
         )
 
 
-def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.Dataset:
+def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
     """Return one Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
     places, runs = zip(*((i, run) for i, run in enumerate(outcomes) if isinstance(run, xr.Dataset)), strict=True)
     aligned: Sequence[xr.Dataset] = runs
@@ -268,19 +268,9 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
     variables: dict[str, Any] = {str(name): stacked(str(name)) for name in first.data_vars}
     if len(runs) < len(outcomes):
         errors = np.array([str(outcome) if isinstance(outcome, Failure) else "" for outcome in outcomes]).reshape(shape)
-        variables[ERROR_VARIABLE] = (
-            tuple(values),
-            errors,
-            {"long_name": "why the point failed, empty where it did not"},
-        )
-    findings = {_named(values, i): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
+        variables[ERROR_VARIABLE] = tuple(values), errors, {"long_name": "why the point failed, empty where it did not"}
+    findings = {named(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
     return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), gathered(findings, len(outcomes)))
-
-
-def _named(values: dict[str, list[Any]], place: int) -> str:
-    """Return a point by its place, as text for messages."""
-    where = np.unravel_index(place, [len(axis) for axis in values.values()])
-    return named({name: axis[i] for (name, axis), i in zip(values.items(), where, strict=True)})
 
 
 def named(point: Point) -> str:

@@ -9,8 +9,8 @@ from typing import Any
 
 import xarray as xr
 
-from coupling.accuracy import ACCURACIES
 from coupling.cosimulation import CoSimulation
+from coupling.plan import ACCURACIES
 from coupling.results.provenance import as_text, stored, unfolded
 from coupling.schemes.scheme import Scheme
 from hertzlink.cases.bodies import structure_tables

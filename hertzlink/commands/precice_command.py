@@ -76,7 +76,7 @@ def _single(case: "Case") -> "CoSimulation":
 
 def _configuration(case: "Case", simulation: "CoSimulation") -> str:
     """Return the text of preCICE's configuration."""
-    from coupling.ports.precice_configuration import precice_configuration
+    from coupling.ports.precice import precice_configuration
 
     side = simulation.interface.chains[0]
     assert side.surface is not None
@@ -85,7 +85,7 @@ def _configuration(case: "Case", simulation: "CoSimulation") -> str:
 
 def _run(case: "Case", simulation: "CoSimulation", participant: str, file: Path) -> tuple["Dataset", list[str]]:
     """Return the run of one end, and what is printed of it."""
-    from coupling.ports.precice import run_in_precice, run_structure_in_precice
+    from coupling.ports.precice import run_in_precice
     from coupling.results.ar_and_tof import reflections
     from hertzlink.cases.running import task_of
     from structures.moving import MovingStructure
@@ -94,7 +94,7 @@ def _run(case: "Case", simulation: "CoSimulation", participant: str, file: Path)
     assert side.surface is not None
     assert isinstance(body, MovingStructure)
     if participant == "Structure":
-        data = run_structure_in_precice(body.structure, file, stepper=body.stepper)
+        data = run_in_precice(body.structure, file, stepper=body.stepper)
         return data, [f"The structure took {float(data.interface_work[-1]):.4g} J."]
-    data = run_in_precice(side.chain, side.surface, file, flexibility=side.flexibility, dt=side.dt)
+    data = run_in_precice(side.chain, file, side.surface, flexibility=side.flexibility, dt=side.dt)
     return data, [str(reflections(data, sensor)) for sensor in task_of(case).sensors]

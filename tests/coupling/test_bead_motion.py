@@ -33,7 +33,7 @@ def run() -> xr.Dataset:
 def passage(run: xr.Dataset) -> xr.Dataset:
     """The wave passes beads 3 and 4."""
     peak = float(run.time[int(run.contact_force.sel(contact=4).values.argmax())])
-    return hl.plots.bead_motion(run, CHAIN, peak + np.arange(-12e-6, 13e-6, 3e-6), [3, 4])
+    return hl.plots.motion(run, CHAIN, peak + np.arange(-12e-6, 13e-6, 3e-6), [3, 4])
 
 
 def of_bead(motion: xr.Dataset, number: int) -> xr.Dataset:
@@ -83,7 +83,7 @@ def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
 def test_poles_of_free_beads_are_those_of_the_participant(run: xr.Dataset) -> None:
     """Where nothing touches them: the modes alone, and the rigid motion."""
     time = float(run.time[-1])
-    motion = hl.plots.bead_motion(run, CHAIN, time, [1, 6])
+    motion = hl.plots.motion(run, CHAIN, time, [1, 6])
     moving = moving_chain(CHAIN, None)
     assert isinstance(moving, MovingDeformableChain)
     amplitude, last = run.vibration_amplitude.values[-1:].reshape(1, -1), run.isel(time=[-1])
@@ -104,7 +104,7 @@ def test_mixed_bodies_stay_shut_and_bear_the_force() -> None:
     ]
     chain = hl.DeformableChain(row, BEAD, 0.5, modes=6)
     run = hl.CoSimulation(chain, None).run(until=3e-5)
-    motion = hl.plots.bead_motion(run, chain, np.arange(4e-6, 30e-6, 4e-6))
+    motion = hl.plots.motion(run, chain, np.arange(4e-6, 30e-6, 4e-6))
     assert set(np.unique(motion.bead)) == {0, 1, 2, 3}
     for number in range(4):
         expected = run.section_force.sel(bead=number, time=motion.time).values
@@ -122,7 +122,7 @@ def test_at_rest_under_a_preload() -> None:
     """No displacement yet, but Hertz's pressure at the poles: p₀ = (6 F E*²/π³R²)^(1/3) (Johnson, equation 4.24)."""
     chain = hl.DeformableChain([BEAD] * 3, None, gravity=9.81, preload=20.0, modes=4)
     run = hl.CoSimulation(chain, ROD).run(until=2e-6)
-    motion = hl.plots.bead_motion(run, chain, 0.0, 2)
+    motion = hl.plots.motion(run, chain, 0.0, 2)
     assert float(abs(motion.displacement).max()) < 1e-14
     modulus = 0.5 * STEEL.youngs_modulus / (1.0 - STEEL.poisson_ratio**2)
     pressure = (6.0 * 20.0 * modulus**2 / pi**3 / (0.5 * BEAD.radius) ** 2) ** (1.0 / 3.0)
@@ -135,7 +135,7 @@ def test_a_rigid_outside_has_its_static_fields(run: xr.Dataset) -> None:
     """With modes = 1 a bead is accelerated evenly at every moment: its section bears the mean of both contacts."""
     chain = replace(CHAIN, modes=1)
     rigid = hl.CoSimulation(chain, None).run(until=3e-5)
-    motion = hl.plots.bead_motion(rigid, chain, [1e-5, 1.5e-5, 2e-5], 2)
+    motion = hl.plots.motion(rigid, chain, [1e-5, 1.5e-5, 2e-5], 2)
     mean = hl.sensor_force(rigid, 2).sel(time=motion.time).values
     assert through_section(motion, 2, chain.centres[2]) == pytest.approx(mean, rel=2e-3, abs=1e-6)
 
@@ -146,18 +146,18 @@ def test_ends_need_to_be_told() -> None:
     chain = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3)
     run = hl.CoSimulation(chain, hl.half_space(hl.ACRYLIC), behind=ROD).run(until=4e-5)
     times = np.arange(5e-6, 40e-6, 5e-6)
-    assert hl.plots.bead_motion(run, chain, 1e-6, 1).sizes["time"] == 1
+    assert hl.plots.motion(run, chain, 1e-6, 1).sizes["time"] == 1
     with pytest.raises(ValueError, match="structure = None: must be what bead 2 touches, a Structure or a Surface"):
-        hl.plots.bead_motion(run, chain, times, 2)
+        hl.plots.motion(run, chain, times, 2)
     for facing in (hl.half_space(hl.ACRYLIC), hl.Surface(hl.ACRYLIC)):
-        motion = hl.plots.bead_motion(run, chain, times, 2, structure=facing)
+        motion = hl.plots.motion(run, chain, times, 2, structure=facing)
         expected = run.section_force.sel(bead=2, time=motion.time).values
         assert through_section(motion, 2, chain.centres[2]) == pytest.approx(expected, abs=5e-3 * expected.max())
     back = hl.CoSimulation(replace(chain, impact_speed=None, preload=5.0), hl.half_space(STEEL), behind=ROD)
     with pytest.raises(ValueError, match="behind = None: must be what bead 1 touches"):
-        hl.plots.bead_motion(back.run(until=1e-6), replace(chain, impact_speed=None, preload=5.0), 0.0, 1)
+        hl.plots.motion(back.run(until=1e-6), replace(chain, impact_speed=None, preload=5.0), 0.0, 1)
     with pytest.raises(ValueError, match="contact 3: is not circular"):
-        hl.plots.bead_motion(run, chain, times, 2, structure=hl.Surface(STEEL, 0.0, 100.0))
+        hl.plots.motion(run, chain, times, 2, structure=hl.Surface(STEEL, 0.0, 100.0))
 
 
 @pytest.mark.thorough
@@ -167,7 +167,7 @@ def test_a_push_from_outside_acts_on_the_bead_as_a_whole() -> None:
     push = hl.PushedBead(moments, 10.0 * np.sin(pi * moments / 2e-5))
     chain = hl.DeformableChain([BEAD] * 2, push, modes=1)
     run = hl.CoSimulation(chain, None).run(until=2e-5)
-    motion = hl.plots.bead_motion(run, chain, [1e-5, 1.5e-5], 1)
+    motion = hl.plots.motion(run, chain, [1e-5, 1.5e-5], 1)
     ahead = run.contact_force.sel(contact=2, time=motion.time).values
     assert ahead.max() > 0.5
     assert through_section(motion, 1, chain.centres[1]) == pytest.approx(0.5 * ahead, rel=3e-3)
@@ -227,7 +227,7 @@ def test_free_poles_have_an_outline(run: xr.Dataset) -> None:
         render.check_window()
     except OSError as error:
         pytest.skip(str(error))
-    motion = hl.plots.bead_motion(run, CHAIN, [2e-5, 3e-5, 4e-5], [4, 5, 6])
+    motion = hl.plots.motion(run, CHAIN, [2e-5, 3e-5, 4e-5], [4, 5, 6])
     renderer = render.Renderer(Scene(motion, 0.0), "viridis", (0.0, 20e6), 1200, 4.0)
     image = renderer.image(0, motion.von_mises.values[0])
     renderer.close()
@@ -256,24 +256,24 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
         ({"beads": [2, 2]}, "beads = [2, 2]: must be different numbers"),
         ({"beads": []}, "beads = []: must be a list of numbers"),
         ({"beads": "all"}, "beads = 'all': must be a list of numbers"),
-        ({"chain": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the DeformableChain that was run"),
-        ({"chain": replace(CHAIN, beads=[BEAD] * 5)}, "chain: has 5 beads, that of the run 6"),
-        ({"chain": replace(CHAIN, modes=7)}, "chain: has modes = 7, that of the run 8"),
+        ({"body": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the Structure or the DeformableChain that was run"),
+        ({"body": replace(CHAIN, beads=[BEAD] * 5)}, "body: has 5 beads, that of the run 6"),
+        ({"body": replace(CHAIN, modes=7)}, "body: has modes = 7, that of the run 8"),
         (
-            {"chain": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))},
-            "chain: is not that of the run: striker.radius = 0.00238 there and 0.002 here; give the one that was run",
+            {"body": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))},
+            "body: is not that of the run: striker.radius = 0.00238 there and 0.002 here; give the one that was run",
         ),
-        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "beads[0].material.youngs_modulus ="),
-        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "and 27 more; give the one that was"),
-        ({"chain": replace(CHAIN, striker=hl.Sphere(BEAD.radius, hl.PTFE))}, "striker.material.youngs_modulus = "),
-        ({"chain": replace(CHAIN, impact_speed=0.4)}, "impact_speed = 0.5 there and 0.4 here"),
+        ({"body": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "beads[0].material.youngs_modulus ="),
+        ({"body": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "and 27 more; give the one that was"),
+        ({"body": replace(CHAIN, striker=hl.Sphere(BEAD.radius, hl.PTFE))}, "striker.material.youngs_modulus = "),
+        ({"body": replace(CHAIN, impact_speed=0.4)}, "impact_speed = 0.5 there and 0.4 here"),
         (
-            {"chain": replace(CHAIN, law=hl.laws.PowerLaw(1e9))},
+            {"body": replace(CHAIN, law=hl.laws.PowerLaw(1e9))},
             "law = None there and {'class': 'PowerLaw', 'stiffness': 1000000000.0, '… here",
         ),
-        ({"chain": replace(CHAIN, dissipation=hl.LinearDashpot(0.1))}, "dissipation = None there and "),
-        ({"chain": replace(CHAIN, gravity=9.81)}, "gravity = 0.0 there and 9.81 here"),
-        ({"chain": replace(CHAIN, preload=1.0)}, "preload = 0.0 there and 1.0 here"),
+        ({"body": replace(CHAIN, dissipation=hl.LinearDashpot(0.1))}, "dissipation = None there and "),
+        ({"body": replace(CHAIN, gravity=9.81)}, "gravity = 0.0 there and 9.81 here"),
+        ({"body": replace(CHAIN, preload=1.0)}, "preload = 0.0 there and 1.0 here"),
         ({"structure": "wall"}, "structure = 'wall': must be a Structure, a Surface or None"),
         ({"structure": ROD}, "must be None, as nothing was there in the run"),
         ({"behind": hl.Surface(STEEL)}, "must be None, as nothing was there in the run"),
@@ -282,7 +282,7 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
 )
 def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        hl.plots.bead_motion(**{"run": run, "chain": CHAIN, "times": [2e-5], **given})
+        hl.plots.motion(**{"run": run, "body": CHAIN, "times": [2e-5], **given})
 
 
 @pytest.mark.thorough
@@ -293,16 +293,16 @@ def test_another_structure_is_told() -> None:
     short = hl.rod([hl.Layer(STEEL, 20e-3, 5e-3)])
     message = "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here"
     with pytest.raises(ValueError, match=re.escape(message)):
-        hl.plots.bead_motion(run, chain, 1e-6, 1, structure=short)
+        hl.plots.motion(run, chain, 1e-6, 1, structure=short)
     with pytest.raises(ValueError, match=r"behind = .*: must be None, as nothing was there"):
-        hl.plots.bead_motion(run, chain, 1e-6, 1, structure=ROD, behind=rest)
+        hl.plots.motion(run, chain, 1e-6, 1, structure=ROD, behind=rest)
     for same in (ROD, hl.reduce(ROD, until=1e-5), ROD.surface):
-        assert hl.plots.bead_motion(run, chain, 1e-6, 1, structure=same).sizes["time"] == 1
+        assert hl.plots.motion(run, chain, 1e-6, 1, structure=same).sizes["time"] == 1
     both = hl.CoSimulation(chain, ROD, behind=rest).run(until=2e-6)
-    assert hl.plots.bead_motion(both, chain, 1e-6, 1, structure=ROD, behind=rest).sizes["time"] == 1
+    assert hl.plots.motion(both, chain, 1e-6, 1, structure=ROD, behind=rest).sizes["time"] == 1
     for wrong in ({"structure": rest, "behind": rest}, {"structure": ROD, "behind": ROD}):
         with pytest.raises(ValueError, match="is not that of the run: kind = "):
-            hl.plots.bead_motion(both, chain, 1e-6, 1, **wrong)
+            hl.plots.motion(both, chain, 1e-6, 1, **wrong)
 
 
 def of_speed_and_material(speed: float, material: hl.Material) -> hl.DeformableChain:
@@ -319,25 +319,25 @@ def test_points_of_a_sweep_have_the_first_ones_input() -> None:
     runs = hl.sweep(build, 1e-5, jobs=1, speed=[0.3, 0.5], material=[STEEL, hl.ALUMINIUM_6061])
     last = runs.isel(speed=1, material=1)
     chain = of_speed_and_material(0.5, hl.ALUMINIUM_6061)
-    motion = hl.plots.bead_motion(last, chain, 8e-6, 1)
-    own = hl.plots.bead_motion(build(0.5, hl.ALUMINIUM_6061).run(1e-5), chain, float(motion.time[0]), 1)
+    motion = hl.plots.motion(last, chain, 8e-6, 1)
+    own = hl.plots.motion(build(0.5, hl.ALUMINIUM_6061).run(1e-5), chain, float(motion.time[0]), 1)
     assert motion.stress.values == pytest.approx(own.stress.values, rel=1e-6, abs=1.0)
-    with pytest.raises(ValueError, match=r"chain: is struck with .* J, that of the run with .* J; give the one"):
-        hl.plots.bead_motion(last, of_speed_and_material(0.3, hl.ALUMINIUM_6061), 8e-6, 1)
+    with pytest.raises(ValueError, match=r"body: is struck with .* J, that of the run with .* J; give the one"):
+        hl.plots.motion(last, of_speed_and_material(0.3, hl.ALUMINIUM_6061), 8e-6, 1)
 
 
 def test_modes_from_elsewhere_have_no_shapes(run: xr.Dataset) -> None:
     chain = replace(CHAIN, vibrations=lambda bead, modes: vibration(bead, modes))
-    with pytest.raises(ValueError, match="chain: has vibrations of its own"):
-        hl.plots.bead_motion(run, chain, 1e-5)
+    with pytest.raises(ValueError, match="body: has vibrations of its own"):
+        hl.plots.motion(run, chain, 1e-5)
 
 
 def test_runs_of_another_kind(run: xr.Dataset) -> None:
     rigid = hl.CoSimulation(hl.Chain([BEAD] * 6, BEAD, 0.5), None).run(until=1e-5)
     with pytest.raises(ValueError, match="run: holds no vibration_amplitude; must be the Dataset of a DeformableChain"):
-        hl.plots.bead_motion(rigid, CHAIN, 1e-5)
+        hl.plots.motion(rigid, CHAIN, 1e-5)
     with pytest.raises(ValueError, match=r"has the axes speed; choose one run with run\.isel\(speed=0\)"):
-        hl.plots.bead_motion(xr.concat([run, run], dim="speed"), CHAIN, 1e-5)
+        hl.plots.motion(xr.concat([run, run], dim="speed"), CHAIN, 1e-5)
 
 
 @pytest.mark.thorough
@@ -346,11 +346,11 @@ def test_one_of_several_chains() -> None:
     long = hl.DeformableChain([BEAD] * 4, BEAD, 0.5, modes=5)
     run = hl.CoSimulation([short, long], [hl.half_space(STEEL), hl.half_space(STEEL)]).run(until=2e-5)
     with pytest.raises(ValueError, match=r"run: has several chains; choose one chain with run\.isel\(chain=0\)"):
-        hl.plots.bead_motion(run, short, 1e-5)
+        hl.plots.motion(run, short, 1e-5)
     for place, chain in enumerate((short, long)):
         one = run.isel(chain=place)
-        motion = hl.plots.bead_motion(one, chain, [1e-5, 1.5e-5], 2)
+        motion = hl.plots.motion(one, chain, [1e-5, 1.5e-5], 2)
         expected = one.section_force.sel(bead=2, time=motion.time).values
         assert through_section(motion, 2, chain.centres[2]) == pytest.approx(expected, abs=3e-3 * expected.max())
-    with pytest.raises(ValueError, match="chain: has 3 beads, that of the run 4"):
-        hl.plots.bead_motion(run.isel(chain=1), short, 1e-5)
+    with pytest.raises(ValueError, match="body: has 3 beads, that of the run 4"):
+        hl.plots.motion(run.isel(chain=1), short, 1e-5)

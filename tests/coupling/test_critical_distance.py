@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.refinement import next_distances
+from coupling.sweeps.critical_search import next_distances
 
 NAN, INF = np.nan, np.inf
 

@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.ports.fmu_content import pack, unpack
+from coupling.ports.fmu import pack, unpack
 
 fmpy = pytest.importorskip("fmpy")
 pytest.importorskip("pythonfmu")
@@ -582,7 +582,7 @@ def test_every_kind_of_chain_is_data() -> None:
 def test_every_described_part_of_a_chain_is_read_back() -> None:
     """A bead, loss, excitation, law or damping that is declared later needs no line here."""
     script = (
-        "from coupling.ports.fmu_content import TYPES\n"
+        "from coupling.ports.fmu import TYPES\n"
         "import hertzlink._described\n"
         "from structures.described import registered\n"
         "parts = [of.target for of in registered() if isinstance(of.target, type)]\n"

@@ -41,7 +41,7 @@ def test_the_patch_sinks_as_the_runs_contact(run: xr.Dataset) -> None:
     """Within 0.1 % at every time, recomputed by the reduced structure and by the full one."""
     times = peak_time(run) + np.arange(-40e-6, 100e-6, 10e-6)
     for structure, tolerance in ((BODY, 1e-3), (FULL, 2e-3)):
-        motion = hl.plots.structure_motion(run, structure, times)
+        motion = hl.plots.motion(run, structure, times)
         assert motion.attrs["contact_error"] < tolerance
         expected = run.surface_displacement.sel(time=motion.time).values
         greatest = float(abs(run.surface_displacement).max())
@@ -50,7 +50,7 @@ def test_the_patch_sinks_as_the_runs_contact(run: xr.Dataset) -> None:
 
 def test_full_and_reduced_structures_move_alike(run: xr.Dataset) -> None:
     times = peak_time(run) + np.array([-10e-6, 0.0, 20e-6])
-    full, reduced = (hl.plots.structure_motion(run, structure, times) for structure in (FULL, BODY))
+    full, reduced = (hl.plots.motion(run, structure, times) for structure in (FULL, BODY))
     for name in ("displacement", "von_mises"):
         assert abs(full[name] - reduced[name]).max() < 5e-3 * abs(full[name]).max()
 
@@ -64,14 +64,14 @@ def test_wave_in_a_slender_bar() -> None:
     z = known_field(bar).grid.points[:, 2]
     depth = -float(z[np.argmin(abs(z + 0.12))])
     times = peak_time(run) + depth / layer.material.bar_speed + np.arange(-15e-6, 16e-6, 5e-6)
-    motion = hl.plots.structure_motion(run, bar, times)
+    motion = hl.plots.motion(run, bar, times)
     found = motion.von_mises.values[:, np.isclose(z, -depth)].mean(axis=1)
     expected = force.interp(time=motion.time - depth / layer.material.bar_speed).values / layer.area
     assert found == pytest.approx(expected, abs=0.03 * expected.max())
 
 
 def test_dataset_tells_all_and_goes_to_netcdf(run: xr.Dataset, tmp_path: Path) -> None:
-    motion = hl.plots.structure_motion(run, BODY, [0.0, 1e-4])
+    motion = hl.plots.motion(run, BODY, [0.0, 1e-4])
     assert motion.displacement.dims == ("time", "point", "component")
     assert motion.von_mises.dims == ("time", "point")
     assert (motion.displacement[0] == 0.0).all()
@@ -86,7 +86,7 @@ def test_dataset_tells_all_and_goes_to_netcdf(run: xr.Dataset, tmp_path: Path) -
 
 
 def test_one_time_is_enough(run: xr.Dataset) -> None:
-    assert hl.plots.structure_motion(run, BODY, UNTIL).sizes["time"] == 1
+    assert hl.plots.motion(run, BODY, UNTIL).sizes["time"] == 1
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_one_time_is_enough(run: xr.Dataset) -> None:
 )
 def test_times_that_cannot_be_told(run: xr.Dataset, times: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        hl.plots.structure_motion(run, BODY, times)
+        hl.plots.motion(run, BODY, times)
 
 
 def test_runs_of_another_kind(run: xr.Dataset) -> None:
@@ -119,26 +119,24 @@ def test_runs_of_another_kind(run: xr.Dataset) -> None:
         ({"time": 0}, "run = .*: must be the Dataset of a run"),
     ):
         with pytest.raises(ValueError, match=message):
-            hl.plots.structure_motion(wrong, BODY, [1e-4])  # type: ignore[arg-type]
+            hl.plots.motion(wrong, BODY, [1e-4])  # type: ignore[arg-type]
 
 
 def test_structures_that_were_not_run(run: xr.Dataset) -> None:
     other = hl.layered_cylinder([hl.Layer(hl.BRASS_360, LAYER.length, LAYER.radius)])
-    with pytest.raises(ValueError, match="structure: is not that of the run, whose layers is another"):
-        hl.plots.structure_motion(run, other, [UNTIL])
-    with pytest.raises(ValueError, match="structure: is not that of the run, whose damping is another"):
-        hl.plots.structure_motion(run, hl.damped(FULL, hl.damping.Rayleigh(mass_rate=1e3)), [UNTIL])
+    with pytest.raises(ValueError, match="body: is not that of the run: layers"):
+        hl.plots.motion(run, other, [UNTIL])
+    with pytest.raises(ValueError, match="body: is not that of the run: damping"):
+        hl.plots.motion(run, hl.damped(FULL, hl.damping.Rayleigh(mass_rate=1e3)), [UNTIL])
     with pytest.raises(ValueError, match=r"contact moves differently, by .* give the structure that was run"):
-        hl.plots.structure_motion(run.drop_attrs(), other, [UNTIL])
+        hl.plots.motion(run.drop_attrs(), other, [UNTIL])
     with pytest.raises(ValueError, match="the rod has no field"):
-        hl.plots.structure_motion(run, hl.rod([LAYER]), [1e-4])
-    with pytest.raises(
-        ValueError, match=r"structure: was reduced for runs of at most 0\.0001 s, the run has 0\.0003 s"
-    ):
-        hl.plots.structure_motion(run, hl.reduce(FULL, until=1e-4, keep_field=True), [5e-5])
+        hl.plots.motion(run, hl.rod([LAYER]), [1e-4])
+    with pytest.raises(ValueError, match=r"body: was reduced for runs of at most 0\.0001 s, the run has 0\.0003 s"):
+        hl.plots.motion(run, hl.reduce(FULL, until=1e-4, keep_field=True), [5e-5])
 
 
 def test_a_run_saved_too_rarely_is_refused() -> None:
     run = hl.CoSimulation(CHAIN, BODY).run(UNTIL, save_every=2.5e-5)
     with pytest.raises(ValueError, match="save the run more often"):
-        hl.plots.structure_motion(run, BODY, [UNTIL])
+        hl.plots.motion(run, BODY, [UNTIL])

@@ -251,7 +251,7 @@ def check_same(run: xr.Dataset, expected: xr.Dataset, tolerance: float) -> None:
 def test_implicit_coupling_gives_what_cosimulation_gives(
     double: type[Double], configuration: Path, cosimulation: xr.Dataset
 ) -> None:
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert double.latest.state == "finalized"
     assert run.time.values == pytest.approx(cosimulation.time.values, rel=1e-12, abs=1e-15)
     check_same(run, cosimulation, 1e-9)
@@ -268,7 +268,7 @@ def test_implicit_coupling_gives_what_cosimulation_gives(
 def test_shorter_steps_than_the_window_of_precice_change_nothing(double: type[Double], configuration: Path) -> None:
     """A quarter of the window or less: the same line of the surface, the same impulse over the window."""
     dt = WINDOW / 60
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration, window=0.26e-6, dt=dt)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE, window=0.26e-6, dt=dt)
     expected = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, dt=dt, substeps=1).run(
         8e-4
     )
@@ -281,7 +281,7 @@ def test_vectors_are_taken_along_the_direction(
 ) -> None:
     """The chain pushes down, z points up."""
     double.sizes = (3, 3)
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration, direction=(0, 0, -2.0), position=(0.1, 0.2, 0.0))
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE, direction=(0, 0, -2.0), positions=[(0.1, 0.2, 0.0)])
     check_same(run, cosimulation, 1e-9)
     assert double.latest.positions.tolist() == [[0.1, 0.2, 0.0]]
 
@@ -291,7 +291,7 @@ def test_a_scalar_and_a_vector_by_other_names(
 ) -> None:
     double.called, double.sizes, double.until = ("Beads", "Tip", "w", "F"), (1, 3), 4e-4
     names = {"participant": "Beads", "mesh": "Tip", "displacement": "w", "force": "F"}
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration, names, direction=(0, 0, -1))
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE, names, direction=(0, 0, -1))
     check_same(run, cosimulation.isel(time=slice(401)), 1e-9)
 
 
@@ -300,7 +300,7 @@ def test_relative_measures_with_the_chain_first(
 ) -> None:
     """At rest a force of rounding, 4e-16 N, would change by all of itself, and Aitken's factor would be no number."""
     double.relative, double.until = 1e-12, 4e-4
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     check_same(run, cosimulation.isel(time=slice(401)), 1e-9)
     assert (run.contact_force.isel(time=slice(1, 3), contact=-1) == run.static_force[-1]).all()
 
@@ -319,14 +319,14 @@ def test_windows_that_do_not_converge_are_counted(
     double.most = 2
     configuration.write_text(CONFIGURATION.format(2))
     with pytest.warns(hl.HertzlinkWarning, match=r"^max-iterations = 2: 564 of 800 windows took them all and may not"):
-        run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+        run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert "max-iterations" in run.attrs["warnings"]
     assert run.evaluations.max() == 2
     wrong, right = (float(hl.amplitude_ratio(one, sensor=7)) for one in (run, cosimulation))
     assert abs(wrong / right - 1.0) > 2e-4
     double.most = 50
     configuration.write_text(CONFIGURATION.format(50))
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert "max-iterations" not in run.attrs["warnings"]
     assert run.evaluations.sum() == double.latest.calls.count("advance")
     assert 0.0 < run.residual.max() < 1e-4 * MOVING.force_scale
@@ -339,7 +339,7 @@ def test_a_coarse_window_is_reported(double: type[Double], configuration: Path) 
     """As CoSimulation does: fewer than eight in a contact. The chain's steps within are 1/64 of a contact."""
     double.window, double.until = 1e-5, 2e-4
     with pytest.warns(hl.HertzlinkWarning, match=r"time-window-size = 10 µs: is coarse .* take at most 4\.63 µs"):
-        run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+        run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert np.diff(run.time.values).max() <= MOVING.contact_time / 64
     assert run.evaluations.values[1:18].tolist() == [0.0] * 17
 
@@ -348,7 +348,7 @@ def test_the_chain_chooses_the_window_where_precice_leaves_it(double: type[Doubl
     """With the method first-participant, preCICE gives the time that is left."""
     double.implicit, double.until, double.window = False, 4e-4, 4e-4
     double.always_complete = True
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert np.diff(run.time.values) == pytest.approx(MOVING.contact_time / 64, rel=0.02)
     assert "coarse" not in run.attrs["warnings"]
 
@@ -356,7 +356,7 @@ def test_the_chain_chooses_the_window_where_precice_leaves_it(double: type[Doubl
 def test_findings_of_every_run_are_reported(double: type[Double], configuration: Path) -> None:
     double.until = 5e-5
     with pytest.warns(hl.HertzlinkWarning, match="record: ends at 50 µs"):
-        run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+        run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert run.attrs["precice"] == "preCICE 3.4.1, pyprecice not installed"
 
 
@@ -364,7 +364,7 @@ def test_a_partner_that_creates_energy_is_reported(double: type[Double], configu
     """It moves against the force."""
     double.scale, double.implicit = -1.0, False
     with pytest.warns(hl.HertzlinkWarning, match="energy: the structure gave back more than it was given"):
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.run_in_precice(CHAIN, configuration, SURFACE)
 
 
 def test_ctrl_c_ends_the_process_while_precice_waits(double: type[Double], configuration: Path) -> None:
@@ -372,7 +372,7 @@ def test_ctrl_c_ends_the_process_while_precice_waits(double: type[Double], confi
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         double.until = 2e-6
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.run_in_precice(CHAIN, configuration, SURFACE)
         assert double.latest.interrupts == {signal.SIG_DFL}
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
@@ -383,14 +383,14 @@ def test_ctrl_c_ends_the_process_while_precice_waits(double: type[Double], confi
 def test_an_error_of_the_chain_ends_the_partner_too(double: type[Double], configuration: Path) -> None:
     double.scale = -1e118
     with pytest.raises(FloatingPointError, match="is no longer finite"):
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert double.latest.state == "finalized"
 
 
 def test_explicit_coupling_answers_one_window_later(double: type[Double], configuration: Path) -> None:
     """Each window the structure moves under the force of the window before."""
     double.implicit, double.until = False, 2e-4
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     structure = hl.stepping.MovingStructure(ROD)
     chain, body, surface, force = MOVING.start(), structure.start(), 0.0, 0.0
     for _ in range(200):
@@ -404,7 +404,7 @@ def test_explicit_coupling_answers_one_window_later(double: type[Double], config
 def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
     """As documented, from the first call to the second window; and the last calls."""
     double.initial, double.until, double.tolerance = True, 3e-6, np.inf
-    hl.run_in_precice(CHAIN, SURFACE, configuration)
+    hl.run_in_precice(CHAIN, configuration, SURFACE)
     prepared = ["Participant", "get_mesh_dimensions", "get_data_dimensions", "get_data_dimensions", "set_mesh_vertices"]
     started = ["requires_initial_data", "write_data", "initialize"]
     window = ["is_coupling_ongoing", "requires_writing_checkpoint", "get_max_time_step_size", "read_data", "write_data"]
@@ -415,14 +415,14 @@ def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
 def test_a_repeated_window_starts_from_the_old_state(double: type[Double], configuration: Path) -> None:
     """Repeating every window some ten times, for a tolerance that nothing meets but the same force, adds no frames."""
     double.until, double.tolerance = 1e-4, 1e-13 * MOVING.force_scale
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert run.sizes["time"] == 101
     assert np.diff(run.time.values) == pytest.approx(WINDOW, rel=1e-9)
 
 
 def test_the_dataset_tells_its_units_and_input(double: type[Double], configuration: Path, tmp_path: Path) -> None:
     double.until = 2e-6
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     units = {"displacement": "m", "velocity": "m/s", "contact_force": "N", "surface_displacement": "m", "time": "s"}
     assert {name: run[name].attrs["units"] for name in units} == units
     assert "precice-config.xml" in run.attrs["input"]
@@ -434,20 +434,21 @@ def test_the_dataset_tells_its_units_and_input(double: type[Double], configurati
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"chain": None}, "chain = None: must be a Chain"),
+        ({"body": None}, "body = None: must be a Chain or a Structure"),
+        ({"surface": None}, "surface = None: must be a Surface"),
         ({"surface": "steel"}, "surface = 'steel': must be a Surface"),
         ({"configuration": "none.xml"}, "configuration = 'none.xml': must be preCICE's configuration file"),
         ({"configuration": 3}, "configuration = 3: must be the name of a file"),
         ({"names": {"mehs": "A"}}, r"names = 'mehs': must be one of .* \(did you mean 'mesh'\?\)"),
         ({"names": {"mesh": 1}}, r"names\['mesh'\] = 1: must be a name in the configuration"),
         ({"names": "Chain"}, "names = 'Chain': must be a mapping"),
-        ({"position": (0.0, 1.0)}, r"position = \(0.0, 1.0\): must hold 3 numbers"),
+        ({"positions": [(0.0, 1.0)]}, r"positions\[0\] = \(0.0, 1.0\): must hold 3 numbers"),
         ({"direction": (0, 0, -1)}, r"direction = \(0, 0, -1\): must be None, since displacement and force"),
         ({"window": 0.0}, "window = 0.0: must be a positive number"),
     ],
 )
 def test_bad_input(double: type[Double], configuration: Path, changed: dict[str, Any], message: str) -> None:
-    given: dict[str, Any] = {"chain": CHAIN, "surface": SURFACE, "configuration": configuration, **changed}
+    given: dict[str, Any] = {"body": CHAIN, "surface": SURFACE, "configuration": configuration, **changed}
     with pytest.raises(ValueError, match=message):
         hl.run_in_precice(**given)
     check_ended(double)
@@ -472,14 +473,14 @@ def check_ended(double: type[Double]) -> None:
 def test_bad_direction(double: type[Double], configuration: Path, direction: Any, message: str) -> None:
     double.sizes = (3, 3)
     with pytest.raises(ValueError, match=message):
-        hl.run_in_precice(CHAIN, SURFACE, configuration, direction=direction)
+        hl.run_in_precice(CHAIN, configuration, SURFACE, direction=direction)
     check_ended(double)
 
 
 def test_missing_and_old_bindings_are_named(monkeypatch: pytest.MonkeyPatch, configuration: Path) -> None:
     monkeypatch.setitem(sys.modules, "precice", None)
     with pytest.raises(ImportError, match=r'install preCICE 3, then pip install "hertzlink\[precice\]"'):
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.run_in_precice(CHAIN, configuration, SURFACE)
     monkeypatch.setitem(sys.modules, "precice", ModuleType("precice"))
     with pytest.raises(ImportError, match="version 3"):
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.run_in_precice(CHAIN, configuration, SURFACE)

@@ -425,13 +425,13 @@ def test_the_motion_of_a_plate_that_two_chains_strike() -> None:
     """At both contacts it is the run's own, which one of the forces alone would not give."""
     body = hl.reduce(WHOLE.at([0.02, 0.04], [0.03, 0.03]), until=UNTIL, keep_field=True)
     run = hl.CoSimulation([CHAIN, hl.Chain([BEAD] * 7, BEAD, 0.2)], body).run(UNTIL, save_every=5e-7)
-    motion = hl.plots.structure_motion(run, body, [3e-4, 4e-4])
+    motion = hl.plots.motion(run, body, [3e-4, 4e-4])
     assert motion.attrs["contact_error"] < 1e-3
     lone = hl.reduce(WHOLE.at(0.02, 0.03), until=UNTIL, keep_field=True)
-    with pytest.raises(ValueError, match="structure: has 1 contact points, that of the run more; give that one"):
-        hl.plots.structure_motion(run, lone, [3e-4])
+    with pytest.raises(ValueError, match="body: has 1 contact points, that of the run more; give that one"):
+        hl.plots.motion(run, lone, [3e-4])
     with pytest.raises(ValueError, match="run: holds 1 of its 2 chains"):
-        hl.plots.structure_motion(run.isel(chain=0), body, [3e-4])
+        hl.plots.motion(run.isel(chain=0), body, [3e-4])
 
 
 @pytest.mark.thorough
@@ -439,15 +439,15 @@ def test_the_motion_of_one_structure_of_several() -> None:
     """A plate between two chains, with the one on its back pushed backwards; the other structure is a rod."""
     body = hl.reduce(WHOLE.at([0.03, 0.03], [0.03, 0.03], face=["front", "back"]), until=UNTIL, keep_field=True)
     run = in_a_row(body, ACRYLIC_ROD).run()
-    motion = hl.plots.structure_motion(run.isel(structure=0), body, [3e-4])
+    motion = hl.plots.motion(run.isel(structure=0), body, [3e-4])
     assert motion.attrs["contact_error"] < 5e-3
     with pytest.raises(ValueError, match=r"run: has several structures; choose that one with run\.isel\(structure=0\)"):
-        hl.plots.structure_motion(run, body, [3e-4])
-    with pytest.raises(ValueError, match="structure: is not that of the run, whose"):
-        hl.plots.structure_motion(run.isel(structure=1), body, [3e-4])
+        hl.plots.motion(run, body, [3e-4])
+    with pytest.raises(ValueError, match="body: is not that of the run:"):
+        hl.plots.motion(run.isel(structure=1), body, [3e-4])
     sparse = hl.reduce(WHOLE.at([0.03, 0.02], [0.03, 0.03]), until=UNTIL, keep_field=True)
     alone = hl.CoSimulation(CHAIN, hl.ContactPoint(sparse, 1)).run(UNTIL, save_every=5e-7)
-    assert hl.plots.structure_motion(alone, sparse, [3e-4]).attrs["contact_error"] < 1e-3
+    assert hl.plots.motion(alone, sparse, [3e-4]).attrs["contact_error"] < 1e-3
 
 
 @pytest.mark.thorough

@@ -16,7 +16,7 @@ PLATE = hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, hl.Supports
 
 def moved(structure: hl.Structure) -> tuple[object, object]:
     run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), structure).run(UNTIL)
-    return run, hl.plots.structure_motion(run, structure, np.linspace(5e-5, UNTIL, 5))
+    return run, hl.plots.motion(run, structure, np.linspace(5e-5, UNTIL, 5))
 
 
 def test_symmetric_halves_show_the_whole_plate() -> None:
