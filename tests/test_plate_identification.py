@@ -156,9 +156,13 @@ def test_identify_finds_a_plate_that_python_builds() -> None:
 
 
 @pytest.mark.thorough
-def test_identify_finds_an_edge_of_a_small_thin_plate() -> None:
-    """The signal comes from a mesh that is four times as fine as the default and not reduced by a shared basis."""
-    question = asked("1.5 ms")
+@pytest.mark.parametrize("record", ["1.5 ms", "1 ms"])
+def test_identify_finds_an_edge_of_a_small_thin_plate(record: str) -> None:
+    """The signal comes from a mesh that is four times as fine as the default and not reduced by a shared basis.
+
+    After 1 ms two valleys, at 36.8 and 37 mm, explain it: in four of seven draws the wrong one is the deeper.
+    """
+    question = asked(record)
     true = question.case.changed({PLACE: "37 mm", "structure.highest_frequency": "240 kHz"})
     found = answer(question, measured(true, 0.01, 11))
     assert found.explained

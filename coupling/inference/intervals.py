@@ -90,11 +90,11 @@ class Judgement:
         prediction.stage("search")
         solutions = self.search.solutions()
         prediction.stage("intervals")
-        best, point = self.search.refined(solutions[0])
+        best, point, beside = self.search.settled(solutions[0])
         covariance, misfit, explained, reach = self._covariance(point)
         size_known = self.misfit.measured.given or not explained or self.misfit.is_numerical(point.residual)
         scale = max(misfit**2, 1.0) if size_known else misfit**2
-        modes = self._modes(best, solutions, covariance, scale)
+        modes = self._modes(best, solutions, beside, covariance, scale)
         unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
         said = prediction.warnings
         elastic = [warning for warning in said if not warning.startswith(YIELD)]
@@ -128,7 +128,8 @@ class Judgement:
             caution(f"identify: {note}")
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
-            [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
+            [self.misfit.prediction.values(mode.p[: len(self.ranges)]) for mode in modes], best.converged,
+            self.misfit.prediction.runs, notes,
             inputs, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
             _yielding=None if elastic == said else partial(
                 with_yielding, self.search, best, point.residual.size - point.columns.shape[1]
@@ -229,8 +230,8 @@ class Judgement:
         return information
 
     def _unknowns(
-        self, best: Solution, point: Point, covariance: Vector, reach: float, scale: float, modes: list[Vector],
-        explained: bool,
+        self, best: Solution, point: Point, covariance: Vector, reach: float, scale: float,
+        modes: list[Solution], explained: bool,
     ) -> dict[str, Unknown]:  # fmt: skip
         errors = reach * np.sqrt(np.diag(covariance))
         correlated = abs(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance))) - np.eye(len(errors)))
@@ -244,8 +245,10 @@ class Judgement:
             if doubtful or not self._is_parabola(best, point, k, covariance, reach, inflation):
                 ridge = covariance[: best.p.size, k] / covariance[k, k]
                 ends = self._profile(best, k, half, inflation * (reach / 1.959964) ** 2, ridge)
-            # Fits that are as good lie within the interval, wherever they are.
-            ends = min(ends[0], *(mode[k] for mode in modes)), max(ends[1], *(mode[k] for mode in modes))
+            # Fits that are as good lie within the interval, wherever they are, with intervals of their own.
+            for mode in modes[1:]:
+                room = half * np.sqrt(1.0 - (mode.misfit - best.misfit) / (WITHIN * scale))
+                ends = min(ends[0], max(mode.p[k] - room, 0.0)), max(ends[1], min(mode.p[k] + room, 1.0))
             low, high = (unknown.value(end) for end in ends)
             bounds = unknown.low, unknown.high
             verdict = verdict_of(value, (low, high), bounds) if explained else NOT_TRUSTED
@@ -324,15 +327,19 @@ class Judgement:
                 outer, step = trial, 0.5 * abs(trial - inner)
         return outer if outer == limit else 0.5 * (inner + outer)
 
-    def _modes(self, best: Solution, solutions: Sequence[Solution], covariance: Vector, scale: float) -> list[Vector]:
-        """Return the places of the solutions that the noise does not exclude, the best first."""
+    def _modes(
+        self, best: Solution, solutions: Sequence[Solution], beside: Sequence[Solution], covariance: Vector,
+        scale: float,
+    ) -> list[Solution]:  # fmt: skip
+        """Return the solutions that the noise does not exclude, the best first."""
         count = len(self.ranges)
-        modes = [best.p[:count]]
-        near = np.maximum(3.0 * np.sqrt(np.diag(covariance))[:count], SAME)
-        for solution in solutions:
-            fits = solution.misfit - best.misfit < WITHIN * scale
-            if fits and all((abs(solution.p[:count] - other) > near).any() for other in modes):
-                modes.append(solution.p[:count])
+        modes, deviations = [best], 3.0 * np.sqrt(np.diag(covariance))[:count]
+        # Those of a search end roughly, those beside the best fit do not.
+        for near, others in ((np.maximum(deviations, SAME), solutions), (deviations, beside)):
+            for solution in others:
+                fits = solution.misfit - best.misfit < WITHIN * scale
+                if fits and all((abs(solution.p - mode.p)[:count] > near).any() for mode in modes):
+                    modes.append(solution)
         return modes
 
     def _correlation(self, covariance: Vector) -> xr.DataArray:
