@@ -93,8 +93,8 @@ def identify(
     seed : int
         Of the scan's points.
     guess : mapping, optional
-        A value of each unknown near the truth. Least squares start there and nothing is scanned, so that other minima
-        stay unknown.
+        A value of each unknown near the truth. Least squares start there; of other minima only those within some
+        hundred standard deviations of the best fit are looked for.
     discrepancy : float
         Standard deviation of what the model lacks, as a part of the greatest force at each sensor, such as 0.005 for a
         thin plate in place of a thick one. It is correlated over a part of a contact time, so it does not average out
