@@ -141,7 +141,7 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
     folder = output or Path(f"{name}-drawn")
     check_output(folder, force)
     found = Written(name, study(name), data, form)
-    write_folder(folder, found.write_again, force)
+    write_folder(folder, found.write, force)
     show(found.shown)
     written(folder)
 

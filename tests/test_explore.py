@@ -20,11 +20,12 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from coupling.inference.plates import basis_between
 from hertzlink.cases.case import read
 from hertzlink.cases.running import task_of
 from hertzlink.cli import main
 from hertzlink.explore.answers import MOST_POINTS, Explorer, thinned
-from hertzlink.explore.plate_basis import basis_of, plates_of
+from hertzlink.explore.plate_basis import TOLERANCE, plates_of
 from hertzlink.explore.server import Server
 from hertzlink.explore.sliders import sliders_of, start_of
 
@@ -338,7 +339,7 @@ def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:
     assert plates is not None
     values = {"structure.at[0]": "14.5", "structure.thickness": "2.6"}
     own = explorer.answer(values)["waves"]["primary"]
-    explorer.basis = basis_of(explorer.case, plates)
+    explorer.basis = basis_between(*plates, explorer.case.until, TOLERANCE)
     for ends in ("low", "high"):
         for i, name in enumerate(values):
             explorer.answer({name: f"{getattr(explorer.sliders[i], ends):f}"})

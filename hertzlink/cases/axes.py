@@ -13,8 +13,8 @@ from pydantic import BaseModel
 from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases.case import Case
-from hertzlink.cases.checking import checked, value_at
-from hertzlink.cases.entry_paths import Path, parsed, put, written
+from hertzlink.cases.checking import value_at
+from hertzlink.cases.entry_paths import Path, parsed, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import Steps
 from hertzlink.cases.parts import notes_of
@@ -102,10 +102,8 @@ def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
     """Return the value (SI) that an entry gets from a number or a text; a Fault at its place where it is refused."""
     if not isinstance(value, int | float | str) or isinstance(value, bool):
         raise Fault(place, f"{shown(value)} must be a number or a text")
-    changed = case.changed({})
     try:
-        put(changed.data, path, value)
-        si = value_at(checked(changed.data), path)
+        si = value_at(case.changed({path: value}).model, path)
     except Fault as fault:
         reason = fault.reason if fault.path == path else f"makes {written(fault.path)}: {fault.reason}"
         raise Fault(place, reason) from None
@@ -116,9 +114,7 @@ def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
 
 def unit_at(case: Case, path: Path, value: Any, texts: Iterable[Any]) -> tuple[str, float, str]:
     """Return the unit that a user wrote, or that of the entry; its size in SI units; and the SI unit."""
-    changed = case.changed({})
-    put(changed.data, path, value)
-    at: Any = checked(changed.data)
+    at: Any = case.changed({path: value}).model
     notes: list[Any] = []
     for part in path:
         if isinstance(at, BaseModel):

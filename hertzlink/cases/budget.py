@@ -10,7 +10,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.uncertainty import PARTS, Uncertainty, spread_of, uncertainty
 from hertzlink.cases.axes import name_of, path_of, si_value, unit_at
 from hertzlink.cases.case import Case, of_run
-from hertzlink.cases.entry_paths import Path, entry, has, put
+from hertzlink.cases.entry_paths import Path, entry, has
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.units import shown
 from structures.caution import caution, collected
@@ -35,9 +35,7 @@ class Budget:
 
     def __call__(self, **values: float) -> CoSimulation:
         """Return the co-simulation with other values, reduced."""
-        changed = self.case.changed({})
-        for name, value in values.items():
-            put(changed.data, self.paths[name], float(value))
+        changed = self.case.changed({self.paths[name]: float(value) for name, value in values.items()})
         return changed.simulation().reduced(self.case.until)
 
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:

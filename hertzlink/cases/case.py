@@ -62,11 +62,11 @@ class Case:
         """Run it, without its sweep."""
         return run_once(self, self.simulation())
 
-    def changed(self, changes: Mapping[str, Any]) -> "Case":
-        """Return the same case with other values, by their paths: {"structure.thickness": "1 mm"}."""
+    def changed(self, changes: Mapping[Any, Any]) -> "Case":
+        """Return the same case with other values, by their paths as text or parts: {"structure.thickness": "1 mm"}."""
         data = deepcopy(self.data)
         for name, value in changes.items():
-            put(data, parsed(name), deepcopy(value))
+            put(data, parsed(name) if isinstance(name, str) else name, deepcopy(value))
         return replace(self, data=data)
 
     def to_toml(self) -> str:

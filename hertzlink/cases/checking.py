@@ -41,6 +41,14 @@ def value_at(model: Any, path: Path) -> Any:
     return model
 
 
+def perhaps_at(model: Any, path: Path) -> Any:
+    """Return the checked value at a path, None where there is none."""
+    try:
+        return value_at(model, path)
+    except (AttributeError, KeyError, IndexError, TypeError):
+        return None
+
+
 def _fault(error: ErrorDetails, data: Any) -> Fault:
     loc, kind, value = error["loc"], error["type"], error.get("input")
     context: Mapping[str, Any] = error.get("ctx", {})

@@ -12,7 +12,7 @@ from coupling.inference.identify import identify
 from coupling.inference.misfit import OF_SENSORS
 from hertzlink.cases.axes import path_of, si_value, unit_at
 from hertzlink.cases.case import Case
-from hertzlink.cases.checking import value_at
+from hertzlink.cases.checking import perhaps_at, value_at
 from hertzlink.cases.entry_paths import Path, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import IdentifyPart
@@ -159,11 +159,7 @@ def numbers_of(case: Case, section: str) -> list[Path]:
 
 def _value(case: Case, key: str, place: Path) -> float:
     """Return the value of a nuisance in the case, from which its range follows."""
-    path = path_of(key, place)
-    try:
-        value = value_at(case.model, path)
-    except (AttributeError, KeyError, IndexError, TypeError):
-        value = None
+    value = perhaps_at(case.model, path_of(key, place))
     if not isinstance(value, int | float) or not value > 0.0:
         raise Fault(place, f'"{key}" has no value in the case; give it a range in identify.unknowns')
     return float(value)

@@ -16,7 +16,7 @@ from coupling.sweeps.sweep import sweep
 from hertzlink.cases.axes import Axis, axes_of, path_of
 from hertzlink.cases.budget import budget_of
 from hertzlink.cases.case import Case, of_run, run_once
-from hertzlink.cases.entry_paths import Path, put, written
+from hertzlink.cases.entry_paths import Path, written
 from hertzlink.cases.faults import Fault
 
 FEWEST_DISTANCES = 3
@@ -30,10 +30,7 @@ class Build:
     axes: tuple[Axis, ...]
 
     def __call__(self, **values: Any) -> CoSimulation:
-        changed = self.case.changed({})
-        for axis in self.axes:
-            put(changed.data, axis.path, values[axis.name])
-        return changed.simulation()
+        return self.case.changed({axis.path: values[axis.name] for axis in self.axes}).simulation()
 
 
 @dataclass(frozen=True)
@@ -77,10 +74,7 @@ class Task:
     @property
     def first(self) -> Case:
         """The case at the first point."""
-        changed = self.case.changed({})
-        for axis in self.axes:
-            put(changed.data, axis.path, axis.values[0])
-        return changed
+        return self.case.changed({axis.path: axis.values[0] for axis in self.axes})
 
     @property
     def others(self) -> tuple[Axis, ...]:

@@ -72,7 +72,8 @@ def _server(name: str, case: "Case", port: int) -> "Server":
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
-    from hertzlink.explore.plate_basis import MOST_ERROR, basis_of, plates_of
+    from coupling.inference.plates import basis_between
+    from hertzlink.explore.plate_basis import MOST_ERROR, TOLERANCE, plates_of
 
     plates = plates_of(explorer.case, explorer.sliders)
     if plates is None:
@@ -80,7 +81,7 @@ def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     say("preparing the plate for all values of its sliders: some seconds, once ...")
     began = perf_counter()
     try:
-        basis = basis_of(explorer.case, plates)
+        basis = basis_between(*plates, explorer.case.until, TOLERANCE)
         reason = "" if basis.error <= MOST_ERROR else f"one for all has an error of {100.0 * basis.error:.0f} %"
     except ValueError as error:
         reason = str(error)

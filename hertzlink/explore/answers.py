@@ -18,7 +18,6 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
 from hertzlink.cases.case import Case, run_once
-from hertzlink.cases.entry_paths import put
 from hertzlink.cases.faults import of_case
 from hertzlink.cases.running import sensors_of
 from hertzlink.explore.sliders import Slider
@@ -45,14 +44,14 @@ class Explorer:
         """Return the case at values, texts by the sliders' names; those that are missing stay. A ValueError for wrong
         ones."""
         sliders = {slider.name: slider for slider in self.sliders}
-        changed = self.case.changed({})
+        changes = {}
         for name, text in values.items():
             if name not in sliders:
                 raise ValueError(f"{name[:40]!r}: there is no such slider; reload the page")
             value = sliders[name].read(text)
             if not sliders[name].is_start(text):
-                put(changed.data, sliders[name].path, value)
-        return changed
+                changes[sliders[name].path] = value
+        return self.case.changed(changes)
 
     def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
         """Return what the page shows; raise a ValueError for wrong values, and errors of runs that fail."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from coupling.inference.plates import PlateBasis, Struck, basis_between, share_modes, struck_by
+from coupling.inference.plates import Struck, share_modes, struck_by
 from hertzlink.cases.case import Case
 from hertzlink.explore.sliders import Slider
 
@@ -21,8 +21,3 @@ def plates_of(case: Case, sliders: Sequence[Slider]) -> tuple[Struck, list[list[
     if len(plates) < len(changes) or not share_modes(plates):
         return None
     return plates[0], [plates[i : i + 2] for i in range(1, len(plates), 2)]
-
-
-def basis_of(case: Case, plates: tuple[Struck, list[list[Struck]]]) -> PlateBasis:
-    """Return one basis for these plates, and for all between them."""
-    return basis_between(*plates, case.until, TOLERANCE)

@@ -11,8 +11,8 @@ from hertzlink.cases.axes import Axis, unit_at, words_of
 from hertzlink.cases.bodies import Built
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
-from hertzlink.cases.checking import value_at
-from hertzlink.cases.entry_paths import Path, entry, put, written
+from hertzlink.cases.checking import perhaps_at
+from hertzlink.cases.entry_paths import Path, put, written
 from hertzlink.cases.materials import material_of
 from hertzlink.cases.parts import World
 from hertzlink.cases.plates import PlateBody, RectanglePlate, Walled
@@ -95,9 +95,9 @@ def start_of(task: Task) -> Case:
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify", "sensitivities")}
     case = replace(task.case, data=data).changed({})
     for axis in task.axes:
-        value = _value(task.case.data, axis.path)
+        value = perhaps_at(task.case.data, axis.path)
         # What the file gives may be a text with a unit: the checked value counts.
-        number = None if value is None else _value(task.first.changed({written(axis.path): value}).model, axis.path)
+        number = None if value is None else perhaps_at(task.first.changed({axis.path: value}).model, axis.path)
         if axis.is_number and isinstance(number, int | float):
             inside = min(axis.values) <= number <= max(axis.values)
         else:
@@ -115,7 +115,7 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
         sliders = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
     varied = [slider.path for slider in sliders]
     for path in (("chain", "impact_speed"), ("chain", "drop_height")):
-        value = _value(start.model, path)
+        value = perhaps_at(start.model, path)
         if path not in varied and isinstance(value, float) and value > 0.0:
             sliders.append(_around(start, path, value, WIDE))
     if SENSOR not in varied:
@@ -161,16 +161,8 @@ def _stated(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[floa
             yield at, value, HALVES if name == "thickness" else WIDE, quantity.high
 
 
-def _value(data: Any, path: Path) -> Any:
-    """Return the value at a path of data or of a checked case, None where there is none."""
-    try:
-        return entry(data, path) if isinstance(data, dict) else value_at(data, path)
-    except (AttributeError, KeyError, IndexError, TypeError):
-        return None
-
-
 def _of_axis(axis: Axis, start: Case) -> Slider:
-    start_value = _value(start.model, axis.path)
+    start_value = perhaps_at(start.model, axis.path)
     if not axis.is_number:
         texts = {str(value): value for value in axis.values}
         return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), _text_of(start_value, texts), choices=texts)
@@ -187,7 +179,7 @@ def _text_of(value: Any, texts: Mapping[str, Any]) -> str:
 
 def _around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float = float("inf")) -> Slider:
     """Return a slider around the value (SI) in the case, in the unit that the case gives."""
-    unit, number, si = unit_at(case, path, value, [_value(case.data, path)])
+    unit, number, si = unit_at(case, path, value, [perhaps_at(case.data, path)])
     if unit == si and unit in PREFERRED:
         unit, number = PREFERRED[unit], float(factor(PREFERRED[unit], si))
     first = _digits(value / number)

@@ -37,16 +37,13 @@ class Written:
         self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
         """What a terminal shows."""
 
-    def write(self, into: Path, data: xr.Dataset) -> None:
-        """Write all files but the list of them. data: the Dataset with its provenance and warnings."""
-        self._write_drawn(into, data)
-        (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+    def write(self, into: Path, data: xr.Dataset | None = None) -> None:
+        """Write all files but the list of them. data: the Dataset with its provenance and warnings.
 
-    def write_again(self, into: Path) -> None:
-        """Write all that is drawn from the netCDF file, without it."""
-        self._write_drawn(into, self.data)
-
-    def _write_drawn(self, into: Path, data: xr.Dataset) -> None:
+        Without data what is drawn from the netCDF file is written, and no such file.
+        """
+        if data is not None:
+            (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
         for title, figure in self._figures.items():
             if self._remark:
@@ -56,7 +53,8 @@ class Written:
         # Here: other commands need no report.
         from hertzlink.reports.of_studies import study_report
 
-        page = study_report(self.name, data, self._rows, self._figures, self._remark, self._own)
+        shown = self.data if data is None else data
+        page = study_report(self.name, shown, self._rows, self._figures, self._remark, self._own)
         (into / REPORT).write_text(page, encoding="utf-8")
 
 
