@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import hertzlink as hl
 from coupling.sweeps.progress import watched
-from hertzlink.studies import draw
+from hertzlink.studies import draw, waves
 from hertzlink.studies.table import Named, Row, Rows, span
 from plates.additions import Addition
 from structures.caution import collected
@@ -62,7 +62,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
     with collected():  # that aluminium yields under steel beads is the study of yield's
         speeds, openings = (SPEEDS[::4], OPENINGS[::2]) if quick else (SPEEDS, OPENINGS)
-        parts = [_measured(body, speeds, openings, quick) for body in watched(BODIES)]
+        parts = [_measured(body, speeds, openings, quick) for body in BODIES]
     return xr.concat(parts, "body").assign_coords(body=[body.name for body in BODIES])
 
 
@@ -70,39 +70,33 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
     cut, linear = hl.reduce(body.cut(), body.until), hl.reduce(body.linear(), body.until)
     bead = hl.Sphere(0.5 * body.diameter, hl.STEEL_440C)
 
-    def measures(facing: hl.Structure | hl.stepping.Closing, speed: float) -> tuple[float, float]:
-        tap = hl.CoSimulation(hl.Chain([bead] * BEADS, bead, speed), facing).run(body.until)
-        return float(hl.amplitude_ratio(tap, SENSOR)), float(hl.time_of_flight(tap, SENSOR))
+    def split(opening: float, impact_speed: float) -> hl.CoSimulation:
+        gaps = hl.stepping.Closing(cut, [opening] * body.gaps)
+        return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, impact_speed), gaps)
 
-    def split(opening: float) -> hl.stepping.Closing:
-        return hl.stepping.Closing(cut, [opening] * body.gaps)
-
-    limits = np.array([[measures(facing, speed) for speed in speeds] for facing in (split(WIDE), linear)])
-    gaps = np.array([[measures(split(opening), speed) for speed in speeds] for opening in (0.0, *openings)])
+    def at_limit(limit: str, impact_speed: float) -> hl.CoSimulation:
+        if limit == "open":
+            return split(WIDE, impact_speed)
+        return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, impact_speed), linear)
 
     def half_way(speed: float, middle: float) -> float:
         def beyond(exponent: float) -> float:
-            return measures(split(10.0**exponent), speed)[0] - middle
+            return float(measure(split(10.0**exponent, speed).run(body.until)).amplitude_ratio) - middle
 
         return float(10.0 ** brentq(beyond, -8.3, -5.0, xtol=np.log10(1.0 + ERROR)))
 
-    middles = zip(speeds, limits[:, :, 0].mean(0), strict=True)
-    half = [np.nan if quick else half_way(*of_speed) for of_speed in middles]
-    across, over = ("limit", "impact_speed"), ("opening", "impact_speed")
-    return xr.Dataset(
-        {
-            "limit_amplitude_ratio": (across, limits[:, :, 0], {"units": "1"}),
-            "limit_time_of_flight": (across, limits[:, :, 1], {"units": "s"}),
-            "amplitude_ratio": (over, gaps[:, :, 0], {"units": "1"}),
-            "time_of_flight": (over, gaps[:, :, 1], {"units": "s"}),
-            "half_way": ("impact_speed", half, {"units": "m", "long_name": "opening whose AR lies half-way"}),
-        },
-        {
-            "limit": ["open", "closed"],
-            "impact_speed": ("impact_speed", list(speeds), {"units": "m/s"}),
-            "opening": ("opening", [0.0, *openings], {"units": "m"}),
-        },
-    )
+    limits = hl.sweep(at_limit, body.until, 1, measure, limit=["open", "closed"], impact_speed=speeds)
+    data = hl.sweep(split, body.until, 1, measure, opening=[0.0, *openings], impact_speed=speeds)
+    middles = list(zip(speeds, limits.amplitude_ratio.mean("limit").values.tolist(), strict=True))
+    half = [np.nan] * len(speeds) if quick else [half_way(*of_speed) for of_speed in watched(middles)]
+    data["half_way"] = ("impact_speed", half, {"units": "m", "long_name": "opening whose AR lies half-way"})
+    return waves.with_units(data.merge(waves.named(limits, "limit")), impact_speed="m/s", opening="m")
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """Return AR and TOF."""
+    measures = (hl.amplitude_ratio(run, SENSOR), hl.time_of_flight(run, SENSOR))
+    return xr.Dataset(dict(zip(("amplitude_ratio", "time_of_flight"), measures, strict=True)))
 
 
 def table(data: xr.Dataset) -> list[Row]:
