@@ -264,18 +264,8 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
         meaning = f"{over}; meaningless without its n"
         rows += [
             row("F of hollow spheres", _at(force, 5.0), *said, theory=expected, ratio=ratio),
-            Row(
-                f"exponent n, Ri/Ro {ratio:g}",
-                law.exponent,
-                exponent,
-                "",
-                reason,
-                within=SIMULATED,
-                number=f"n {ratio:g}",
-            ),
-            Row(
-                f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", meaning, within=SIMULATED, number=f"k, Ri/Ro {ratio:g}"
-            ),
+            hollow_spheres.of_table_5_1("exponent n", ratio, law.exponent, exponent, reason),
+            hollow_spheres.of_table_5_1("k", ratio, law.stiffness, k, meaning, "N/mⁿ"),
         ]
     return rows
 

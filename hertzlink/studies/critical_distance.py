@@ -277,7 +277,7 @@ def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the collapse, the law, its jumps, shear, and corners."""
     if Conditions.read(data).own:
-        return {"collapse": of_pair(data)}
+        return {"collapse": collapse(data)}
     return {
         "collapse": collapse(data),
         "critical_distance": critical_distance(data),
@@ -298,34 +298,18 @@ def _by_edge(
 SCALED = draw.Look(xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0))
 
 
-def of_pair(data: xr.Dataset) -> draw.Figure:
-    """Return AR of a user's own beads and plates against d/ℓ for each edge and λ."""
-    from matplotlib import colormaps
-
-    figure, edges = _by_edge(data, "amplitude ratio AR", 3.6, **SCALED)
-    colours = colormaps["viridis"](np.linspace(0.0, 0.95, max(2, data.sizes["inelasticity"])))
-    for axis, edge in edges:
-        for colour, inelasticity in zip(colours, data.inelasticity.values, strict=False):
-            curve = edge.amplitude_ratio.sel(inelasticity=inelasticity)
-            axis.plot(data.scaled_distance, curve, ".-", color=colour, label=f"λ = {inelasticity:g}")
-    edges[0][0].legend()
-    return figure
-
-
 def collapse(data: xr.Dataset) -> draw.Figure:
-    """Return AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds."""
+    """Return AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds, if any."""
     from matplotlib import colormaps
 
     figure, edges = _by_edge(data, "amplitude ratio AR", **SCALED)
     parameters = [p for p in data.inelasticity.values if p in SHOWN_PARAMETERS] or list(data.inelasticity.values)
-    same = [name for name in data.pair.values if name in SAME_MATERIALS]
+    same = [name for name in SAME_MATERIALS if "pair" in data and name in data.pair]
     hollow, first = draw.Look(markersize=4.5, markerfacecolor="none"), edges[0][0]
     for axis, edge in edges:
         for i, parameter in enumerate(parameters):
-            colour, case = (
-                colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1)),
-                edge.sel(inelasticity=parameter),
-            )
+            colour = colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1))
+            case = edge.sel(inelasticity=parameter)
             axis.plot(data.scaled_distance, case.amplitude_ratio, "-", color=colour, label=f"λ = {parameter:g}")
             for k, name in enumerate(same):
                 if parameter in data.other_inelasticity.values:

@@ -127,11 +127,15 @@ def _laws(data: xr.Dataset) -> list[Row]:
         reason = f"of a fit over 0.2 to 10 µm, k = {k:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}"
         rows += [
             row("F at 5 µm", float(law.force(at)), *said, theory=float(printed.force(at)), ratio=ratio),
-            Row(
-                f"exponent n, Ri/Ro {ratio:g}", printed.exponent, n, "", reason, within=SIMULATED, number=f"n {ratio:g}"
-            ),
+            of_table_5_1("exponent n", ratio, printed.exponent, n, reason),
         ]
     return rows
+
+
+def of_table_5_1(what: str, ratio: float, printed: float, ours: float, reason: str, unit: str = "") -> Row:
+    """Return a number of Table 5.1, which finite elements gave, beside ours."""
+    name = f"{what}, Ri/Ro {ratio:g}"
+    return Row(name, printed, ours, unit, reason, within=SIMULATED, number=name)
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:
