@@ -264,8 +264,8 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
         meaning = f"{over}; meaningless without its n"
         rows += [
             row("F of hollow spheres", _at(force, 5.0), *said, theory=expected, ratio=ratio),
-            hollow_spheres.of_table_5_1("exponent n", ratio, law.exponent, exponent, reason),
-            hollow_spheres.of_table_5_1("k", ratio, law.stiffness, k, meaning, "N/mⁿ"),
+            hollow_spheres.of_table_5_1("exponent n, Ri/Ro", ratio, law.exponent, exponent, reason),
+            hollow_spheres.of_table_5_1("k, Ri/Ro", ratio, law.stiffness, k, meaning, "N/mⁿ"),
         ]
     return rows
 

@@ -127,14 +127,14 @@ def _laws(data: xr.Dataset) -> list[Row]:
         reason = f"of a fit over 0.2 to 10 µm, k = {k:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}"
         rows += [
             row("F at 5 µm", float(law.force(at)), *said, theory=float(printed.force(at)), ratio=ratio),
-            of_table_5_1("exponent n", ratio, printed.exponent, n, reason),
+            of_table_5_1("exponent n, Ri/Ro", ratio, printed.exponent, n, reason),
         ]
     return rows
 
 
 def of_table_5_1(what: str, ratio: float, printed: float, ours: float, reason: str, unit: str = "") -> Row:
     """Return a number of Table 5.1, which finite elements gave, beside ours."""
-    name = f"{what}, Ri/Ro {ratio:g}"
+    name = f"{what} {ratio:g}"
     return Row(name, printed, ours, unit, reason, within=SIMULATED, number=name)
 
 

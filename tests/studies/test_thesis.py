@@ -215,7 +215,7 @@ FACTS = {
         "A0 Lamb wave, centre to edge",
     ),
 }
-"""The rows in which the thesis's numbers stand, by part of the data; a row with several materials or plates holds several."""
+"""The rows in which the thesis's numbers stand, by part; a row with several materials or plates holds several."""
 
 
 def test_no_number_of_the_thesis_is_left_out() -> None:
