@@ -162,8 +162,9 @@ def explicit_chain(
             culprit = f"spacing = {spacing!r}" if coarse else f"impact_speed = {chain.impact_speed!r}"
             raise ValueError(f"{culprit}: contacts reach {cell_multiple:.3g} m, too wide for {bead!r}; take less")
         model = explicit_bead(bead, cell_multiple, size)
-        if save_every is not None:
-            _check_saving(interval, SAFETY * model.stable_step)
+        step = SAFETY * model.stable_step
+        if save_every is not None and interval < ROUNDED * step:
+            raise ValueError(f"save_every = {interval!r}: must be no shorter than the step, {step:.3g} s")
         frames = _run(chain, model, interval, rows, rigid_wall)
         if frames is not None:
             inputs = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
@@ -187,12 +188,6 @@ def _saved_times(chain: Chain, until: float, save_every: float | None) -> tuple[
     if rows * (len(chain.beads) + 1) > MOST_SAVED:
         raise ValueError(f"{name}: {rows} saved times of {len(chain.beads) + 1} bodies are too many")
     return interval, rows
-
-
-def _check_saving(interval: float, step: float) -> None:
-    """Raise a ValueError for saved times, s, that would make the step shorter."""
-    if interval < ROUNDED * step:
-        raise ValueError(f"save_every = {interval!r}: must be no shorter than the step, {step:.3g} s")
 
 
 def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: bool) -> _Frames | None:

@@ -121,7 +121,9 @@ def assert_same_waves(
         now = _kept_waves(run, chosen)
     warn(one_of_each(findings))
     if old is None:
-        _write(path, _described(now, run, chosen))
+        inputs = {name: str(run.attrs[name]) for name in ("input", "versions") if name in run.attrs}
+        origin = {"format": FORMAT, "format_version": VERSION, "hertzlink": versions()["hertzlink"], "sensors": chosen}
+        _write(path, now.assign_attrs(**origin, **inputs))
         return
     complaint = _complaint(old, now, run, (relative, absolute))
     if complaint:
@@ -184,12 +186,6 @@ def _json(text: object) -> Any:
         return unfolded(json.loads(str(text))) if text else None
     except (ValueError, RecursionError):
         return str(text)
-
-
-def _described(waves: xr.Dataset, run: xr.Dataset, sensors: list[int]) -> xr.Dataset:
-    attributes = {name: str(run.attrs[name]) for name in ("input", "versions") if name in run.attrs}
-    origin = {"format": FORMAT, "format_version": VERSION, "hertzlink": versions()["hertzlink"], "sensors": sensors}
-    return waves.assign_attrs(**origin, **attributes)
 
 
 def _write(path: Path, waves: xr.Dataset) -> None:

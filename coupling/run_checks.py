@@ -147,10 +147,6 @@ def _of_passivity(work: Vector, scale: float) -> list[str]:
     ]
 
 
-def _is_driven(chain: MovingChain) -> bool:
-    return chain.chain.excitation.drive.kind in (PUSHED, MOVED)
-
-
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     """Return a finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
     structure, contact = frames.ledger.structure, frames.ledger.contact
@@ -194,7 +190,8 @@ def _worst(energy: Vector, interface: Interface) -> float:
 
 def _of_record(chain: MovingChain, motion: Motion, times: Any, where: str) -> list[str]:
     """Return a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
-    if chain.surface is None or chain.behind is not None or _is_driven(chain) or not chain.chain.speed > 0.0:
+    driven = chain.chain.excitation.drive.kind in (PUSHED, MOVED)
+    if chain.surface is None or chain.behind is not None or driven or not chain.chain.speed > 0.0:
         return []
     last, middle = chain.mass.size - 1, middle_of(chain)
     force = motion.at(middle) - chain.static_force[middle]

@@ -1,7 +1,6 @@
 """Yielding in a run with elastic contacts, by an estimate from a table, by Jackson and Green's law."""
 
 import csv
-from bisect import bisect_right
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
@@ -94,7 +93,7 @@ def _change(chain: MovingChain, motion: Motion, times: Vector) -> str | None:
         return None
     beyond, sensor = motion.peaks / limits, middle_of(chain)
     between = median(beyond[1 : sensor + 1].tolist())
-    left = _estimate("force", 1.0, _within(between))
+    left = _estimate("force", 1.0, between)
     change: str | None = ""
     if beyond[-1] > max(1.0, WALL * between):
         change = _of_wall(chain, motion, sensor, float(beyond[-1]), times) if chain.behind is None else None
@@ -119,7 +118,7 @@ def _of_wall(chain: MovingChain, motion: Motion, sensor: int, beyond: float, tim
     if waves.found[0] < 2:
         return None
     elastic, hop = float(waves.amplitude_ratio[0, 0]), float(waves.arrival[0, 0]) / sensor
-    ratio, delay = (_estimate(what, elastic, _within(beyond)) for what in ("AR", "delay"))
+    ratio, delay = (_estimate(what, elastic, beyond) for what in ("AR", "delay"))
     if elastic * (1.0 - ratio) < NEGLIGIBLE:
         return ""
     travel = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
@@ -130,27 +129,11 @@ def _of_wall(chain: MovingChain, motion: Motion, sensor: int, beyond: float, tim
     )
 
 
-def _within(beyond: float) -> float:
-    """Return the logarithm of a force, in the range of the table."""
-    return log(min(max(beyond, 1.0), 1e3))
-
-
-def _estimate(what: str, elastic: float, force: float) -> float:
-    """Return a value of the table at an elastic AR and the logarithm of a force; where AR lies beyond it, that at its
-    end."""
+def _estimate(what: str, elastic: float, beyond: float) -> float:
+    """Return a value of the table at an elastic AR and a force, in units of that at which a contact yields; at its ends
+    where they lie beyond it."""
     logarithms, ratios, rows = _table(what)
-    j, part = _between(ratios, elastic)
-    i, share = _between(logarithms, force)
-    low, high = (row[i] + share * (row[i + 1] - row[i]) for row in (rows[j], rows[min(j + 1, len(rows) - 1)]))
-    return low + part * (high - low)
-
-
-def _between(values: list[float], value: float) -> tuple[int, float]:
-    """Return the interval of increasing values that holds one, and which part of it lies below; at the ends, 0 or 1."""
-    if len(values) == 1:
-        return 0, 0.0
-    i = min(max(bisect_right(values, value) - 1, 0), len(values) - 2)
-    return i, min(max((value - values[i]) / (values[i + 1] - values[i]), 0.0), 1.0)
+    return float(np.interp(elastic, ratios, [np.interp(log(max(beyond, 1.0)), logarithms, row) for row in rows]))
 
 
 @cache

@@ -152,11 +152,11 @@ class Drawing:
             if wide
             else axes(left + self.width + BAR_GAP, below, BAR, height)
         )
-        scale, unit = _suitable(self.high, self.kind[1])
+        factor, unit = handy([5.0 * self.high], self.kind[1])  # in which the highest value is 0.2 or more
         above, below_it = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
         ends = {(True, True): "both", (True, False): "max", (False, True): "min"}
         extend = ends.get((bool(above), bool(below_it)), "neither")
-        colours = ScalarMappable(Normalize(self.low / scale, self.high / scale), self.kind[2])
+        colours = ScalarMappable(Normalize(self.low * factor, self.high * factor), self.kind[2])
         orientation = "horizontal" if wide else "vertical"
         shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=orientation)
         shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
@@ -261,9 +261,3 @@ def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
     if motion.sizes["time"] == 1:
         shown = force
     return np.asarray(1e6 * shown.time.values), np.asarray(shown.values)
-
-
-def _suitable(value: float, unit: str) -> tuple[float, str]:
-    """Return a unit in which the value is 0.2 or more: its size and its name."""
-    factor, name = handy([5.0 * value], unit)
-    return 1.0 / factor, name

@@ -126,7 +126,8 @@ def _of_structure(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr
     place, force, surface = _contacts_of(run, structure)
     moments = run.time.values
     _check_structure("body", structure, place, stored(run.attrs.get("input")), "give the one that was run")
-    _check_length(structure, float(moments[-1]))
+    if (until := float(moments[-1])) > structure.valid_until * (1.0 + TIME_ROUNDING):
+        raise ValueError(f"body: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
     rows = nearest_rows(moments, times)
     states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
     error = _contact_error(contact, surface[: len(contact)])
@@ -196,11 +197,6 @@ def _contacts_of(data: object, structure: Structure) -> tuple[int, Vector, Vecto
     forces = np.stack([nothing if k is None else dynamic[:, k] for k in points], axis=-1)
     places = np.stack([nothing if k is None else surface[:, k] for k in points], axis=-1)
     return place, 0.5 * (forces[1:] + forces[:-1]), places
-
-
-def _check_length(structure: Structure, until: float) -> None:
-    if until > structure.valid_until * (1.0 + TIME_ROUNDING):
-        raise ValueError(f"body: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
 
 
 def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:

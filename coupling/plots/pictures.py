@@ -122,7 +122,8 @@ def picture(
     target, rate = file_to_write("path", path, SUFFIXES), positive("frame_rate", frame_rate, "1/s")
     write, dots = WRITERS.get(target.suffix.lower()), ANIMATION_DPI
     if write is None:
-        number = _strongest(motion) if time is None else _nearest(motion, time)
+        size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
+        number = int(size.argmax()) if time is None else _nearest(motion, time)
         motion, dots = motion.isel(time=[number]), PICTURE_DPI
     elif time is not None:
         raise ValueError(f"time = {time!r}: must be None for an animation, {target.suffix}, which shows all times")
@@ -171,11 +172,6 @@ WRITERS: dict[str, Callable[[Path, Images, float], None]] = {".gif": _write_gif,
 """What writes the frames of an animation."""
 
 SUFFIXES = (".png", ".pdf", ".svg", *WRITERS)
-
-
-def _strongest(motion: xr.Dataset) -> int:
-    size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
-    return int(np.argmax(size))
 
 
 def _nearest(motion: xr.Dataset, time: float) -> int:

@@ -183,7 +183,7 @@ def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
         words = _words(bead)
         colour = BEAD_COLOURS[list(kinds).index(words) % len(BEAD_COLOURS)]
         look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6}
-        if _lies(bead):
+        if bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5:  # its side is seen
             shape: Any = Rectangle((x - width, y - 0.5 * tall), width, tall, **look)
         else:
             shape = Ellipse(middle, width, tall, **look)
@@ -227,11 +227,6 @@ def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
     if bead.get("axis") == "along":
         return length, wide
     return wide, max(wide, length * abs(cos(angle)))
-
-
-def _lies(bead: Mapping[str, Any]) -> bool:
-    """Return whether it is a cylinder whose side is seen, not its end."""
-    return bool(bead.get("class") == "Cylinder" and abs(cos(bead.get("angle") or 0.0)) > 0.5)
 
 
 def _words(bead: Mapping[str, Any]) -> str:

@@ -191,13 +191,9 @@ def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float, top
             xs, ys = zip(*ends, strict=True)
             drawn.line(xs, ys, f"edge: {kind}", solid_capstyle="butt", **look)
     _marks(drawn, structure, point, to_sketch)
-    drawn.note(_caption(right - left, high - low, factor))
-    return y0
-
-
-def _caption(width: float, height: float, factor: float) -> str:
     scale = "" if factor == 1.0 else f", drawn × {factor:.2g}"
-    return f"right: seen along the chain, {width:.4g} × {height:.4g} mm{scale}"
+    drawn.note(f"right: seen along the chain, {right - left:.4g} × {high - low:.4g} mm{scale}")
+    return y0
 
 
 def _rings(structure: Mapping[str, Any]) -> list[tuple[list[tuple[float, float]], list[str]]]:

@@ -124,7 +124,9 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     else:
         series = series_of(reading, sensor)
         _check_one(series.axes)
-        incident, back = _objects(find_waves(reading.time, series, smallest, len(Reflections._fields)), 0)
+        waves = find_waves(reading.time, series, smallest, len(Reflections._fields))
+        amplitude, arrival, begins = (values[0, : waves.found[0]].tolist() for values in waves[:3])
+        incident, back = _as_waves([*zip(amplitude, arrival, strict=True)], [BEGINS[number] for number in begins[1:]])
         back = _with_margins(back, run, sensor)
     _warn_of_ends(reading, sensor)
     if incident is None:
@@ -353,13 +355,6 @@ def _check_peak(time: Vector, filled: Vector, unknown: NDArray[np.bool_], peak: 
             f"run: sensor {sensor}: the peak at {1e6 * arrival:.4g} µs has {count_of(count, 'clipped sample')} "
             "(NaN), so its height is unknown; record it with a wider range"
         )
-
-
-def _objects(waves_of_runs: WavesOfRuns, run: int) -> tuple[Wave | None, list[ReflectedWave]]:
-    """Return the incident wave of one of several runs, and those that came back."""
-    many = waves_of_runs.found[run]
-    peaks = zip(waves_of_runs.amplitude[run, :many].tolist(), waves_of_runs.arrival[run, :many].tolist(), strict=True)
-    return _as_waves(list(peaks), [BEGINS[number] for number in waves_of_runs.begins[run, 1:many]])
 
 
 def _with_margins(waves: list[ReflectedWave], run: xr.Dataset, sensor: int) -> list[ReflectedWave]:

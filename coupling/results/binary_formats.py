@@ -129,11 +129,7 @@ def format_of(path: Path, content: bytes) -> tuple[str, str] | None:
     if not _is_text(head):
         kind = f" ({path.suffix})" if path.suffix.lower() in SUFFIXES else ""
         return f"a binary file{kind}", SCOPE if kind else EXPORT
-    return _markup(head)
-
-
-def _markup(head: bytes) -> tuple[str, str] | None:
-    """Return what a text is by its first letters; UTF-16 counts as its letters."""
+    # By its first letters; UTF-16 counts as its letters.
     text = head.replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").lower().decode("latin-1")
     return next(((name, out) for start, name, out in MARKUP if re.match(start, text, re.DOTALL)), None)
 

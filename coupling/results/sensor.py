@@ -102,7 +102,8 @@ def calibration_factor(
         raise ValueError("voltage: must hold the whole compression, from a quiet lead to beyond its greatest value")
     reach = max(1, round(width / 4.0))
     near = slice(max(0, peak - reach), peak + reach + 1)
-    end = float(np.clip(_vertex(t[near], v[near]), t[near][0], t[near][-1]))
+    vertex = np.polynomial.Polynomial.fit(t[near], v[near], 2).deriv().roots()[0]
+    end = float(np.clip(vertex, t[near][0], t[near][-1]))
     below = np.flatnonzero(smooth[:peak] < FOOT * smooth[peak])
     start = int(below[-1]) if below.size else 0
     inside = t[start:] < end
@@ -213,9 +214,3 @@ def _blurred(values: Vector, sigma: float) -> Vector:
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     padded = np.pad(values, reach, mode="symmetric")
     return np.asarray(scipy.signal.fftconvolve(padded, weights / weights.sum(), mode="valid"))
-
-
-def _vertex(time: Vector, values: Vector) -> float:
-    """Return the time of the vertex of a parabola through the top of a pulse."""
-    parabola = np.polynomial.Polynomial.fit(time, values, 2)
-    return float(parabola.deriv().roots()[0])

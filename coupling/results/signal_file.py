@@ -137,9 +137,11 @@ def _trimmed(trace: Trace) -> Trace:
         ends = {"first": first, "last": size - last}
         empty = " and ".join(f"the {end} {count}" for end, count in ends.items() if count)
         notes.append(f"{empty} samples hold no values, and were left out")
-    columns = {sensor: values[first:last] for sensor, values in trace.columns.items()}
-    whole_volts = [s for s, unit in trace.units.items() if unit == "V" and _are_whole(columns[s])]
-    notes += [f"sensor {sensor}: {WHOLE_VOLTS}" for sensor in whole_volts]
+    columns = {sensor: column[first:last] for sensor, column in trace.columns.items()}
+    for sensor, unit in trace.units.items():
+        values = columns[sensor][np.isfinite(columns[sensor])]
+        if unit == "V" and (values == np.round(values)).all():
+            notes.append(f"sensor {sensor}: {WHOLE_VOLTS}")
     return trace._replace(time=trace.time[first:last], columns=columns, notes=notes)
 
 
@@ -335,12 +337,6 @@ def _by_column(
     if sampling.start is not None:
         time = time + (sampling.start - time[0])
     return Even(time, rows_of, even.left_out, [*notes, *even.notes]), values
-
-
-def _are_whole(values: Vector) -> bool:
-    """Return whether all samples are whole numbers, as a digitiser's counts are."""
-    present = values[np.isfinite(values)]
-    return bool((present == np.round(present)).all())
 
 
 def _means(values: Vector, rows: Rows) -> Vector:

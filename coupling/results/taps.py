@@ -93,7 +93,9 @@ def average_taps(
     time = step * np.arange(np.ceil(first / step + 1e-6), np.floor(last / step - 1e-6) + 1)
     means, noises = {}, []
     for number in numbers:
-        rows = np.stack([_shifted(tap, number, time + at) for tap, (_, at) in zip(taps, peaks, strict=True)])
+        # NaN next to samples that are NaN.
+        moved = zip(taps, peaks, strict=True)
+        rows = np.stack([np.interp(time + at, tap.time.values, _row(tap, number)) for tap, (_, at) in moved])
         means[number] = rows.mean(axis=0)
         noises.append(_scatter(rows, taps, number))
     heights = np.array([height for height, _ in peaks])
@@ -153,11 +155,6 @@ def _incident(tap: xr.Dataset, sensor: int, number: int) -> tuple[float, float]:
     if not peaks:
         raise ValueError(f"signals[{number}]: sensor {sensor} recorded no wave; leave this tap out")
     return peaks[0]
-
-
-def _shifted(tap: xr.Dataset, sensor: int, time: Vector) -> Vector:
-    """Return a tap at other times; NaN next to samples that are NaN."""
-    return np.asarray(np.interp(time, tap.time.values, _row(tap, sensor)))
 
 
 def _scatter(rows: Vector, taps: Sequence[xr.Dataset], sensor: int) -> float:

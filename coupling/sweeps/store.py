@@ -169,7 +169,9 @@ def open_store(
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ValueError(f"store = {str(path)!r}: must be a writable folder; it is perhaps read-only")
     findings = _compare(folder / MANIFEST, manifest)
-    _sweep_up(folder)
+    # Of a killed sweep; younger ones may belong to another sweep that is running.
+    for part in folder.glob(f".*{PART}"):
+        remove_if_old(part)
     return Store(folder, findings)
 
 
@@ -240,12 +242,6 @@ def _compare(path: Path, manifest: Mapping[str, Any]) -> tuple[str, ...]:
 def _same(path: Path, name: str, stored: Any, now: Any) -> None:
     if stored != now:
         raise ValueError(f"store: {path} has {name} = {short(stored)}, now it is {short(now)}; use another folder")
-
-
-def _sweep_up(folder: Path) -> None:
-    """Delete incomplete files of a killed sweep; younger files may belong to another sweep that is running."""
-    for part in folder.glob(f".*{PART}"):
-        remove_if_old(part)
 
 
 def _read_json(path: Path) -> dict[str, Any]:
