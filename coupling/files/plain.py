@@ -1,4 +1,4 @@
-"""Plain data as bytes, and back: trees of numbers, text and arrays as a line of JSON and the arrays' raw numbers.
+"""Plain data as bytes, and back: trees of numbers, text and arrays as a line of JSON and the arrays in numpy's format.
 
 Nothing in the bytes names code. Named tuples and dataclasses are rebuilt only if the reader gives their types, without
 a call of their constructors. A pickle is written and opened only if the caller says `trust`.
@@ -8,10 +8,10 @@ import dataclasses
 import json
 import math
 import pickle
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from io import BytesIO
+from tokenize import TokenError
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -21,9 +21,6 @@ from structures.checks import short
 
 Types = Mapping[str, type]
 
-DTYPE = re.compile(r"[<>|][biufcSU][1-9]\d{0,8}|[<>][mM]8(\[\w+\])?")
-"""Types of arrays: numbers, text, times; no objects, no records."""
-
 LARGEST_INTEGER = 2**63
 """Integers from here on are written in hexadecimal: Python limits the digits of a decimal one."""
 
@@ -31,6 +28,12 @@ BUILT_IN = (list, dict, set, frozenset, str, bytes, int, float, complex, np.ndar
 """Types that hold something in addition to the fields of a dataclass."""
 
 WHAT = "numbers, text, arrays, and lists, tuples, sets and dictionaries of these"
+
+NO_DATA = (
+    *(ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, SyntaxError, TokenError, TypeError),
+    ValueError,
+)
+"""What readers of JSON and of arrays raise for other bytes."""
 
 NOT_TO_PICKLE = pickle.PicklingError, AttributeError, TypeError, RecursionError
 
@@ -53,14 +56,12 @@ def write(file: BinaryIO, tree: Any, types: Types, trust: bool = False) -> None:
     """Write a tree. Raises NotPlain for what is neither plain nor one of the types; trust: pickle it instead."""
     writer = _Writer(types, trust)
     try:
-        text = json.dumps({"tree": writer.node(tree, ""), "arrays": writer.headers}, allow_nan=False)
+        text = json.dumps({"tree": writer.node(tree, ""), "arrays": len(writer.arrays)}, allow_nan=False)
     except RecursionError:
         raise NotPlain("is nested too deeply, or contains itself") from None
     file.write(text.encode("ascii") + b"\n")
     for array in writer.arrays:
-        # One copy at a time: those of a long run would not fit into memory together.
-        straight = array.T if _by_columns(array) else array
-        file.write(np.ascontiguousarray(straight).reshape(-1).view(np.uint8).data)
+        np.lib.format.write_array(file, array, allow_pickle=False)
 
 
 def read(file: BinaryIO, size: int, types: Types, trust: bool = False, checked: bool = False) -> Any:
@@ -68,17 +69,16 @@ def read(file: BinaryIO, size: int, types: Types, trust: bool = False, checked: 
 
     checked: dataclasses are made by their constructors, which check their fields.
     """
-    line = file.readline(size)
+    begin = file.tell()
     try:
-        record = json.loads(line)
-        headers = [_header(header) for header in record["arrays"]]
-        expected = len(line) + sum(math.prod(shape) * dtype.itemsize for dtype, shape, _ in headers)
-        if expected != size:
-            raise Unreadable(f"holds {size} bytes instead of {expected}")
-        return _Reader(types, trust, checked, [_array(file, *header) for header in headers]).value(record["tree"])
+        record = json.loads(file.readline(size))
+        arrays = [np.lib.format.read_array(file, allow_pickle=False) for _ in range(record["arrays"])]
+        if file.tell() != begin + size:
+            raise Unreadable(f"holds {size} bytes instead of {file.tell() - begin}")
+        return _Reader(types, trust, checked, arrays).value(record["tree"])
     except Unreadable:
         raise
-    except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError) as error:
+    except NO_DATA as error:
         raise Unreadable(f"is no plain data ({type(error).__name__}: {error})") from None
 
 
@@ -129,7 +129,6 @@ class _Writer:
     def __init__(self, types: Types, trust: bool) -> None:
         self.names, self.trust = {kind: name for name, kind in types.items()}, trust
         self.arrays: list[NDArray[Any]] = []
-        self.headers: list[tuple[Any, list[int], bool]] = []
         self.places: dict[int, int] = {}
 
     def node(self, value: Any, where: str) -> Any:
@@ -155,9 +154,9 @@ class _Writer:
             return {"complex": [self.node(value.real, where), self.node(value.imag, where)]}
         if kind is bytes:
             return {"bytes": self._array(np.frombuffer(value, np.uint8))}
-        if kind is np.ndarray and _is_plain(value.dtype):
+        if kind is np.ndarray and not value.dtype.hasobject:
             return {"array": self._array(value)}
-        if isinstance(value, np.generic) and DTYPE.fullmatch(value.dtype.str):
+        if isinstance(value, np.generic) and not value.dtype.hasobject:
             return {"number": self._array(np.array(value))}
         fields = _fields(kind)
         if fields is not None and kind in self.names and _holds_only(value, fields):
@@ -173,10 +172,6 @@ class _Writer:
         if id(array) not in self.places:
             self.places[id(array)] = len(self.arrays)
             self.arrays.append(array)
-            kind: Any = array.dtype.str
-            if array.dtype.names is not None:
-                kind = [list(field) for field in array.dtype.descr]
-            self.headers.append((kind, list(array.shape), _by_columns(array)))
         return self.places[id(array)]
 
     def _pickled(self, value: Any, where: str) -> dict[str, int]:
@@ -233,38 +228,6 @@ _MAKERS: dict[str, Any] = {
     "array": lambda reader, inner: reader._numbered(inner),
     "number": lambda reader, inner: reader._numbered(inner)[()],
 }
-
-
-def _header(header: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
-    """Return the type, shape and order of an array."""
-    kind, shape, columns = header
-    fields = [("", kind)] if isinstance(kind, str) else [(str(name), text) for name, text in kind]
-    if not all(DTYPE.fullmatch(text) for _, text in fields) or any(type(size) is not int or size < 0 for size in shape):
-        raise Unreadable(f"holds an array of type {short(kind)} and shape {short(shape)}")
-    return np.dtype(kind if isinstance(kind, str) else fields), tuple(shape), bool(columns)
-
-
-def _is_plain(dtype: np.dtype[Any]) -> bool:
-    """Return whether an array holds numbers or text, or records of them."""
-    if dtype.names is None:
-        return bool(DTYPE.fullmatch(dtype.str))
-    return all(len(field) == 2 and isinstance(field[1], str) and DTYPE.fullmatch(field[1]) for field in dtype.descr)
-
-
-def _array(file: BinaryIO, dtype: np.dtype[Any], shape: tuple[int, ...], columns: bool) -> NDArray[Any]:
-    data = np.empty(math.prod(shape) * dtype.itemsize, np.uint8)
-    left = data.data
-    while left:
-        count = file.readinto(left)  # type: ignore[attr-defined]
-        if not count:
-            raise Unreadable("is cut off")
-        left = left[count:]
-    flat: NDArray[Any] = data.view(dtype)
-    return flat.reshape(shape[::-1]).T if columns else flat.reshape(shape)
-
-
-def _by_columns(array: NDArray[Any]) -> bool:
-    return array.flags.f_contiguous and not array.flags.c_contiguous
 
 
 def _types_in(tree: Any) -> Iterator[type]:
