@@ -1,6 +1,8 @@
 """The accessor `hertz` of Datasets: measures and plots of a run, a sweep or a signal, by `run.hertz`."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import xarray as xr
 
@@ -9,11 +11,24 @@ from coupling.plots.traces import sensors_of, traces
 from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL
-from coupling.results.waves import Reflections
 from structures.html_table import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+P = ParamSpec("P")
+Found = TypeVar("Found")
+
+
+def _of_the_data(function: Callable[Concatenate[xr.Dataset, P], Found]) -> Callable[Concatenate["Hertz", P], Found]:
+    """Return a method that calls a function with the Dataset; help and editors show the function's own text."""
+
+    @wraps(function)
+    def method(self: "Hertz", /, *args: P.args, **options: P.kwargs) -> Found:
+        return function(self._data, *args, **options)
+
+    return method
 
 
 @xr.register_dataset_accessor("hertz")  # type: ignore[no-untyped-call]
@@ -42,17 +57,9 @@ class Hertz:
     def _single(self) -> bool:
         return Reading(self._data).kind in (RUN, SIGNAL)
 
-    def reflections(self, sensor: int, **options: float) -> Reflections:
-        """Return the waves at a sensor bead, as `hl.reflections` does."""
-        return reflections(self._data, sensor, **options)
-
-    def amplitude_ratio(self, sensor: int, **options: Any) -> xr.DataArray:
-        """Return AR at a sensor bead, as `hl.amplitude_ratio` does."""
-        return amplitude_ratio(self._data, sensor, **options)
-
-    def time_of_flight(self, sensor: int, **options: Any) -> xr.DataArray:
-        """Return TOF at a sensor bead, s, as `hl.time_of_flight` does."""
-        return time_of_flight(self._data, sensor, **options)
+    reflections = _of_the_data(reflections)
+    amplitude_ratio = _of_the_data(amplitude_ratio)
+    time_of_flight = _of_the_data(time_of_flight)
 
     def plot(self, sensor: int | None = None, **options: Any) -> "Axes":
         """Draw the force at a sensor, as `hl.plots.traces` does, or AR over a sweep, as `hl.plots.swept` does."""
@@ -62,7 +69,7 @@ class Hertz:
         if not self._single:
             return html_table("Sweep", [*varied(self._data).items()])
         tables = [
-            reflections(self._data, sensor)._repr_html_().replace("Reflections", f"Waves at bead {sensor}")
+            self.reflections(sensor)._repr_html_().replace("Reflections", f"Waves at bead {sensor}")
             for sensor in sensors_of(Reading(self._data), None)
         ]
         return "".join(tables)

@@ -1,6 +1,7 @@
 """The front door: light to import, complete, and never fooled by a package of the same name."""
 
 import ast
+import inspect
 import os
 import pickle
 import re
@@ -268,6 +269,7 @@ def test_a_dataset_has_its_measures(monkeypatch: pytest.MonkeyPatch) -> None:
 
     run = build(0.1).run(until=8e-4)
     assert run.hertz.reflections(6) == hl.reflections(run, 6)
+    assert list(inspect.signature(run.hertz.reflections).parameters) == ["sensor", "smallest", "earliest"]
     assert float(run.hertz.amplitude_ratio(6)) == run.hertz.reflections(6).primary.amplitude_ratio
     assert float(run.hertz.time_of_flight(6)) == run.hertz.reflections(6).primary.time_of_flight
     assert "AR = " in run.hertz._repr_html_()
