@@ -194,14 +194,20 @@ def _critical_modulus(of: struck.Striking) -> float:
     return hl.theory.critical_modulus(of.bead_material)
 
 
-def _both(data: xr.Dataset, label: str, name: str, factor: float = 1.0, *said: float) -> Iterable[Row]:
-    """Return the rows of steel and of PTFE. said: what the reason of each begins with."""
-    for short, material, *first in zip(("steel", "PTFE"), WALLS, *([said] if said else []), strict=True):
+def _both(
+    data: xr.Dataset, label: str, name: str, factor: float = 1.0, tried: str = "", first: Sequence[float] = (),
+    theory: Sequence[float | str] = ("", ""), displaced: Sequence[float] = (),
+) -> Iterable[Row]:  # fmt: skip
+    """Return the rows of steel and of PTFE. tried: what the candidates do on PTFE; the others: a value for each."""
+    for i, (short, material) in enumerate(zip(("steel", "PTFE"), WALLS, strict=True)):
         values = data[f"material_{name}"].sel(material=material)
         values = values.sel(wave="primary") if "wave" in values.dims else values
         ours = float(values.sel(dashpot=DASHPOT).fillna(0.0)) * factor
-        others = struck.over_dashpots(values, factor)
-        yield row(f"{label} {short}", ours, *first, struck.sensitivity(values, factor), otherwise=others)
+        others = struck.over_dashpots(values, factor) | ({DISPLACED: displaced[i]} if displaced else {})
+        said = *first[i : i + 1], struck.sensitivity(values, factor)
+        of_wall = row(f"{label} {short}", ours, *said, theory=theory[i], otherwise=others)
+        more = tried if short == "PTFE" else ""
+        yield of_wall._replace(reason=". ".join(filter(None, (of_wall.reason, more))))
 
 
 def _waves(data: xr.Dataset) -> list[Row]:
@@ -224,40 +230,29 @@ def _waves(data: xr.Dataset) -> list[Row]:
 def _timed(data: xr.Dataset, theory: list[float]) -> Iterable[Row]:
     """Return the rows of TOF, and what the candidates do on PTFE."""
     flights, ratios = (data[f"tried_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
-    moved = 1e6 * float(data.tried_on_steel)
-    tried = f"{candidates.listed(flights, 1e6, ratio=ratios)}. {candidates.of_stiffer_contact(moved)}"
-    rows = _both(data, "TOF,", "time_of_flight", 1e6, *theory)
-    for timed, reason in zip(rows, ("", tried), strict=True):
-        yield _explained(timed, reason)
-
-
-def _explained(one: Row, reason: str) -> Row:
-    """Return a row with more reasons."""
-    return one._replace(reason=". ".join(filter(None, (one.reason, reason))))
+    stiffer = candidates.of_stiffer_contact(1e6 * float(data.tried_on_steel))
+    tried = f"{candidates.listed(flights, 1e6, ratio=ratios)}. {stiffer}"
+    return _both(data, "TOF,", "time_of_flight", 1e6, tried, theory)
 
 
 def _contacts(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
     tried = f"{candidates.spoken(data.tried_duration)}. {candidates.listed(data.tried_contact_time, 1e6)}"
-    rows = _both(data, "contact with", "contact_time", 1e6)
-    for contact, wall, reason in zip(rows, WALLS, ("", tried), strict=True):
+    durations = []
+    for wall in WALLS:
         moved = data.wall_displacement.sel(wall=wall, bead=BEADS).values
         begin, end = np.flatnonzero(np.diff(moved > 0.01 * moved.max()))[:2]
-        displaced = float(data.time[end] - data.time[begin]) * 1e6
-        yield _explained(contact, reason)._replace(otherwise={**contact.otherwise, DISPLACED: displaced})
+        durations.append(float(data.time[end] - data.time[begin]) * 1e6)
+    return _both(data, "contact with", "contact_time", 1e6, tried, displaced=durations)
 
 
 def _displaced(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's displacement, with equation 6.6 and what the candidates do on PTFE."""
     said = candidates.spoken(data.tried_displacement, ".1f")
     tried = f"{said}. {candidates.listed(data.tried_largest_displacement, 1e6, '.1f')}"
-    for moved, wall, reason in zip(
-        _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6), WALLS.values(), ("", tried),
-        strict=True,
-    ):  # fmt: skip
-        energy = 0.5 * THESIS.sphere.mass * (PARTICLE_TO_STRIKER_SPEED * THESIS.speed) ** 2
-        deepest = (2.5 * energy / THESIS.wall(wall)) ** 0.4
-        yield _explained(moved, reason)._replace(theory=1e6 * deepest)
+    energy = 0.5 * THESIS.sphere.mass * (PARTICLE_TO_STRIKER_SPEED * THESIS.speed) ** 2
+    deepest = [1e6 * (2.5 * energy / THESIS.wall(wall)) ** 0.4 for wall in WALLS.values()]
+    return _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6, tried, theory=deepest)
 
 
 def _sensor(data: xr.Dataset) -> Iterable[Row]:
