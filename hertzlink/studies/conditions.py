@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from decimal import Decimal
 from functools import cache
-from typing import Any, Self, get_origin, get_type_hints
+from typing import Any, ClassVar, Self, get_origin, get_type_hints
 
 import xarray as xr
 
@@ -30,6 +30,7 @@ LENGTH = replace(Likely.SIDE, low=1e-4, high=10.0)
 FORCE = hl.quantities.Quantity("N", "a force", "2 N", 1e-6, 1e6)
 OWN = "own_parameters"  # The attribute of results that holds, as JSON, the parameters which differ from the thesis's.
 DIFFERS = "differs_from_thesis"  # The attribute that says the same in words.
+MOST_COLOURED = 6  # Figures have as many colours.
 LISTED = 5  # Most values that are printed one by one.
 # The units in which values are printed, and how many make one of the SI unit.
 READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}
@@ -108,13 +109,21 @@ class Option:
 
 @dataclass(frozen=True)
 class Conditions:
-    """The parameters of a study: a subclass has one field for each. Without fields, nothing can be changed."""
+    """The parameters of a study: a subclass has one field for each. Without fields, nothing can be changed.
+
+    coloured: the parameters whose values have a colour, or a panel, each in a figure.
+    """
+
+    coloured: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for name, option in self.options().items():
             stated = getattr(self, name)
             if stated is not self.thesis(name):
                 object.__setattr__(self, name, option.read(name, stated))
+        for name in self.coloured:
+            if len(getattr(self, name)) > MOST_COLOURED and name in self.differing():
+                raise WrongValue(name, getattr(self, name), f"give at most {MOST_COLOURED} values")
         self.check()
 
     def check(self) -> None:

@@ -60,15 +60,12 @@ class Tacit:
 class Conditions(conditions.Conditions):
     """Parameters that can be changed. The striker then equals the beads."""
 
+    coloured = ("angle",)
     material: Annotated[hl.Material, "Material of the cylinders"] = hl.STEEL_316
     radius: Annotated[float, BEAD, "Radius of the cylinders"] = RADIUS
     length: Annotated[float, conditions.LENGTH, "Length of the cylinders"] = LENGTH
     angle: Annotated[tuple[float, ...], ANGLE, "Angle between neighbours; 0 is a line contact"] = ANGLES
     impact_speed: Annotated[tuple[float, ...], SPEED, "Speed of the striker"] = SPEEDS
-
-    def check(self) -> None:
-        """Refuse more curves than colours."""
-        waves.check_count(self, "angle")
 
     def curve(self, angle: float) -> waves.Curve:
         """Return the chain of an angle."""

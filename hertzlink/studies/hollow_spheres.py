@@ -41,14 +41,11 @@ RATIO = hl.quantities.Quantity(or_zero=True, high=0.95)
 class Conditions(conditions.Conditions):
     """Parameters to change. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
 
+    coloured = ("ratio",)
     material: Annotated[hl.Material, "Material of the spheres"] = hl.ALUMINIUM_6061
     radius: Annotated[float, BEAD, "Outer radius of the spheres"] = RADIUS
     ratio: Annotated[tuple[float, ...], RATIO, "Inner over outer radius; 0 is a solid sphere"] = tuple(TABLE_5_1)
     peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
-
-    def check(self) -> None:
-        """Refuse more curves than colours."""
-        waves.check_count(self, "ratio")
 
     def particle(self, ratio: float) -> hl.Sphere | hl.HollowSphere:
         """Return a sphere, solid or hollow."""

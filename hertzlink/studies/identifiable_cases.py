@@ -14,7 +14,7 @@ from coupling.inference.information import REACH, STEP, Design, Sensitivities
 from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.inference.search import inverse
 from hertzlink.studies import conditions
-from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS, WrongValue
+from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.caution import collected
 from structures.structure import Vector
@@ -61,13 +61,13 @@ UNITS = {
     "upper_thickness": "m", "bond_stiffness": "N/m3",
 }  # fmt: skip
 Places = dict[str, Iterable[Any]]  # Places by the name of the axis.
-MOST_PLATES = 6  # Of panels and of colours in a figure.
 
 
 @dataclass(frozen=True)
 class Conditions(conditions.Conditions):
     """Parameters that can be changed. The plate's modulus stays known, and rods with a bond are left out."""
 
+    coloured = ("thickness", "bead")
     material: Annotated[hl.Material, "Material of the plate"] = hl.ALUMINIUM_6061
     thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = (2.29e-3, 3.0e-3, 4.83e-3)
     bead: Annotated[tuple[float, ...], BEAD, "Diameter of the beads"] = (4.76e-3, 9.53e-3)
@@ -76,12 +76,6 @@ class Conditions(conditions.Conditions):
     distance: Annotated[tuple[float, ...], LENGTH, "Distance to the clamped edge"] = DISTANCES
     noise: Annotated[float, PART, "White noise, as a part of the greatest force at each sensor"] = NOISE
     record: Annotated[tuple[float, ...], RECORD, "Lengths of the records"] = RECORDS
-
-    def check(self) -> None:
-        """Refuse more plates than panels."""
-        for name in ("thickness", "bead"):
-            if len(getattr(self, name)) > MOST_PLATES:
-                raise WrongValue(name, getattr(self, name), f"give at most {MOST_PLATES} values")
 
 
 THESIS = Conditions()

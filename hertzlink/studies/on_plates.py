@@ -28,7 +28,6 @@ HIGHEST_FREQUENCY = 30.0e3
 # Length of other records in contact times of aluminium plates, after 30 of which the slowest reflected wave returns;
 # and the ratio of contact stiffnesses of steel beads on aluminium, up to which it is enough.
 RECORD, ALUMINIUM_STIFFNESS_RATIO = 45.0, 0.743
-MOST_VALUES = 6  # Of a parameter; figures have as many colours.
 # Of a plate's mesh, about. Its reduction takes some minutes and 4 GB.
 CELLS_PER_WAVELENGTH, MOST_UNKNOWNS = 1.4, 250_000
 SCAN = (*(0.25 * i for i in range(2, 17)), 4.5, 5.0, 6.0, 8.0, 10.0)
@@ -52,16 +51,13 @@ class OnPlate(Conditions):
     beads: Annotated[int, hl.quantities.Count(2, 200), "Number of beads"] = BEADS
     sensor: Annotated[int, hl.quantities.Count(1, 199), "Bead whose force is read, from the struck end"] = SENSOR
 
+    coloured = ("thickness", "bead")
     shortest_side: ClassVar[float] = 0.0  # in units of ℓ
 
     def check(self) -> None:
-        """Require a sensor within the chain, no more values than colours, and a plate that a mesh can resolve."""
+        """Require a sensor within the chain, and a plate that a mesh can resolve."""
         if self.sensor >= self.beads:
             raise WrongValue("sensor", self.sensor, f"must be less than the number of beads, {self.beads}")
-        for name in ("thickness", "bead"):
-            values = getattr(self, name)
-            if len(values) > MOST_VALUES:
-                raise WrongValue(name, values, f"give at most {MOST_VALUES} values")
         if not self.own:
             return
         least = self.shortest_side * self.lengths().max()

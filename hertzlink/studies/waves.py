@@ -10,7 +10,6 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw
-from hertzlink.studies.conditions import Conditions, WrongValue
 from hertzlink.studies.table import Named, Row, Rows
 from particles.chain import LawOfPair
 from particles.laws.power_fit import PowerFit
@@ -20,7 +19,6 @@ from structures.structure import Vector
 row = Rows("waves")
 # Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends.
 LEVELS = (0.01, 0.001)
-MOST_CURVES = 6  # Figures have as many colours.
 SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
 # Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
 RANGE = (0.1, 2.0)
@@ -237,9 +235,3 @@ def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 def line(curve: xr.Dataset, label: str) -> draw.Line:
     """Return the wave speeds over peak forces, simulated and by theory, for `draw.compared`."""
     return label, curve.peak_force.values, curve.wave_speed.values, curve.theory.values
-
-
-def check_count(of: Conditions, name: str) -> None:
-    """Raise a WrongValue for more curves than colours."""
-    if len(getattr(of, name)) > MOST_CURVES and name in of.differing():
-        raise WrongValue(name, getattr(of, name), f"give at most {MOST_CURVES} values")
