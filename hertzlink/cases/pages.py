@@ -53,7 +53,7 @@ def page(
         ratios = {int(sensor): data.amplitude_ratio.sel(sensor=sensor) for sensor in data.sensor.values}
         summary = [in_a_sentence.of_sweep(data, ratio, sensor) for sensor, ratio in ratios.items()]
     summary.append(in_a_sentence.DEFINED)
-    return Page(title, summary, sections, usual_facts(took))
+    return Page(title, summary, sections, usual_facts(took, {}))
 
 
 def _pictures(data: xr.Dataset) -> list[Picture]:

@@ -106,10 +106,7 @@ def page_of(
         summary = [*summary, in_a_sentence.DEFINED]
     warnings = one_of_each([*findings_of(data), *said])
     parts = with_setup(sections, data, sketched, warnings)
-    program_versions = stored(data.attrs.get("versions"))
-    return Page(
-        title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in program_versions.items()} or None)
-    )
+    return Page(title or name, summary, parts, usual_facts(took, data.attrs))
 
 
 def with_setup(

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.results.findings import findings_of, one_of_each
-from coupling.results.provenance import stored
 from hertzlink.reports.of_results import with_setup
 from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
 from hertzlink.reports.svg import picture
@@ -32,14 +31,13 @@ def study_report(
     comparison = Table(
         f"Numbers of {f'the {column}, of ' if column else ''}theory and of hertzlink", tuple(head), lines
     )
-    program_versions = stored(data.attrs.get("versions"))
     took = data.attrs.get("time_taken")
     results = [
         Section("Figures", pictures=[picture(figure, key, caption(name, key)) for key, figure in figures.items()]),
         Section("Comparison", footnotes(rows, column), tables=[comparison]),
     ]
     sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
-    facts = usual_facts(None if took is None else float(took), program_versions or None)
+    facts = usual_facts(None if took is None else float(took), data.attrs)
     summary = [STUDIES[name].about, *([f"{parameters[0].upper()}{parameters[1:]}."] if parameters else [])]
     return html(Page(f"Study {name}", summary, sections, facts, remark))
 

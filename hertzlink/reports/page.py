@@ -1,13 +1,13 @@
 """The parts of a report, and the page that the template makes of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from coupling.results.provenance import versions
+from coupling.results.provenance import stored, versions
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -99,13 +99,14 @@ def html(page: Page) -> str:
     )
 
 
-def usual_facts(took: float | None, numbers: dict[str, str] | None = None) -> list[tuple[str, str]]:
-    """Return when the report was made, the time the computation took (s), and versions: those of a result, or of
-    today."""
+def usual_facts(took: float | None, attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return when the report was made, the time the computation took (s), and versions: those in the attributes of a
+    result, or of today."""
+    numbers = stored(attributes.get("versions")) or versions()
     facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
     if took is not None:
         facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
-    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in (numbers or versions()).items())))
+    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in numbers.items())))
     return facts
 
 

@@ -119,7 +119,7 @@ def table(data: xr.Dataset) -> list[Row]:
             rows.append(row("gap", span(ratios), *said, opening=1e6 * opening, **named))
         half = 1e6 * at.half_way.values
         if np.isfinite(half).all():
-            slope = np.polyfit(np.log(taps), np.log(half), 1)[0]
+            slope = waves.power(taps, half)
             rows.append(row("half-way", span(half, ".2f"), *ends, 100 * ERROR, slope, **named))
     return rows
 

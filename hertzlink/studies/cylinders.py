@@ -167,7 +167,7 @@ def _turned(data: xr.Dataset) -> list[Row]:
 def _parallel(data: xr.Dataset) -> list[Row]:
     """Return the line contact, equation 5.8, and figure 5.10."""
     law, fitted = Tacit()(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
-    power = float(np.polyfit(np.log(law.approach(fitted)), np.log(fitted), 1)[0])
+    power = waves.power(law.approach(fitted), fitted)
     low, high = local_exponent(law, np.array([1e3, 3e4]) * LENGTH)
     reason = f"equation 5.8 over 1 to 100 N, locally {low:.3f} to {high:.3f} for 1 to 30 kN/m"
     wide, wider = data.case_width.sel(case="0°").values / DIAMETER

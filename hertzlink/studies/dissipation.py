@@ -241,17 +241,12 @@ def secondary_waves(run: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({"secondary": ((), wave.amplitude_ratio if wave else np.nan, {"units": "1"})})
 
 
-def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
-    """Return the front speed (m/s) between neighbouring sensors, and the geometric mean of their peak forces (N)."""
+def forces_and_speeds(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
+    """Return the geometric mean of neighbouring sensors' peak forces (N), and the front speed between them (m/s)."""
     swept = data[["swept_peak", "swept_arrival"]].sel(law=law).transpose("striker_speed", "swept_sensor")
     peak, distance = swept.swept_peak.values, np.diff(swept.swept_sensor.values) * STEEL.bead
-    speed: Vector = distance / np.diff(swept.swept_arrival.values, axis=1)
-    return speed, np.sqrt(peak[:, 1:] * peak[:, :-1])
-
-
-def slope(speed: Vector, force: Vector) -> float:
-    """Return the exponent p of the line speed ∝ forceᵖ in log–log, by least squares."""
-    return float(np.polyfit(np.log(force.ravel()), np.log(speed.ravel()), 1)[0])
+    speed = distance / np.diff(swept.swept_arrival.values, axis=1)
+    return np.sqrt(peak[:, 1:] * peak[:, :-1]).ravel(), speed.ravel()
 
 
 def formation(peak: xr.DataArray) -> int:
@@ -315,7 +310,7 @@ def _other_rows(data: xr.Dataset) -> list[Row]:
     """Return mass-proportional losses, speed over force, ellipsoids, waves that meet, and how soon a wave forms."""
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
-    free, lossy = (slope(*speeds_and_forces(data, law)) for law in ("undamped", "thesis"))
+    free, lossy = (waves.power(*forces_and_speeds(data, law)) for law in ("undamped", "thesis"))
     left = data.ellipsoid_peak.sel(ellipsoid_sensor=41) / data.ellipsoid_peak.sel(ellipsoid_sensor=8)
     weak, middle, strong = left.sel(dashpot=list(ELLIPSOID_DASHPOTS[1:])).values.tolist()
     contact, bead = data.secondary.sel(meeting=list(MEETINGS)).values.tolist()
@@ -365,9 +360,9 @@ def _decay(data: xr.Dataset, lines: Iterable[tuple[str, str, str, xr.DataArray]]
 def _speed_over_force(data: xr.Dataset) -> draw.Figure:
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for i, (law, name) in enumerate((("undamped", "undamped"), ("thesis", "thesis's law"))):
-        speed, force = speeds_and_forces(data, law)
-        label = f"{name}, fitted slope {slope(speed, force):.3f}"
-        draw.points(axis, force.ravel(), speed.ravel(), i, label)
+        force, speed = forces_and_speeds(data, law)
+        label = f"{name}, fitted slope {waves.power(force, speed):.3f}"
+        draw.points(axis, force, speed, i, label)
     ends = np.array([force.min(), force.max()])
     middle = np.exp(np.log(speed).mean()) * (ends / np.exp(np.log(force).mean())) ** (1.0 / 6.0)
     draw.theory_line(axis, ends, middle, "slope 1/6", "--")

@@ -153,7 +153,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
         row("wave speed along the minor axis", minor / sphere, holds=minor < sphere),
         row("wave speed along the major axis", major / sphere, holds=major > sphere),
         row("wave speed over equation 5.11", ahead, holds=abs(ahead - 1.0) < SIMILAR),
-        row("wave speed over size, exponent", float(np.polyfit(np.log(DIAMETERS), np.log(by_size), 1)[0])),
+        row("wave speed over size, exponent", waves.power(np.array(DIAMETERS), np.array(by_size))),
     ]
 
 

@@ -121,7 +121,12 @@ def speed_at(curve: xr.Dataset, force: float) -> float:
 
 def exponent(curve: xr.Dataset) -> float:
     """Return the slope of ln V over ln F, by least squares: (n − 1)/(2n) for F = k δⁿ (thesis, equation 5.12)."""
-    return float(np.polyfit(np.log(curve.peak_force.values), np.log(curve.wave_speed.values), 1)[0])
+    return power(curve.peak_force.values, curve.wave_speed.values)
+
+
+def power(x: Vector, y: Vector) -> float:
+    """Return the exponent p of the line y ∝ xᵖ, by least squares of the logarithms."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
 @dataclass(frozen=True)
