@@ -19,7 +19,7 @@ import hertzlink as hl
 from coupling.interface import points, takes_part
 from coupling.participant import CheckedParticipant
 from coupling.sweeps.progress import watched
-from hertzlink.studies import draw, verdicts
+from hertzlink.studies import draw, verdicts, waves
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import Row, Rows
 from particles.chain import LawOfPair
@@ -352,8 +352,8 @@ def ringing(body: Any, lowest: float, highest: float) -> tuple[np.ndarray, np.nd
     poles = np.linalg.eigvals(np.linalg.lstsq(modes[:-1], modes[1:], rcond=None)[0])
     poles = poles[np.angle(poles) > 0.0]
     # Each mode, and its conjugate, over the part of the record that fixes the poles.
-    waves = poles ** np.arange(rings.size // 3)[:, None]
-    sizes_of = np.linalg.lstsq(np.hstack([waves.real, -waves.imag]), rings[: waves.shape[0]], rcond=None)[0]
+    tones = poles ** np.arange(rings.size // 3)[:, None]
+    sizes_of = np.linalg.lstsq(np.hstack([tones.real, -tones.imag]), rings[: tones.shape[0]], rcond=None)[0]
     angular = np.angle(poles) / (FOLD * window)
     # The force is constant in each window.
     middles = (np.arange(pulse.size) + 0.5) * window
@@ -374,14 +374,7 @@ def _peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
 
 def _duration(time: np.ndarray, values: np.ndarray, level: float) -> float:
     """Return how long a pulse exceeds a part of its peak; NaN for a pulse that does not rise and fall."""
-    top, least = int(values.argmax()), level * _peak(time, values)[1]
-    before, after = np.flatnonzero(values[:top] < least), np.flatnonzero(values[top:] < least)
-    if not before.size or not after.size:
-        return nan
-    start, end = int(before[-1]), top + int(after[0])
-    rise = np.interp(least, values[start : start + 2], time[start : start + 2])
-    fall = np.interp(-least, -values[end - 1 : end + 1], time[end - 1 : end + 1])
-    return float(fall - rise)
+    return waves.duration(time, values, int(values.argmax()), level * _peak(time, values)[1])
 
 
 CHAINS: tuple[Callable[..., Numbers], ...] = (_moose_chain, _moose_spheres, _benchmarks, _dimers)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.signal import peak_widths
 
 import hertzlink as hl
 from hertzlink.studies import draw
@@ -35,7 +36,9 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     until = incident.arrival if incident else float(run.time[0])
     between = (run.contact_force - run.static_force).sel(contact=slice(first + 1, second), time=slice(None, until))
     force = hl.sensor_force(run, second).values
-    widths = [speed * duration(run.time.values, force, until, level) for level in LEVELS]
+    before = max(0, int(np.searchsorted(run.time.values, until)) - 1)
+    peak = before + int(force[before : before + 2].argmax())
+    widths = [speed * duration(run.time.values, force, peak, level * force[peak]) for level in LEVELS]
     return xr.Dataset(
         {
             "wave_speed": ((), speed, {"units": "m/s", "long_name": "wave speed between the sensors"}),
@@ -46,19 +49,13 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     )
 
 
-def duration(time: Vector, force: Vector, arrival: float, level: float) -> float:
-    """Return the time, s, for which the pulse that arrives at `arrival` exceeds a fraction of its peak."""
-    peak = int(np.searchsorted(time, arrival))
-    peak = max(0, peak - 1) + int(force[max(0, peak - 1) : peak + 1].argmax())
-    least = level * force[peak]
-    below = np.flatnonzero(force < least)
-    before, after = below[below < peak], below[below > peak]
-    if not (before.size and after.size):
+def duration(time: Vector, force: Vector, peak: int, least: float) -> float:
+    """Return the time, s, for which the pulse with a peak at this sample exceeds a force; NaN without rise or fall."""
+    if not (force[:peak] < least).any() or not (force[peak:] < least).any():
         return float("nan")
-    start, end = int(before[-1]), int(after[0])
-    rise = np.interp(least, force[start : start + 2], time[start : start + 2])
-    fall = np.interp(-least, -force[end - 1 : end + 1], time[end - 1 : end + 1])
-    return float(fall - rise)
+    above = np.array([force[peak] - least]), np.array([0]), np.array([force.size - 1])
+    ends = np.concatenate(peak_widths(force, [peak], 1.0, above)[2:])
+    return float(np.diff(np.interp(ends, np.arange(time.size), time))[0])
 
 
 def of_mass(bead: Any, mass: float) -> Any:

@@ -85,8 +85,8 @@ def test_a_width_is_a_speed_times_a_duration() -> None:
     time = np.linspace(0.0, 1.0, 401)
     pulse = np.where(abs(time - 0.5) < 0.25, np.cos(2.0 * np.pi * (time - 0.5)), 0.0) ** 6
     expected = 0.5 * 2.0 / np.pi * np.arccos(0.01 ** (1.0 / 6.0))
-    assert waves.duration(time, pulse, 0.5, 0.01) == pytest.approx(expected, rel=1e-3)
-    assert np.isnan(waves.duration(time, np.maximum(pulse, 0.02), 0.5, 0.01))
+    assert waves.duration(time, pulse, int(pulse.argmax()), 0.01 * pulse.max()) == pytest.approx(expected, rel=1e-3)
+    assert np.isnan(waves.duration(time, np.maximum(pulse, 0.02), int(pulse.argmax()), 0.01))
 
 
 def test_no_speed_is_made_up_outside_the_simulated_forces(quick: xr.Dataset) -> None:
