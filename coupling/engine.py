@@ -123,16 +123,12 @@ class Engine:
         self.trial = self.work_space()
         self.before = None if adaptive is None else self.start()
 
-    @property
-    def _state_size(self) -> int:
-        structure, _ = self.of_length(self.length)
-        linear = structure.window.structure if isinstance(structure, Gaps) else structure
-        return int(linear.response.shape[1])
-
     def work_space(self) -> Trial:
         """Return the work space."""
-        interface, state, coordinates = self.interface, self._state_size, int(self.interface.begin[-1, 0])
-        contacts, chains, gaps = interface.size, len(self.chains), self._gaps
+        structure, closing = self.of_length(self.length)[0], self.interface.closing
+        state = (structure.window.structure if isinstance(structure, Gaps) else structure).response.shape[1]
+        coordinates, contacts = self.interface.begin[-1, 0], self.interface.size
+        chains, gaps = len(self.chains), 0 if closing is None else closing.opening.size
         return Trial(
             np.zeros(coordinates),
             np.zeros(coordinates),
@@ -145,10 +141,6 @@ class Engine:
             np.zeros((5 + PIECES + contacts, contacts)),
         )
 
-    @property
-    def _gaps(self) -> int:
-        return 0 if self.interface.closing is None else int(self.interface.closing.opening.size)
-
     def start(self) -> Run:
         """Return the run at time zero, in static equilibrium."""
         starts = [chain.start() for chain in self.interface.chains]
@@ -157,7 +149,7 @@ class Engine:
         return Run(
             np.concatenate([state.position for state in starts]),
             np.concatenate([state.velocity for state in starts]),
-            np.zeros(self._state_size),
+            np.zeros(self.trial.free.size),
             np.zeros(0) if closing is None else closing.start().pressed,
             np.zeros(contacts, CONTACT),
             np.zeros(chains, CHAIN),

@@ -101,10 +101,11 @@ class Interface:
         self.size = len(self.contacts)
         self.single = self.size == 1 and len(self.structures[0].surfaces) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
-        self._touching = [
+        self.touching = [
             [k for k, contact in enumerate(self.contacts) if contact.structure == place]
             for place in range(len(self.structures))
         ]
+        """The contacts of each structure."""
         self.of_structure = [self._at_points(place) for place in range(len(self.structures))]
         # Nearly always everywhere. Then the arrays need no masks, which cost as much as the sums of a small structure.
         self._touched = [bool((seats >= 0).all()) for seats in self.of_structure]
@@ -160,10 +161,6 @@ class Interface:
             else structure.name
         )
         return f"{beads} bead{'s' * (beads != 1)} on {kind}"
-
-    def touched_by(self, structure: int) -> list[int]:
-        """Return the contacts of a structure, by its place."""
-        return self._touching[structure]
 
     def start(self, memory: Any) -> CoupledState:
         """Return the state at time zero, in static equilibrium."""

@@ -146,7 +146,7 @@ def _check_rest(interface: Interface, first: CoupledState) -> None:
     """Raise a ValueError for participants that move in the first substep, in which no force acts."""
     for place, box in enumerate(interface.structures):
         if isinstance(box, CheckedParticipant):
-            moved = first.surface[interface.touched_by(place)]
+            moved = first.surface[interface.touching[place]]
             box.check_rest(moved, PROBE * interface.indentation_scale)
 
 
@@ -155,7 +155,7 @@ def _check(interface: Interface, state: CoupledState) -> None:
     check_finite(interface, [(chain.position, chain.velocity) for chain in state.chains], state.surface, state.time)
     for place, box in enumerate(interface.structures if interface.boxes else ()):
         if isinstance(box, CheckedParticipant) and box.passive:
-            work = float(state.ledger.work[interface.touched_by(place)].sum())
+            work = float(state.ledger.work[interface.touching[place]].sum())
             if work < -LARGEST_GAIN * interface.impact_energy:
                 raise ValueError(
                     f"{box.name}.advance gives back more energy than it received, {-work:.3g} J up to t = "

@@ -151,7 +151,7 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     """Return a finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
     structure, contact = frames.ledger.structure, frames.ledger.contact
     energies, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
-    work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energies))])
+    work = np.stack([contact["work"][interface.touching[place]].sum(axis=0) for place in range(len(energies))])
     total_energy = np.where(np.isnan(energies), work, energies + damped).sum(axis=0)
     for number, chain_frames in enumerate(frames.chains):
         energy = chain_frames.energy

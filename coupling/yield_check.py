@@ -1,6 +1,7 @@
 """Yielding in a run with elastic contacts, by an estimate from a table, by Jackson and Green's law."""
 
 import csv
+from bisect import bisect_right
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
@@ -93,11 +94,10 @@ def _change(chain: MovingChain, motion: Motion, times: Vector) -> str | None:
         return None
     beyond, sensor = motion.peaks / limits, middle_of(chain)
     between = median(beyond[1 : sensor + 1].tolist())
-    left = _estimate("force", 1.0, between)
     change: str | None = ""
     if beyond[-1] > max(1.0, WALL * between):
         change = _of_wall(chain, motion, sensor, float(beyond[-1]), times) if chain.behind is None else None
-    elif 1.0 - left > LOST:
+    elif 1.0 - (left := _estimate("force", 1.0, between)) > LOST:
         change = f"the force at bead {sensor} would be about {left:.2g} times this run's, and AR would differ"
     elif beyond[0] > FEW:
         change = None
@@ -133,12 +133,15 @@ def _estimate(what: str, elastic: float, beyond: float) -> float:
     """Return a value of the table at an elastic AR and a force, in units of that at which a contact yields; at its ends
     where they lie beyond it."""
     logarithms, ratios, rows = _table(what)
-    return float(np.interp(elastic, ratios, [np.interp(log(max(beyond, 1.0)), logarithms, row) for row in rows]))
+    force = min(log(max(beyond, 1.0)), logarithms[-1])
+    i = min(bisect_right(logarithms, force), len(logarithms) - 1) - 1
+    part = (force - logarithms[i]) / (logarithms[i + 1] - logarithms[i])
+    return float(np.interp(elastic, ratios, rows[i] + part * (rows[i + 1] - rows[i])))
 
 
 @cache
-def _table(what: str) -> tuple[list[float], list[float], list[list[float]]]:
-    """Return the logarithms of the forces, the elastic AR, and a row of values for each of these."""
+def _table(what: str) -> tuple[list[float], list[float], Vector]:
+    """Return the logarithms of the forces, the elastic AR, and a row for each of the forces, of values for these."""
     head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
-    rows = [[float(number) for number in line[1:]] for line in lines if line[0] == what]
-    return [log(float(number)) for number in head[2:]], [row[0] for row in rows], [row[1:] for row in rows]
+    columns = np.array([[float(number) for number in line[1:]] for line in lines if line[0] == what]).T
+    return [log(float(number)) for number in head[2:]], columns[0].tolist(), columns[1:]

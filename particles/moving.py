@@ -150,15 +150,19 @@ class MovingChain:
             positive("impact_energy", self.impact_energy, "J")
         positive("fineness", self.fineness)
         object.__setattr__(self, "shared", self._alike())
-        for name, make in (
-            ("static_force", self._static_forces),
-            ("mass", self._masses),
-            ("laws", lambda: contacts.laws_of(chain, self.pairs, self._found_law)),
-            ("yielding", lambda: contacts.yielding_of(chain, self.pairs, self.laws)),
-            ("preload", lambda: self.approach(self.static_force)),
-            ("rest", self._at_rest),
-        ):
-            object.__setattr__(self, name, self.once(name, make))
+        facts = self.shared.setdefault("facts", {})
+        if "rest" not in facts:
+            for name, make in (
+                ("static_force", self._static_forces),
+                ("mass", self._masses),
+                ("laws", lambda: contacts.laws_of(chain, self.pairs, self._found_law)),
+                ("yielding", lambda: contacts.yielding_of(chain, self.pairs, self.laws)),
+                ("preload", lambda: self.approach(self.static_force)),
+                ("rest", self._at_rest),
+            ):
+                object.__setattr__(self, name, make())
+                facts[name] = getattr(self, name)
+        vars(self).update(facts)
         self._check_flexibility()
         self._check_step()
 

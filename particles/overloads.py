@@ -78,7 +78,8 @@ def weaker(chain: MovingChain, contact: int) -> Material:
     """Return the material that yields first."""
     pair = chain.pairs[contact]
     assert pair is not None
-    return min(_materials(pair), key=yield_pressure)
+    material: Material = chain.once(f"weaker {contact}", lambda: min(_materials(pair), key=yield_pressure))
+    return material
 
 
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:

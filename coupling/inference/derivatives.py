@@ -391,7 +391,7 @@ class TangentEngine(Engine):
         return Moving(
             self._lanes(usual.y, [rate.y for rate in rates]),
             self._lanes(usual.v, [rate.v for rate in rates]),
-            self._zeros(groups, 2, self._state_size),
+            self._zeros(groups, 2, self.trial.free.size),
             np.zeros(groups, dtype=int),
             self._zeros(groups, 3, contacts),
             self._zeros(groups, 2, contacts),

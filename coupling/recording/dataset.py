@@ -80,7 +80,7 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
     for place, box in enumerate(interface.structures):
         if not isinstance(box, CheckedParticipant) or box.closing is not None or not box.inertias:
             continue
-        points = interface.touched_by(place)
+        points = interface.touching[place]
         impulse = frames.ledger.contact["impulse"][points][:, -1]
         moved = frames.ledger.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
         compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
@@ -138,7 +138,7 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
         for records in (frames.ledger.contact, frames.ledger.structure)
     )
     energy, given_work = structure["kinetic"] + structure["elastic"], contact["given"]
-    work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
+    work = np.stack([contact["work"][interface.touching[place]].sum(axis=0) for place in range(len(energy))])
     return {
         "surface_displacement": contact["surface"],
         "interface_work": contact["work"],

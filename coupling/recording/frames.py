@@ -191,7 +191,7 @@ class Frames:
         """
         for place in interface.damped:
             frames = self.ledger.structure[place]
-            work = self.ledger.contact["work"][interface.touched_by(place)].sum(axis=0)
+            work = self.ledger.contact["work"][interface.touching[place]].sum(axis=0)
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
     def upto(self, row: int) -> list[Vector]:
