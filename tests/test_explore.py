@@ -24,8 +24,7 @@ from coupling.inference.plates import basis_between
 from hertzlink.cases.case import read
 from hertzlink.cases.running import task_of
 from hertzlink.cli import main
-from hertzlink.explore.answers import MOST_POINTS, Explorer, thinned
-from hertzlink.explore.plate_basis import TOLERANCE, plates_of
+from hertzlink.explore.answers import MOST_POINTS, TOLERANCE, Explorer, plates_of, thinned
 from hertzlink.explore.server import Server
 from hertzlink.explore.sliders import sliders_of, start_of
 
@@ -360,7 +359,7 @@ def test_a_basis_is_used_only_if_it_is_good(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], most: float, note: str
 ) -> None:
     (tmp_path / "case.toml").write_text(CASE.replace("STRUCTURE", PLATE))
-    monkeypatch.setattr("hertzlink.explore.plate_basis.MOST_ERROR", most)
+    monkeypatch.setattr("hertzlink.explore.answers.MOST_ERROR", most)
     pages = []
 
     def serve(server: Server) -> None:

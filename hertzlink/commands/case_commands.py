@@ -182,10 +182,9 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
     others, or the interval between samples by --set identify.interval="0.5 us". The section [identify] of the case
     names the columns and the unknowns; `hertzlink new identify` writes an example of both files.
     """
-    from hertzlink.cases.again import TRACE
-    from hertzlink.cases.identifying import answer, simulation_of, tables
+    from hertzlink.cases.identifying import answer, of_file, signal_of, simulation_of, tables
     from hertzlink.cases.questions import question_of
-    from hertzlink.cases.signal_file import of_file, signal_of
+    from hertzlink.cases.templates import TRACE
 
     question = question_of(case)
     signal = signal_of(question, trace)

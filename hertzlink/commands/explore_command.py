@@ -73,7 +73,7 @@ def _server(name: str, case: "Case", port: int) -> "Server":
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
     from coupling.inference.plates import basis_between
-    from hertzlink.explore.plate_basis import MOST_ERROR, TOLERANCE, plates_of
+    from hertzlink.explore.answers import MOST_ERROR, TOLERANCE, plates_of
 
     plates = plates_of(explorer.case, explorer.sliders)
     if plates is None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from printed import PRINTED, check
 
-from hertzlink.studies import STUDIES, plate_waves
+from hertzlink.studies import STUDIES, plate_boundary
 from hertzlink.studies.rod_stiffness import table_2_1
 from hertzlink.studies.table import SCATTER, TIMED, Row, Rows, expected
 from structures.material import MATERIALS
@@ -15,11 +15,11 @@ from structures.material import MATERIALS
 
 def test_waves_of_the_plate() -> None:
     """Recomputed: Rayleigh's 0.571 of the bar speed; A0 in 2.29 and 4.83 mm, D = 9.53 mm, 9 kHz: 895 and 1300 m/s."""
-    rows = {row.quantity: row for row in plate_waves.table()}
+    rows = {row.quantity: row for row in plate_boundary.of_waves()}
     check("plate-waves", list(rows.values()))
     assert rows["k of the Rayleigh wave"].computed == pytest.approx(0.571, abs=1e-3)
-    assert plate_waves.impact_frequency(9.53e-3) == pytest.approx(9.0e3, rel=0.02)
-    speeds = plate_waves.group_speeds()[9.53e-3]
+    assert plate_boundary.impact_frequency(9.53e-3) == pytest.approx(9.0e3, rel=0.02)
+    speeds = plate_boundary.group_speeds()[9.53e-3]
     assert [speeds[0], speeds[-1]] == pytest.approx([895.0, 1300.0], rel=0.05)
 
 
@@ -75,8 +75,8 @@ def test_most_studies_are_checked() -> None:
     [
         [Row("AR, D/t 1", 0.8726, 0.846, "", "computed, not printed")],
         [Row("k of the Rayleigh wave", 0.57, 0.5715)],
-        [*plate_waves.table(), Row("AR", 0.57, 0.4)],
-        [*plate_waves.table(), Row("AR", "", nan, "", "missing")],
+        [*plate_boundary.of_waves(), Row("AR", 0.57, 0.4)],
+        [*plate_boundary.of_waves(), Row("AR", "", nan, "", "missing")],
     ],
 )
 def test_the_check_finds_what_is_not_honest(rows: list[Row]) -> None:

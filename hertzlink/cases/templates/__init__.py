@@ -1,17 +1,21 @@
-"""First case files, by kind, and how they are written."""
+"""Case files that are written: first ones, by kind, and the case of a result."""
 
+import json
 import os
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from shlex import quote
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from coupling.files.user_files import read_netcdf
 from hertzlink._hints import nearest
-from hertzlink.cases.again import case_again
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError
+from hertzlink.cases.rebuilt import from_input
 
 KINDS = (
     "chain", "deformable", "two-chains", "rod", "layered-rod", "beam", "cylinder", "wall", "plate", "thick-plate",
@@ -20,6 +24,9 @@ KINDS = (
 
 TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
 """The plate of the example's trace, which the template of `identify` does not know."""
+
+TRACE = "trace"
+"""The attribute of an identification that names the file of its signal."""
 
 NOISE, LEAD, VOLTS = 0.01, 50e-6, 25.0
 """Noise over the peak, s before the impact, and N/V of the example's trace."""
@@ -72,6 +79,34 @@ def write_new(kind: str, path: Path | None) -> list[str]:
 
 def _next(path: Path) -> str:
     return f"next: hertzlink check {quote(str(path))}, then hertzlink run {quote(str(path))}"
+
+
+def case_again(file: Path) -> tuple[str, str]:
+    """Return text of the case of a result, and the name of the signal's file where the case was identified from one.
+
+    A ValueError that says in one line what else the file holds.
+    """
+    data = read_netcdf(file)
+    if "case" in data.attrs:
+        return str(data.attrs["case"]), str(data.attrs.get(TRACE, ""))
+    inputs = _input(data)
+    if "verdict" in data:
+        raise CaseError(f"{file}: is an identification made in Python, which has no case; `hertzlink new identify`")
+    if "study" in inputs:
+        name = inputs["study"]
+        raise CaseError(f"{file}: is a study, which has no case; `hertzlink study {name}` repeats it")
+    try:
+        return from_input(data).to_toml(), ""
+    except ValueError as error:
+        raise CaseError(f"{file}: {str(error).removeprefix('given: ')}") from error
+
+
+def _input(data: xr.Dataset) -> dict[str, Any]:
+    try:
+        inputs = json.loads(str(data.attrs.get("input", "{}")))
+    except ValueError:
+        return {}
+    return inputs if isinstance(inputs, dict) else {}
 
 
 def example_trace(path: Path) -> str:
