@@ -188,9 +188,14 @@ class CheckedParticipant:
         self.check_rest(self.move(self.start(), np.zeros(self.contacts), window)[1], negligible)
         self.check_repeats(self.start(), np.full(self.contacts, force), window)
         places = [self._pushed(number, force, window) for number in range(self.contacts)]
-        if self.passive:
-            for number, place in enumerate(places):
-                self._check_direction(number, force, place, ROUNDING * negligible)
+        for number, place in enumerate(places):
+            # Pushed alone from rest, it moves towards the chain: the structure would create energy.
+            if self.passive and place < -ROUNDING * negligible:
+                point = f"contact point {number}" if self.contacts > 1 else "the contact point"
+                raise ValueError(
+                    f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from "
+                    "rest; away from it is positive; a structure that creates energy sets passive = False"
+                )
         self.first_window = window
         self.inertias = [force * window**2 / (2.0 * place) if place > 0.0 else inf for place in places]
 
@@ -231,16 +236,6 @@ class CheckedParticipant:
         forces = np.zeros(self.contacts)
         forces[number] = force
         return float(self.move(self.start(), forces, window)[1][number])
-
-    def _check_direction(self, number: int, force: float, place: float, rounding: float) -> None:
-        """Refuse a point that moves towards the chain when it is pushed alone from rest: the structure would create
-        energy."""
-        if place < -rounding:
-            point = f"contact point {number}" if self.contacts > 1 else "the contact point"
-            raise ValueError(
-                f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from rest"
-                "; away from it is positive; a structure that creates energy sets passive = False"
-            )
 
     def _as_given(self, numbers: Vector) -> Any:
         """Return the form in which the participant takes and returns K numbers: a float if it has one contact."""

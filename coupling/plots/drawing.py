@@ -238,21 +238,16 @@ def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str, 
     The force, N, of the last bead relative to the preload, or through the beads that are drawn, one column each.
     """
     if "bead" in motion.coords:
-        names = [f"bead {number}" for number in np.unique(motion.bead)]
-        return *_until(_through_beads(run, motion), motion), "force through\nthe beads (N)", names
+        drawn = np.unique(motion.bead)
+        if "section_force" not in run or set(run.section_force.dims) != {"time", "bead"} or drawn[-1] >= run.bead.size:
+            raise ValueError("run: must be the Dataset of one run, that of the beads' motion")
+        names = [f"bead {number}" for number in drawn]
+        return *_until(run.section_force.isel(bead=drawn), motion), "force through\nthe beads (N)", names
     reading = Reading(run, "the Dataset of a run")
     forces = reading.dynamic_force()
     reading.check_one_chain("contact_force")
     force = forces.isel(contact=reading.beads[0])
     return *_until(force, motion), "force on the\nstructure (N)", []
-
-
-def _through_beads(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:
-    drawn = np.unique(motion.bead)
-    if "section_force" not in run or set(run.section_force.dims) != {"time", "bead"} or drawn[-1] >= run.bead.size:
-        raise ValueError("run: must be the Dataset of one run, that of the beads' motion")
-    through: xr.DataArray = run.section_force.isel(bead=drawn)
-    return through
 
 
 def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:

@@ -91,7 +91,9 @@ class Scene:
         self.flat = motion.attrs["shape"] == "revolution"
         rest = self._in_space(motion.position.values)
         sides = np.ptp(rest, axis=0)
-        self.factor = self._factor(sides[sides > 0.0].min()) if factor is None else factor
+        greatest = float(np.linalg.norm(motion.displacement.values, axis=-1).max())
+        usual = round_number(DRAWN_DISPLACEMENT * sides[sides > 0.0].min() / greatest) if greatest > 0.0 else 1.0
+        self.factor = usual if factor is None else factor
         self.frame = (
             np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
             if self.flat
@@ -143,10 +145,6 @@ class Scene:
 
     def _drawn(self, places: Vector) -> Vector:
         return np.asarray(places @ self.frame.T * [1.0, self.stretch, 1.0])
-
-    def _factor(self, side: float) -> float:
-        greatest = float(np.linalg.norm(self.motion.displacement.values, axis=-1).max())
-        return round_number(DRAWN_DISPLACEMENT * side / greatest) if greatest > 0.0 else 1.0
 
 
 def _oblique(up: Vector) -> Vector:

@@ -114,7 +114,9 @@ class Windows:
 
     def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:
         finest, failed = self.interface.contact_time / FINEST, 0
-        if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
+        # The longest window worth trying follows from the last ones and their error.
+        longest = next_length(state.past[-1].length, self.error(state), tolerance) if state.past else np.inf
+        if length <= longest * TAKEN_AS_ONE or length <= finest:
             try:
                 end = self._solved(state, length, 1)[-1]
             except NotConverged as error:
@@ -127,10 +129,6 @@ class Windows:
                 failed = end.evaluations
         middle = self._adapted(state, length / 2.0, tolerance)
         return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), failed)
-
-    def _allowed(self, state: CoupledState, tolerance: float) -> float:
-        """Return the longest window worth trying, s, from the last ones and their error."""
-        return next_length(state.past[-1].length, self.error(state), tolerance) if state.past else np.inf
 
     def error(self, state: CoupledState) -> float:
         """Return the distance of a parabola from the straight motion of the last substep, in greatest approaches."""

@@ -17,8 +17,8 @@ from coupling.kernels.families import Family, do_runs
 from coupling.kernels.loop import OK
 from coupling.kernels.recorders import Sensors
 from coupling.recording.frames import Kept, kept_at, middle_of
-from coupling.results import wave_kernels
 from coupling.results.ar_and_tof import SMALLEST_WAVE
+from coupling.results.waves_of_runs import Series, find_waves
 from coupling.sweeps.batch import MEASURED_AT_ONCE, MOST_SAVED, batch, count_of_runs, finished, forces_of_runs
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.varied import Varied
@@ -346,13 +346,13 @@ class FamilyRuns:
 
     def _waves(self, force: Vector, velocity: Vector) -> Vector:
         """Return amplitude and arrival of the waves at the sensors, runs × sensors × waves × 2."""
-        peaks, counts = np.full((len(self.seats), len(force), self.waves, 3), np.nan), np.zeros(len(force), np.int64)
         static = np.broadcast_to(self.static, (len(force), self.static.size))
+        waves = np.empty((len(force), len(self.seats), self.waves, 2))
         for above, below, body in self.seats:
-            arrays = (force[..., [above, below]], static[:, [above, below]], velocity[..., body])
-            plain = [wave_kernels.plain(values) for values in arrays]
-            wave_kernels.waves_of_many(self.time, *plain, self.smallest, peaks[body], counts)
-        return np.moveaxis(peaks, 0, 1)[..., :2]
+            series = Series(force[..., [above, below]], static[:, [above, below]], velocity[..., body])
+            measured = find_waves(self.time, series, self.smallest, self.waves)
+            waves[:, body] = np.stack([measured.amplitude, measured.arrival], axis=-1)
+        return waves
 
 
 def _row(values: Vector) -> Rows:
