@@ -89,16 +89,10 @@ def write_fmu(
 ) -> Path:
     """Write a chain, with its contact, as a co-simulation unit of FMI 2.0 or 3.0.
 
-    Input: `surface_displacement`, m, at the end of the next step, from static equilibrium; the surface moves linearly
-    during the step. Outputs, N, relative to the static forces: `mean_contact_force` over the step, with which the
-    interface creates no energy, and `contact_force` and `sensor_force[1…N]` at its end. Parameter: `impact_speed`, m/s,
-    if the striker has one; it is fixed once the unit is initialised. Steps may have any length, and may be repeated
-    from a saved state. An impossible step is refused (Discard) and changes nothing; its reason is written to the
-    log, which the opening program must enable. Every step is refused after an attempt to set what cannot be set.
-
-    The folder in which a program unpacks an FMU of FMI 2.0 must have a path of letters from A to Z, digits, blanks and
-    -._~ alone: pythonfmu's library crashes in any other. A warning is given if the FMU's folder, or that of temporary
-    files, is such a one.
+    Input: `surface_displacement`, m, at the end of the next step, to which the surface moves linearly. Outputs, N,
+    relative to the static forces: `mean_contact_force` over the step, with which the interface creates no energy, and
+    `contact_force` and `sensor_force[1…N]` at its end. Parameter: `impact_speed`, m/s, if the striker has one. The page
+    on interoperability says which steps are refused.
 
     The FMU runs in the Python of the opening program, where this version of hertzlink must be installed. It holds the
     chain as plain data and hertzlink's script: like any FMU it is a program, so open only files that you trust. An

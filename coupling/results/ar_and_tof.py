@@ -72,33 +72,13 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     Notes
     -----
     A wave is a peak of both contact forces of the bead. Its amplitude and arrival are those of the peak of their mean,
-    the force at the bead's centre; a cubic spline places this peak between samples. AR and TOF are peak to peak. The
-    contact that the wave passes first determines its direction: the incident wave is the first one that moves towards
-    the structure, reflected waves move away from it. A heavy striker sends a train of waves; its first wave is the
-    incident one.
+    the force at the bead's centre; AR and TOF are peak to peak. The incident wave is the first one that moves towards
+    the structure. A reflected wave is followed back, contact by contact, and `begins` at the "structure", or in the
+    "chain" if it parted there from another wave or was reflected by an unlike bead. Of a signal, which shows no
+    direction, all waves after the first count as reflected.
 
-    Two collisions. Between beads that have drifted apart a weak wave is two collisions, and the force at the centre has
-    two humps. The wave arrives with the higher one. TOF therefore jumps where a parameter makes the other hump the
-    higher one, by about 20 µs for steel beads of 10 mm diameter. `follow_waves` gives the middle between the two
-    collisions, which varies without a jump. The force of a dashpot jumps where a contact closes; a peak at such a jump
-    is known to one saved interval.
-
-    Origin. A reflected wave is followed back towards the structure, contact by contact, and `begins` at the
-    "structure", or in the "chain" if it parted there from another wave or was reflected by an unlike bead. A wave below
-    5 % that cannot be followed over four contacts is left out, because it comes from beads that rattle. In a sweep the
-    secondary wave therefore remains the same wave until it fades. Secondary waves of 1 to 3 % are real: every collision
-    of a wave with a wall leaves some. `follow_waves` also finds those that end before the sensor.
-
-    Near an end. A solitary wave is five beads long. Nearer than that to either end of the chain, or to a bead unlike
-    the others, incident and reflected waves merge, and amplitudes mean little. The reflected waves of a striker much
-    heavier than a bead ride on its train, and may exceed the incident one.
-
-    Signals. A signal holds only the force at the bead's centre, which has no direction: its first wave is the incident
-    one, and all later ones count as reflected. Each of two humps counts if the valley between them is deeper than
-    `smallest`. If the force at a sensor of a run is read as a signal, AR agrees within 1e-5 and TOF within 0.05 µs,
-    without noise and jumps. Waves must rise above the noise, and a polynomial places their peaks. With white noise of
-    2 % of the incident peak, sampled at 10 MHz, AR is within 0.01 and TOF within 0.5 µs for steel beads of 10 mm
-    diameter, and in 99 of 100 draws for 5 mm; at 2 MHz AR has a standard deviation of 0.005.
+    TOF jumps where a weak wave is two collisions and a parameter makes the other one the higher; `follow_waves` gives
+    the middle between them. docs/numerics.md says how waves are told apart, and how exactly signals are read.
 
     References
     ----------

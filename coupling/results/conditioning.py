@@ -69,15 +69,8 @@ def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
 
     Notes
     -----
-    The quiet lead is the first half of the samples before the first wave. The offset is its median, or the constant of
-    the fit of the hum. The fit is used only if its extrapolation over the whole record adds less than the noise.
-
-    A level is clipped if at least three samples are exactly on it, and they are more than half of the neighbouring
-    samples within 8 steps of the digitiser or 4 standard deviations of noise. A rounded top that is only quantised has
-    at most a third there. Clipping of less than about three steps is not detected.
-
-    The noise is the standard deviation of the lead; without a lead it comes from third differences, which smooth waves
-    hardly touch. It is not below that of rounding, one step over √12.
+    The quiet lead is the first half of the samples before the first wave. The page on signals has the criteria of each
+    step.
 
     Examples
     --------

@@ -102,12 +102,6 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
     ValueError
         If the Dataset is a sweep or a signal, or if no wave runs from the struck end.
 
-    Notes
-    -----
-    A wave is traced back from the last contact that it reached. The time to the contact before is predicted from the
-    wave's earlier hops and from those of the incident wave; the first hop is that of a solitary wave of the same force,
-    whose speed is proportional to F^(1/6). The longest waves take their peaks first.
-
     Examples
     --------
     >>> import hertzlink as hl

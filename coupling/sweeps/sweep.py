@@ -90,11 +90,8 @@ def sweep(
 
     With a store, the same sweep can be repeated after it was killed, or with longer axes: it runs only the missing
     points, and returns what one uninterrupted sweep would return. Axis values must then be numbers, text, or
-    dataclasses of these, such as materials. The store refuses build and measure of other names, and where data that
-    they use from outside has changed: globals, closures and defaults, also of the functions and classes of yours that
-    they name, but for what the code itself changes, such as a cache. Where their code has changed, a warning says so;
-    use another folder if that changes the points. Sweeps may share a store at the same time: each point is run by one
-    of them.
+    dataclasses of these, such as materials. The store refuses another build or measure, and other data that they use
+    from outside, such as globals; it warns of changed code. Sweeps may share a store at the same time.
 
     With a store a failed point is recorded, and the others continue. A point fails if build, the run or measure raises
     an Exception, or if it kills its process, also when it runs alone. Failures of the environment end the sweep
