@@ -111,8 +111,8 @@ def run_in_precice(
     xarray.Dataset
         Of a chain, a Dataset for `reflections` and the other measures. Of the energies it holds the work on the surface
         alone. `evaluations` counts how often a window was tried, and `residual` is the last change of its force. The
-        attribute `warnings` holds the findings: windows that took all iterations that the configuration allows, which
-        preCICE accepts although they may not have converged; windows that are coarse; and those of every run.
+        attribute `warnings` holds the findings: windows that took all iterations, windows that are coarse, and those of
+        every run.
 
         Of a structure, over time and its contacts: `surface_displacement` (m), `mean_force` (N) over the window that
         ends there, and `interface_work` (J).
@@ -127,12 +127,6 @@ def run_in_precice(
         For bad input.
     FloatingPointError
         If the state of a bead is no longer finite. Errors of preCICE are passed on.
-
-    Notes
-    -----
-    After an error the coupling is ended, so that the other participant stops too. An error before the coupling begins,
-    such as a wrong direction, is shown at once; then it waits for the other participant, to end it. While preCICE
-    waits, Ctrl-C ends the process.
 
     References
     ----------
@@ -225,21 +219,18 @@ def _run_structure(
     return xr.Dataset(data, {"time": ("time", times, {"units": "s"})}, provenance(inputs) | {"precice": version})
 
 
-def precice_configuration(
-    chain: Chain, surface: Surface, until: float, flexibility: float = 0.0, window: float | None = None
-) -> str:
+def precice_configuration(chain: Chain, surface: Surface, until: float, flexibility: float = 0.0) -> str:
     """Return the text of a configuration of preCICE 3 for a chain on a surface, by docs/interoperability.md.
 
-    until: length of the record, s. flexibility: in series with the contact, m/N. window: length of preCICE's windows,
-    s; by default 1/64 of a contact. Participants "Chain" and "Structure", serial-implicit, with Aitken's relaxation.
+    until: length of the record, s. flexibility: in series with the contact, m/N. Participants "Chain" and "Structure",
+    serial-implicit, with Aitken's relaxation; a window is 1/64 of a contact.
     """
-    usual = guest_chain(chain, surface, flexibility).contact_time / STEPS_PER_CONTACT
     return CONFIGURATION.read_text("utf-8").format(
         chain=DEFAULT_NAMES["participant"], chain_mesh=DEFAULT_NAMES["mesh"],
         structure=STRUCTURE_NAMES["participant"], structure_mesh=STRUCTURE_NAMES["mesh"],
         force=DEFAULT_NAMES["force"], displacement=DEFAULT_NAMES["displacement"], STILL=STILL, WEAK=WEAK,
         RELATIVE=RELATIVE, until=positive("until", until, "s"),
-        window=usual if window is None else positive("window", window, "s"),
+        window=guest_chain(chain, surface, flexibility).contact_time / STEPS_PER_CONTACT,
     )  # fmt: skip
 
 

@@ -98,15 +98,8 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     earliest = not_negative("earliest", earliest, "s")
     if earliest and not reading.is_signal:
         raise ValueError(f"earliest = {earliest!r}: must be 0 for a run, whose contacts show where waves go")
-    if reading.is_signal:
-        signal = _one(reading.measured(sensor))
-        incident, back = _of_signal(reading.time, signal, smallest, (0, 1, 2), sensor, earliest)
-    else:
-        series = series_of(reading, sensor)
-        _check_one(series.axes)
-        waves = find_waves(reading.time, series, smallest, len(Reflections._fields))
-        amplitude, arrival, begins = (values[0, : waves.found[0]].tolist() for values in waves[:3])
-        incident, back = _as_waves([*zip(amplitude, arrival, strict=True)], [BEGINS[number] for number in begins[1:]])
+    incident, back, record = _of_one(reading, sensor, smallest, len(Reflections._fields), earliest)
+    if isinstance(record, Series):
         back = _with_margins(back, run, sensor)
     _warn_of_ends(reading, sensor)
     if incident is None:
@@ -119,11 +112,10 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
         return Reflections(incident, back[0], back[1])
     second = "second " if back else ""
     reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
-    if reading.is_signal:
-        if ends_rising(bridged(signal), incident.amplitude, smallest):
-            reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
-    else:
-        reason = why_missing(reading.time, series, 0, smallest, sensor, reading.beads, bool(back))[0] or reason
+    if isinstance(record, Series):
+        reason = why_missing(reading.time, record, 0, smallest, sensor, reading.beads, bool(back))[0] or reason
+    elif ends_rising(bridged(record), incident.amplitude, smallest):
+        reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
     if reason.startswith(RECORD):
         caution(f"record: {reason.removeprefix(RECORD)}")
     return Reflections(incident, back[0] if back else NoWave("primary", reason), NoWave("secondary", reason))
@@ -239,10 +231,11 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     reading = Reading(run)
-    arrivals = [_first_arrival(reading, sensor, name) for name, sensor in (("first", first), ("second", second))]
-    if np.isnan(arrivals).any():
+    ends = (("first", first), ("second", second))
+    start, end = (_of_one(reading, sensor, SMALLEST_WAVE, 1, name=name)[0] for name, sensor in ends)
+    if start is None or end is None:
         return float("nan")
-    return (reading.position(second) - reading.position(first)) / (arrivals[1] - arrivals[0])
+    return (reading.position(second) - reading.position(first)) / (end.arrival - start.arrival)
 
 
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
@@ -267,21 +260,23 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     return result
 
 
-def _first_arrival(reading: Reading, sensor: int, name: str) -> float:
-    """Return when the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
+def _of_one(
+    reading: Reading, sensor: int, smallest: float, most: int, earliest: float = 0.0, name: str = "sensor"
+) -> tuple[Wave | None, list[ReflectedWave], Series | Vector]:
+    """Return the incident wave of one run or signal, those that came back, and what shows them.
+
+    most: as many waves of a run are read, and of a signal none of them may be clipped. name: the user's, of the sensor.
+    """
     if reading.is_signal:
-        force = _one(reading.measured(sensor, name))
-        incident = _of_signal(reading.time, force, SMALLEST_WAVE, (0,), sensor)[0]
-        return float("nan") if incident is None else incident.arrival
+        signal = reading.measured(sensor, name)
+        _check_one([str(axis) for axis in signal.dims if axis != "time"])
+        force = np.asarray(signal.values)
+        return *_of_signal(reading.time, force, smallest, range(most), sensor, earliest), force
     series = series_of(reading, sensor, name)
     _check_one(series.axes)
-    return float(find_waves(reading.time, series, SMALLEST_WAVE, 1).arrival[0, 0])
-
-
-def _one(force: xr.DataArray) -> Vector:
-    """Return the samples of one signal, or raise a ValueError for several."""
-    _check_one([str(axis) for axis in force.dims if axis != "time"])
-    return np.asarray(force.values)
+    waves = find_waves(reading.time, series, smallest, most)
+    amplitude, arrival, begins = (values[0, : waves.found[0]].tolist() for values in waves[:3])
+    return *_as_waves([*zip(amplitude, arrival, strict=True)], [BEGINS[number] for number in begins[1:]]), series
 
 
 def _check_one(axes: Sequence[str]) -> None:

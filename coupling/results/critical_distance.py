@@ -129,12 +129,15 @@ def critical_distance(
     if ratio.dtype.kind not in "fiu":
         raise ValueError(f"ratio: must hold real numbers, not {ratio.dtype}")
     ordered = ratio.sortby(dimension)
-    far_ratio = xr.DataArray(np.nan) if far is None else _known(far)
+    if isinstance(far, xr.DataArray):
+        each(finite, "far", far.values)
+    else:
+        far = xr.DataArray(np.nan if far is None else finite("far", far))
     distances = _increasing(ordered[dimension].values)
     results = xr.apply_ufunc(
         lambda curve, far: last_crossing(distances, curve, tolerance, relative, far),
         ordered,
-        far_ratio,
+        far,
         input_core_dims=[[dimension], []],
         output_core_dims=[[], [], []],
         vectorize=True,
@@ -151,14 +154,6 @@ def _increasing(distances: Vector) -> Vector:
     if (np.diff(distances) <= 0.0).any():
         raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
     return distances.astype(float)
-
-
-def _known(far: Number) -> xr.DataArray:
-    """Return a far value that is given, or raise a ValueError."""
-    if not isinstance(far, xr.DataArray):
-        return xr.DataArray(finite("far", far))
-    each(finite, "far", far.values)
-    return far
 
 
 def last_crossing(

@@ -83,7 +83,7 @@ class Reading:
 
     def dynamic_force(self) -> xr.DataArray:
         """Return the contact forces above the preload, N; shorter chains are padded. A ValueError for a signal."""
-        self._check_forces()
+        self.check_holds(("contact_force",), "a run or a sweep")
         force, static = self.data.contact_force, self.data.static_force
         # Without xarray's comparison of coordinates, which are the same: it takes longer than a measure.
         values = (force.variable - static.variable).transpose(*force.dims).values
@@ -103,7 +103,7 @@ class Reading:
 
     def checked_sensor(self, sensor: int, name: str = "sensor") -> int:
         """Return the number of a bead whose two contacts are held, or raise a ValueError; warns as `contact_pair`."""
-        self._check_forces()
+        self.check_holds(("contact_force",), "a run or a sweep")
         number = whole(name, sensor)
         if not {number, number + 1} <= self.kept:
             beads = max(self.kept, default=0) - 1
@@ -168,11 +168,6 @@ class Reading:
                 raise ValueError(
                     f"run: holds {self.data[name].size} of its {count} {name}s; give the whole run, with all of them"
                 )
-
-    def _check_forces(self) -> None:
-        if self.is_signal or "contact_force" not in self.data:
-            what = "is a measured signal" if self.is_signal else "holds no contact forces"
-            raise ValueError(f"run: {what}, must be the Dataset of a run or a sweep")
 
     @cached_property
     def _there(self) -> NDArray[np.bool_]:

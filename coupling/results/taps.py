@@ -44,8 +44,9 @@ def average_taps(
     Returns
     -------
     Dataset
-        The averaged signal, with time zero at the incident peak. The variable ``noise`` over sensor is the standard
-        deviation of a sample of the average, N: that between taps over √taps. The attribute ``taps`` is their number.
+        The averaged signal, with time zero at the incident peak; NaN where a tap is clipped. The variable ``noise``
+        over sensor is the standard deviation of a sample of the average, N: that between taps over √taps. The attribute
+        ``taps`` is their number.
 
     Raises
     ------
@@ -56,10 +57,6 @@ def average_taps(
     -----
     HertzlinkWarning
         If the incident peaks scatter by more than 5 %.
-
-    Notes
-    -----
-    Taps are shifted by parts of a sample, with linear interpolation. Where one tap is clipped, the average is NaN.
 
     Examples
     --------
