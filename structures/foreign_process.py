@@ -1,30 +1,12 @@
-"""Reads a file by a library: `python -P foreign_process.py FILE SECONDS BYTES ROLE`, as `mesh_process.py` does.
+"""Reads a file by the library of its program, in a process of its own (`reading_process`)."""
 
-It writes arrays by name to standard output as a pickle, for the process that started it.
-"""
-
-import os
-import pickle
-import sys
 from pathlib import Path
 from typing import Any
 
 
-def main(path: str, seconds: str, memory: str, role: str) -> int:
-    """Writes the arrays, or leaves the reason as the last line of the standard error."""
-    sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-    from structures.mesh_process import limit
-
-    answer = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # libraries print
-    limit(int(seconds), int(memory))
-    try:
-        read = READERS[Path(path).suffix.lower(), role in ("mass", "stiffness", "damping")](path, role)
-    except ModuleNotFoundError:
-        return 3
-    with answer:
-        pickle.dump(read, answer)
-    return 0
+def read(path: str, role: str) -> dict[str, Any]:
+    """Return arrays by name; role: "mass", "modes" …"""
+    return READERS[Path(path).suffix.lower(), role in ("mass", "stiffness", "damping")](path, role)
 
 
 def of_matrix(matrix: Any, labels: Any) -> dict[str, Any]:
@@ -147,6 +129,3 @@ READERS = {
     (".uff", False): universal, (".op2", False): op2, (".rst", False): rst,
 }  # fmt: skip
 """The functions that read, by ending and whether a matrix is meant."""
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))

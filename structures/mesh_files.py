@@ -1,17 +1,14 @@
 """Mesh files: which formats are read, by what, and what is checked before."""
 
-import os
-import pickle
 import re
-import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from structures.abaqus_file import read_abaqus
 from structures.hdf5 import check_hdf5
-from structures.mesh_process import BY_GMSH, NEEDS_GMSH
+from structures.mesh_process import BY_GMSH
+from structures.reading_process import Unread, read_apart
 
 FORMATS = {
     ".inp": "Abaqus and CalculiX",
@@ -34,9 +31,6 @@ SHORTEST_READING, READING_PER_BYTE = 8.0, 5e-6
 
 LEAST_MEMORY, MEMORY_PER_BYTE = 2 * 1024**3, 60
 """Memory, B, that the reading of a file may take, and what each byte adds."""
-
-PATIENCE = 20.0
-"""Time by the clock, in times of that of the processor."""
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 """The first bytes of every HDF5 file."""
@@ -79,50 +73,38 @@ def read_mesh(source: Any) -> Any:
 
 def in_a_process(path: Path, name: str) -> dict[str, Any]:
     """Return the parts of the mesh, read by a process that cannot take this one with it."""
-    done = reader_process(PROCESS, path, f"mesh = {name!r}")
-    return answer_of(done.returncode, done.stdout, done.stderr, path, name)
-
-
-def reader_process(script: Path, path: Path, what: str, *more: str) -> "subprocess.CompletedProcess[bytes]":
-    """Run a script that reads a file, within limits of time and memory; raise a ValueError, which begins with `what`,
-    where it hangs."""
-    size = path.stat().st_size
-    seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
-    command = [sys.executable, "-P", str(script), str(path.resolve()), str(seconds), str(memory), *more]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    try:
-        return subprocess.run(
-            command, capture_output=True, check=False, env=environment, timeout=PATIENCE * seconds, cwd=path.parent
-        )
-    except subprocess.TimeoutExpired:
-        raise ValueError(f"{what}: cannot be read within {PATIENCE * seconds:.0f} s; is it damaged?") from None
-
-
-def answer_of(status: int, answer: bytes, said: bytes, path: Path, name: str) -> dict[str, Any]:
-    """Return the parts of the mesh from what the process left, or raise a ValueError."""
     suffix = path.suffix.lower()
-    if status == NEEDS_GMSH:
-        raise ValueError(f"mesh = {name!r}: a {suffix} file needs gmsh to be read: pip install hertzlink[mesh]")
-    if status != 0:
-        raise ValueError(
-            f"mesh = {name!r}: cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or "
-            f"holds what is not understood{words_of(said) or _hint(suffix)}"
-        )
-    mesh: dict[str, Any] = pickle.loads(answer)
+    try:
+        mesh: dict[str, Any] = read_bounded(PROCESS, path)
+    except Unread as error:
+        if error.missing:
+            reason = f"a {suffix} file needs gmsh to be read: pip install hertzlink[mesh]"
+        else:
+            reason = (
+                f"cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or "
+                f"holds what is not understood{words_of(error) or _hint(suffix)}"
+            )
+        raise ValueError(f"mesh = {name!r}: {reason}") from None
     if not mesh["cells"]:
         raise ValueError(f"mesh = {name!r}: holds no cells that are read from a {suffix} file of {FORMATS[suffix]}")
     return mesh
+
+
+def read_bounded(script: Path, path: Path, *arguments: str) -> Any:
+    """Return what the function `read` of a script returns for a file, within limits by its size. Raises Unread."""
+    size = path.stat().st_size
+    seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
+    return read_apart(script, "read", path, *arguments, seconds=seconds, memory=memory)
 
 
 def _hint(suffix: str) -> str:
     return "; gmsh reads more: pip install hertzlink[mesh]" if suffix in BY_GMSH and find_spec("gmsh") is None else ""
 
 
-def words_of(said: bytes) -> str:
+def words_of(error: Unread) -> str:
     """Return what a library said of the file, where it is a sentence for users and no internal error."""
-    last = (said.decode("utf-8", errors="replace").strip().splitlines() or [""])[-1]
-    match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", last)
-    return f" ({match[1][:200]})" if match else ""
+    match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", error.said)
+    return f" ({match[1]})" if match else ""
 
 
 def _check_start(path: Path, suffix: str, name: str) -> None:

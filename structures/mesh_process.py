@@ -1,12 +1,5 @@
-"""Reads a mesh file by gmsh or meshio in a process of its own: `python -P mesh_process.py FILE SECONDS BYTES`.
+"""Reads a mesh file by gmsh or meshio, in a process of its own (`reading_process`)."""
 
-A damaged file may make these libraries crash, hang, or take all memory. The process ends after SECONDS of the processor
-or above BYTES of memory. It writes the mesh to standard output as a pickle, for the process that started it.
-"""
-
-import os
-import pickle
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -19,9 +12,6 @@ BY_MESHIO = {
     ".vtu": "vtu", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf",
 }  # fmt: skip
 """Formats that meshio reads, and its names for them."""
-
-NEEDS_GMSH = 3
-"""Exit status where gmsh is missing."""
 
 KINDS = {
     1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 6: "wedge", 7: "pyramid", 8: "line3",
@@ -41,32 +31,14 @@ ORDER = {
 """Points of cells in meshio's order, as indices into gmsh's order."""
 
 
-def main(path: str, seconds: str, memory: str) -> int:
-    """Writes the mesh, or leaves the reason as the last line of the standard error."""
-    answer = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # libraries print
-    limit(int(seconds), int(memory))
+def read(path: str) -> dict[str, Any]:
+    """Return the parts of the mesh. Raises ModuleNotFoundError where only gmsh reads it, which is missing."""
     suffix = Path(path).suffix.lower()
     if suffix in BY_GMSH and _gmsh_works():
-        mesh = by_gmsh(path)
-    elif suffix in BY_MESHIO:
-        mesh = by_meshio(path, BY_MESHIO[suffix])
-    else:
-        return NEEDS_GMSH
-    with answer:
-        pickle.dump(mesh, answer)
-    return 0
-
-
-def limit(seconds: int, memory: int) -> None:
-    """Bound the processor time, s, and the memory, B, of this process."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        return by_gmsh(path)
+    if suffix in BY_MESHIO:
+        return by_meshio(path, BY_MESHIO[suffix])
+    raise ModuleNotFoundError(name="gmsh")
 
 
 def _gmsh_works() -> bool:
@@ -187,7 +159,3 @@ def _check_groups(data: bytes) -> None:
     for i, line in enumerate(lines[1:]):
         if int(line.split()[4 if i < points else 7]) > 1:
             raise ValueError("a body or face in several groups, which gmsh reads: pip install hertzlink[mesh]")
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))

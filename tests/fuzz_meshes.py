@@ -30,7 +30,7 @@ from skfem import Basis, MeshHex, MeshTri
 from skfem.io.meshio import to_meshio
 
 from plates.shapes.mesh_from_file import FlatMesh
-from structures import mesh_files, mesh_process
+from structures import mesh_files, mesh_process, reading_process
 from structures.body_mesh import BodyMesh
 
 LONGEST = 10.0  # s of the processor
@@ -219,11 +219,8 @@ CHANGES: tuple[Callable[[random.Random, bytes], bytes], ...] = (
 )
 
 
-def in_a_fork(path: Path, name: str) -> dict[str, Any]:
-    """What `mesh_files.in_a_process` gives."""
-    size = path.stat().st_size
-    seconds = int(mesh_files.SHORTEST_READING + mesh_files.READING_PER_BYTE * size)
-    memory = int(mesh_files.LEAST_MEMORY + mesh_files.MEMORY_PER_BYTE * size)
+def in_a_fork(script: Path, function: str, path: Path, *, seconds: int, memory: int) -> Any:
+    """What `reading_process.read_apart` gives."""
     with tempfile.TemporaryFile() as answer, tempfile.TemporaryFile() as errors:
         child = os.fork()
         if child == 0:
@@ -231,7 +228,7 @@ def in_a_fork(path: Path, name: str) -> dict[str, Any]:
             os.dup2(errors.fileno(), 2)
             held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
             try:
-                status = mesh_process.main(str(path), str(seconds), str(memory + held))
+                status = reading_process.main(str(script), function, str(seconds), str(memory + held), str(path))
             except BaseException:  # noqa: BLE001 (as the interpreter would)
                 os.write(2, traceback.format_exc().encode())
                 status = 1
@@ -239,7 +236,7 @@ def in_a_fork(path: Path, name: str) -> dict[str, Any]:
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         answer.seek(0)
         errors.seek(0)
-        return mesh_files.answer_of(status, answer.read(), errors.read(), path, name)
+        return reading_process.answer_of(status, answer.read(), errors.read())
 
 
 @contextmanager
@@ -311,12 +308,12 @@ def _measured(path: Path, plate: bool) -> str | None:
 @contextmanager
 def by_forks() -> Iterator[None]:
     """Reads files of libraries in forks inside this context."""
-    before = mesh_files.in_a_process
-    mesh_files.in_a_process = in_a_fork
+    before = mesh_files.read_apart
+    mesh_files.read_apart = in_a_fork
     try:
         yield
     finally:
-        mesh_files.in_a_process = before
+        mesh_files.read_apart = before
 
 
 def tries(

@@ -1,24 +1,18 @@
-"""Files of recorders that are no text: libraries of their formats read them in a process of bounded time and memory.
-
-Such libraries trust their files: a damaged one raises anything, allocates what it states, or never ends. The process is
-this module; it leaves arrays for the caller and may fail in any manner.
+"""Files of recorders that are no text: libraries of their formats read them, in a process of their own
+(`reading_process`).
 """
 
-import json
-import os
-import subprocess
-import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.results.scope_header import INTERVALS, RATES, STARTS, key_of
+from structures.reading_process import Unread, read_apart
 
 EXTRA = "hertzlink[recorders]"
 
@@ -62,34 +56,20 @@ def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Reco
 
     kind: what the file is, in words; reader: a name of READERS.
     """
-    with TemporaryDirectory() as folder:
-        result = Path(folder) / "recording.npz"
-        command = [sys.executable, "-P", "-m", __name__, str(path.absolute()), str(result), reader, str(segment)]
-        places = os.pathsep.join(place for place in sys.path if place)
-        try:
-            done = subprocess.run(
-                command, env=os.environ | {"PYTHONPATH": places, "MPLBACKEND": "Agg"}, capture_output=True,
-                stdin=subprocess.DEVNULL, timeout=2 * MOST_SECONDS, check=False,
-            )  # fmt: skip
-            last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2][:200]
-        except subprocess.TimeoutExpired:
-            raise ValueError(_refusal(path, kind, "reading it takes too long")) from None
-        if last.startswith("ModuleNotFoundError"):
-            package = last.split("'")[1] if "'" in last else "a package"
-            raise ValueError(f"{path}: is {kind}, which {package} reads; install it with pip install '{EXTRA}'")
-        if done.returncode or not result.is_file():
-            raise ValueError(_refusal(path, kind, last or "reading it takes too long or too much memory"))
-        with np.load(result, allow_pickle=False) as arrays:
-            stated = json.loads(str(arrays["stated"]))
-            channels = [
-                Channel(name, unit, arrays[f"values{k}"], arrays[f"time{time}"] if time >= 0 else None, name_of_time)
-                for k, (name, unit, name_of_time, time) in enumerate(stated["channels"])
-            ]
-            return Recording(channels, stated["segments"], tuple(stated["notes"]), arrays["text"].tobytes())
-
-
-def _refusal(path: Path, kind: str, reason: str) -> str:
-    return f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV in the recorder's software"
+    try:
+        channels, segments, notes, text = read_apart(
+            Path(__file__), "read", path, reader, str(segment), seconds=MOST_SECONDS, memory=MOST_MEMORY
+        )
+    except Unread as error:
+        if error.missing:
+            raise ValueError(
+                f"{path}: is {kind}, which {error.said} reads; install it with pip install '{EXTRA}'"
+            ) from None
+        reason = error.said or "reading it takes too long or too much memory"
+        raise ValueError(
+            f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV in the recorder's software"
+        ) from None
+    return Recording([Channel(*channel) for channel in channels], segments, notes, text)
 
 
 def _scope(path: str, segment: int) -> Recording:
@@ -336,14 +316,8 @@ READERS: dict[str, Callable[[str, int], Recording]] = {
 """Functions that read a file, by the name that the table of formats has for them."""
 
 
-def main(path: str, result: str, reader: str, segment: str) -> None:
-    """Read a file with bounded time and memory, and leave its arrays in another file."""
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
-        if sys.platform == "linux":
-            resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+def read(path: str, reader: str, segment: str) -> tuple[Any, ...]:
+    """Return the fields of a recording that is not too large."""
     with warnings.catch_warnings(record=True) as said:
         recording = READERS[reader](path, int(segment))
     channels = [channel for channel in recording.channels if channel.values.size >= FEWEST_SAMPLES][:MOST_CHANNELS]
@@ -351,23 +325,10 @@ def main(path: str, result: str, reader: str, segment: str) -> None:
         raise ValueError(f"holds more than {MOST_SAMPLES} samples")
     if not channels and not recording.text:
         raise ValueError("holds no channel of samples")
-    times: list[Array] = []
-    rows = []
-    arrays = {}
-    for k, channel in enumerate(channels):
-        place = next((i for i, time in enumerate(times) if time is channel.time), -1)
-        if channel.time is not None and place < 0:
-            place = len(times)
-            times.append(channel.time)
-        rows.append((channel.name, channel.unit, channel.name_of_time, place))
-        arrays[f"values{k}"] = np.asarray(channel.values, dtype=float)
-    arrays |= {f"time{k}": np.asarray(time, dtype=float) for k, time in enumerate(times)}
     notes = [*recording.notes, *dict.fromkeys(str(warning.message).split("\n")[0][:200] for warning in said)][:5]
-    stated = json.dumps({"channels": rows, "segments": recording.segments, "notes": notes})
-    np.savez(
-        result, allow_pickle=False, stated=np.array(stated), text=np.frombuffer(recording.text, np.uint8), **arrays
-    )
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
+    times = {id(channel.time): None if channel.time is None else np.array(channel.time, float) for channel in channels}
+    fields = [
+        (channel.name, channel.unit, np.array(channel.values, float), times[id(channel.time)], channel.name_of_time)
+        for channel in channels
+    ]
+    return fields, recording.segments, tuple(notes), recording.text
