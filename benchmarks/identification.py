@@ -3,7 +3,9 @@
 For each case: the bias, the spread of the values over the Cramér–Rao bound, and the part of the 95 % intervals that
 contain the truth. In the last two cases the signal comes from another theory than the model of the fit.
 
-    python benchmarks/identification.py [draws] [case ...]
+With --search no guess is given: all of the ranges are searched.
+
+    python benchmarks/identification.py [--search] [draws] [case ...]
 """
 
 import platform
@@ -141,17 +143,17 @@ def clean(case: Case) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     return time, forces
 
 
-def judged(case: Case, draws: int) -> dict[str, float]:
-    """Bias, spread and coverage."""
+def judged(case: Case, draws: int, search: bool) -> dict[str, float]:
+    """Bias, spread and coverage; of fits without a guess, or with one."""
     time, forces = clean(case)
     # A region must stay on the plate, and clear of the chain.
     width = (0.115, 0.16) if case.name == "position" else (case.truth * 0.6, case.truth * 1.5)
     ranges = {case.name: width, "impact_speed": (0.25, 0.38)}
-    guess = {case.name: case.truth * 1.005, "impact_speed": SPEED * 1.005}
+    guess = None if search else {case.name: case.truth * 1.005, "impact_speed": SPEED * 1.005}
     known = hl.identifiability(
         case.build, NOISE, case.sensors, UNTIL, sample_every=STEP, **{case.name: case.truth, "impact_speed": SPEED}
     )
-    values, inside, explained, spent = [], 0, 0, process_time()
+    values, inside, explained, runs, spent = [], 0, 0, 0, process_time()
     for draw in range(draws):
         random = np.random.default_rng(draw)
         noisy = {n: force + random.normal(0.0, NOISE * force.max(), force.size) for n, force in forces.items()}
@@ -162,6 +164,7 @@ def judged(case: Case, draws: int) -> dict[str, float]:
         values.append(found[case.name].value)
         inside += low <= case.truth <= high
         explained += found.explained
+        runs += found.runs
     bound = known.bounds[case.name]
     return {
         "bias": (float(np.mean(values)) - case.truth) / case.truth,
@@ -169,6 +172,7 @@ def judged(case: Case, draws: int) -> dict[str, float]:
         "spread": float(np.std(values, ddof=1)) / bound,
         "coverage": inside / draws,
         "explained": explained / draws,
+        "runs": runs / draws,
         "seconds": (process_time() - spent) / draws,
     }
 
@@ -176,14 +180,15 @@ def judged(case: Case, draws: int) -> dict[str, float]:
 def main() -> None:
     """One row for each case."""
     warnings.simplefilter("ignore", hl.HertzlinkWarning)
-    draws = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    search, given = "--search" in sys.argv, [word for word in sys.argv[1:] if word != "--search"]
+    draws = int(given[0]) if given else 100
     print(f"Python {platform.python_version()}, numpy {np.__version__}; {draws} draws with {100 * NOISE:g} % noise")
-    print("case                        bias    bound  spread/bound  inside  explained  s each")
-    for name, case in cases(sys.argv[2:]).items():
-        row = judged(case, draws)
+    print("case                        bias    bound  spread/bound  inside  explained  runs  s each")
+    for name, case in cases(given[1:]).items():
+        row = judged(case, draws, search)
         print(
             f"{name:22s} {100 * row['bias']:+7.3f} % {100 * row['bound']:6.3f} % {row['spread']:13.2f} "
-            f"{100 * row['coverage']:5.0f} % {100 * row['explained']:8.0f} % {row['seconds']:7.1f}",
+            f"{100 * row['coverage']:5.0f} % {100 * row['explained']:8.0f} % {row['runs']:5.0f} {row['seconds']:7.2f}",
             flush=True,
         )
 

@@ -32,6 +32,8 @@ class Features(Misfit):
     AR and TOF depend neither on gains nor on time zero, so these are no parameters.
     """
 
+    of_traces_alone = False
+
     def __init__(self, prediction: Prediction, measured: Measured, until: float) -> None:
         super().__init__(prediction, measured, [], until)
         sensors = measured.sensors

@@ -17,7 +17,7 @@ from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.inference.plates import Build, PlateSearch
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
-from coupling.inference.search import RUNS_NEARBY, GlobalSearch
+from coupling.inference.search import NEARLY, RUNS_NEARBY, RUNS_OF_LINE, WELL_SCANNED, GlobalSearch
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution
@@ -26,7 +26,7 @@ from structures.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import factor, readable
 
-SCANNED = {1: 32, 2: 64}
+SCANNED = {1: 16, 2: 32, 3: 64}
 """Points of the scan over all ranges by the number of unknowns; MOST_SCANNED for more."""
 
 MOST_SCANNED = 128
@@ -40,9 +40,8 @@ COMPARE = ("waveform", "features")
 SEARCHES = ("quick", "full")
 """How the unknowns of a plate are searched."""
 
-RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE = 140, 200, 110
-"""Runs of typical fits with three starts: of the first unknown of interest, of each further one, of each nuisance of
-the model. 24 fits took 0.8 to 1.25 times as many."""
+RUNS_OF_END = 12
+"""Runs of a typical fit after its scan, for each unknown: 24 fits took 0.8 to 1.3 times as many in all."""
 
 LONG_TIME = 300.0
 """The time (s) of which the user is warned."""
@@ -86,10 +85,10 @@ def identify(
         Standard deviation of a sample, N, of all sensors or sensor → value. By default the variable `noise` of the
         signal, else it is estimated from the quiet lead, or from differences of neighbouring samples.
     starts : int
-        Number of searches by least squares from the best points of the scan.
+        Number of minima that are searched to their ground.
     scan : int, optional
-        Number of points of the scan over all ranges; by default 32, 64 and 128 for one, two and more unknowns. Scans of
-        64 points along each range that is no nuisance follow it.
+        Number of runs of the scan over all ranges; by default 16, 32, 64 and 128 for one, two, three and more unknowns.
+        The search goes on between them, on traces that are interpolated, and a few runs check what it finds.
     seed : int
         Of the scan's points.
     guess : mapping, optional
@@ -178,8 +177,7 @@ def identify(
         start = _guess(guess, wanted)
         points = GlobalSearch(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
         judgement = Judgement(points, not_negative("discrepancy", discrepancy), names)
-        more = max(0, count - MOST_SCANNED)
-        runs = more + likely_runs(len(lines), len(wanted) - len(lines), starts, start is not None)
+        runs = likely_runs(len(lines), len(wanted) - len(lines), start is not None, count)
         if start is None:
             _warn_of_time(prediction, runs)
         inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed, "compare": compare}
@@ -216,11 +214,13 @@ def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[st
     return names
 
 
-def likely_runs(unknowns: int, nuisances: int = 0, starts: int = 3, guess: bool = False) -> int:
-    """Runs of a typical fit; nuisances: that the model has."""
+def likely_runs(unknowns: int, nuisances: int = 0, guess: bool = False, scan: int | None = None) -> int:
+    """Runs of a typical fit; nuisances: that the model has; scan: points of the scan, if not as many as usual."""
+    size = unknowns + nuisances
     if guess:
-        return RUNS_NEARBY * (unknowns + nuisances)
-    return (RUNS_OF_ONE + RUNS_OF_MORE * (unknowns - 1) + RUNS_OF_NUISANCE * nuisances) * max(starts, 3) // 3
+        return RUNS_NEARBY * size
+    scanned = SCANNED.get(size, MOST_SCANNED) if scan is None else scan
+    return scanned + RUNS_OF_END * size + (2 * NEARLY + (RUNS_OF_LINE if size > WELL_SCANNED else 0)) * unknowns
 
 
 def _warn_of_time(prediction: Prediction, runs: int) -> None:

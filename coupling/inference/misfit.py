@@ -5,11 +5,12 @@ Gains and offsets enter linearly, so the best ones follow from the others, and a
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from copy import copy
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.signal import correlate
+from scipy.fft import irfft, next_fast_len, rfft
 
 from coupling.inference.prediction import NUMERICAL, Curves, Prediction, high_passed
 from structures.structure import Vector
@@ -71,6 +72,9 @@ class Point(NamedTuple):
 class Misfit:
     """Compares predictions with a measured signal, up to `until` s after the impact."""
 
+    of_traces_alone = True
+    """Whether all samples of traces are compared, so that small errors of a trace change it little."""
+
     def __init__(self, prediction: Prediction, measured: Measured, nuisances: Sequence[str], until: float) -> None:
         self.prediction, self.measured, self.until = prediction, measured, until
         self.free = [name for name in OF_SENSORS if name in nuisances]
@@ -79,6 +83,13 @@ class Misfit:
         self.used = [np.isfinite(force) for force in measured.force]
         """The samples of each sensor that count; `keep_window` leaves out those before and after the prediction."""
         self._last_slopes: tuple[Vector, Vector] | None = None
+        self._spectrum: Any = None
+
+    def on(self, prediction: Prediction) -> "Misfit":
+        """Return the same misfit of other predictions."""
+        other = copy(self)
+        other.prediction, other._last_slopes = prediction, None
+        return other
 
     @property
     def names(self) -> list[str]:
@@ -168,7 +179,7 @@ class Misfit:
         p = list(places)
         if TIME_CONSTANT in self.free:
             traces = high_passed(traces, self.prediction.interval, USUAL_TIME_CONSTANT)
-        curves = Curves(traces, self.prediction.interval)
+        curves = self.prediction.curves(traces)
         if TIME_ZERO in self.free:
             p.append(self._time_zero(curves) / self.unit)
         if TIME_CONSTANT in self.free:
@@ -185,9 +196,12 @@ class Misfit:
         """Return time zero by cross-correlation, to a sample, then to a part of it by a parabola."""
         step, total = self.measured.step, np.zeros(1)
         grid = np.arange(0.0, self.until, step)
-        for force, noise, shape in zip(self.measured.force, self.measured.noise, curves.at(grid), strict=True):
-            filled = np.where(np.isfinite(force), force, 0.0)
-            along, square = correlate(filled, shape, method="fft"), float(shape @ shape)
+        count = self.measured.time.size + grid.size - 1
+        length = next_fast_len(count, real=True)
+        if self._spectrum is None:
+            self._spectrum = rfft(np.where(np.isfinite(self.measured.force), self.measured.force, 0.0), length)
+        for force, noise, shape in zip(self._spectrum, self.measured.noise, curves.at(grid), strict=True):
+            along, square = irfft(force * rfft(shape[::-1], length), length)[:count], float(shape @ shape)
             if square > 0.0:
                 gained = np.maximum(along, 0.0) ** 2 / square if GAIN in self.free else 2.0 * along - square
                 total = total + gained / noise**2
@@ -222,8 +236,13 @@ class Misfit:
         rest = force if GAIN in self.free else force - shape
         if not columns or not shape.any():
             return (force - shape) / noise, 1.0, 0.0, np.zeros((shape.size, 0))
-        basis, corner = np.linalg.qr(np.stack(columns, axis=1))
-        parts = np.linalg.lstsq(corner, basis.T @ rest, rcond=None)[0]
+        if len(columns) == 1:  # without the linear algebra, which takes longer than all else
+            size = float(np.linalg.norm(columns[0]))
+            basis, corner = columns[0][:, None] / size, np.array([[size]])
+        else:
+            basis, corner = np.linalg.qr(np.stack(columns, axis=1))
+        along = basis.T @ rest
+        parts = along / corner[0] if len(columns) == 1 else np.linalg.lstsq(corner, along, rcond=None)[0]
         gain = float(parts[0]) if GAIN in self.free else 1.0
         offset = float(parts[-1]) if OFFSET in self.free else 0.0
         return (force - gain * shape - offset) / noise, gain, offset, basis
@@ -257,7 +276,7 @@ class Misfit:
         """Return χ² of traces at p; infinite for a run that failed."""
         if not np.isfinite(traces).all():
             return np.inf
-        residual = np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
+        residual = np.concatenate(self._compared(p, self.prediction.curves(self._passed(traces, p))))
         return float(residual @ residual)
 
     def residual(self, p: Vector) -> Vector:
@@ -265,7 +284,7 @@ class Misfit:
         traces = self._traces(p)
         if not np.isfinite(traces).all():
             return np.full(self.samples, FAILED)
-        return np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
+        return np.concatenate(self._compared(p, self.prediction.curves(self._passed(traces, p))))
 
     def at(self, p: Vector, steps: Vector, rough: bool = False) -> Point:
         """Return all of the misfit at p; steps: of the places, for the derivatives; rough: these to first order."""
@@ -275,19 +294,24 @@ class Misfit:
             raise FloatingPointError("a run beside the solution failed")
         return self.point(p, traces, slopes)
 
+    def beside(self, p: Vector) -> Point:
+        """Return all of the misfit at p, which is so near to the point asked for last that its derivatives serve."""
+        assert self._last_slopes is not None
+        return self.point(p, self._traces(p), self._last_slopes[1])
+
     def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
         """Return all of it from runs that are known. slopes: of the traces with the places."""
-        interval, sensors = self.prediction.interval, len(self.measured.sensors)
+        sensors = len(self.measured.sensors)
         residuals, projected, full, gains, offsets, fitted = [], [], [], [], [], []
         moments = self.measured.time - self.time_zero(p)
-        curves = Curves(self._passed(traces, p), interval)
+        curves = self.prediction.curves(self._passed(traces, p))
         shapes, rates = curves.at(moments), curves.rates(moments)
-        changes = [Curves(self._passed(slopes, p), interval).at(moments)] if self.size else []
+        changes = [self.prediction.curves(self._passed(slopes, p)).at(moments)] if self.size else []
         if TIME_ZERO in self.free:
             changes.append(-self.unit * rates[None])
         if TIME_CONSTANT in self.free:
             later, earlier = (self._passed(traces, p, factor) for factor in (1.001, 0.999))
-            changes.append(Curves((later - earlier)[None] / 2e-3, interval).at(moments))
+            changes.append(self.prediction.curves((later - earlier)[None] / 2e-3).at(moments))
         bent = np.concatenate(changes)
         nuisances = sum(name in self.free for name in (GAIN, OFFSET))
         for row, used in enumerate(self.used):

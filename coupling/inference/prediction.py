@@ -209,6 +209,10 @@ class Prediction:
             self._said.setdefault(kind(message), message)
         return traces
 
+    def curves(self, traces: Vector) -> "Curves":
+        """Return traces between their samples."""
+        return Curves(traces, self.interval)
+
     def trace(self, places: Vector) -> Vector:
         """Return the forces of one run, N, sensors × times; of those done lately without another run."""
         key = places.tobytes()

@@ -1,6 +1,6 @@
 """Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from coupling.inference.misfit import Misfit, Point
+from coupling.inference.surrogate import interpolated
 from structures.structure import Vector
 
 FIRST_STEP = 1e-3
@@ -40,12 +41,35 @@ PRECISION = 1e-5
 ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 """The same of rough searches, the points at which they try, and how much worse than the best one may be to go on."""
 
+CANDIDATES, LEFT = 8, 64
+"""Points of a scan between runs, for each run, and how many of the best are looked at again after more runs."""
+
+FEWEST_LIKELY, FAR_WORSE = 3, 10.0
+"""Minima between runs that are looked at, whatever the number of starts; how much worse than the best one they may seem
+where no run is near."""
+
+NEW = 1e-3
+"""A run is made where none is within this part of each range."""
+
+HELPS, MOST_IDLE, MORE_IDLE, WIDEST_SCAN = 0.99, 1, 4, 8
+"""A run helps if χ² is less than this part of the least. After more rounds without such a run than this number, and
+than the next one where a fit explains the signal already, the scan doubles, up to this multiple."""
+
+WELL_SCANNED, RUNS_OF_LINE = 2, 16
+"""A scan over more ranges than this number is followed by so many runs along each range, through the best fit."""
+
+MOST_FALL = 1.0
+"""Of χ² over a last step, on which derivatives hardly change: a standard deviation."""
+
 ROUGH_STARTS, MORE_STARTS = 3, 3
 """While no fit explains the signal: rough searches for each full one; and those that follow as the scan doubles."""
 
 BESIDE = 2.0 * 1.5 ** np.arange(11)
 """Distances from the best fit at which others are looked for, in its standard deviations. Beads that rattle make minima
 that are closer to each other than the points of any scan: a plate's edge at 37 mm was found at 36.8."""
+
+NEARLY = 7
+"""After a search between runs, which has looked at those farther away, it is so many of these distances."""
 
 RUNS_NEARBY = 32
 """Runs of a typical fit with a guess, for each unknown: half of them by least squares, half beside its minimum."""
@@ -73,6 +97,9 @@ class GlobalSearch:
         self.guess, self.lines, self.ranges = guess, lines, misfit.prediction.ranges
         self.steps = np.full(len(self.ranges), FIRST_STEP)
         self._known_lines = dict[tuple[bytes, int, bytes], Vector]()
+        self._runs = list[tuple[Vector, Vector]]()
+        """Places and traces of the scan."""
+        self._interpolated: GlobalSearch | None = None
 
     def solutions(self) -> list[Solution]:
         """Return the local minima from the best points of the scan, the least first; with a guess only the nearest."""
@@ -83,6 +110,10 @@ class GlobalSearch:
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
+        if self.misfit.of_traces_alone:
+            solutions = self._between_runs(sobol)
+            if solutions:
+                return solutions
         solutions = self._solved_from(self._apart(scanned, [], self.starts))
         if not self.misfit.explains(solutions[0].misfit, solutions[0].p):
             solutions = self._solved_from(
@@ -101,6 +132,86 @@ class GlobalSearch:
                 break
         return solutions
 
+    def _between_runs(self, sobol: qmc.Sobol) -> list[Solution]:
+        """Return the minima of traces that are interpolated between runs, the least first; none where too few succeed.
+
+        A run at each minimum shows whether it is one, and makes the interpolation better there. Where such runs no
+        longer help, the scan doubles, until a fit explains the signal.
+        """
+        size, count, widest = len(self.ranges), len(self._runs), WIDEST_SCAN * len(self._runs)
+        best, idle, candidates = list[Solution](), 0, self._candidates(count)
+        lines = list(self.lines) if size > WELL_SCANNED else []
+        while inner := self._interpolate():
+            minima, candidates = inner.minima(candidates)
+            likely = self._likely(minima, [solution.p for solution in best])
+            places = np.array([place for place, _ in self._runs])
+            away = [float(abs(p[:size] - places).max(axis=1).min()) for p in likely]
+            least = best[0].misfit if best else np.inf
+            explained = bool(best) and self.misfit.explains(least, best[0].p)
+            if idle > (MORE_IDLE if explained else MOST_IDLE) or (explained and max(away) < SAME):
+                idle = 0
+                if lines:
+                    self._scanned(self._line_through(best[0].p, lines.pop()))
+                elif explained or 2 * count > widest:
+                    return self._solved_from(likely)
+                else:
+                    self._scanned(sobol.random(count))
+                    count, candidates = 2 * count, self._candidates(2 * count)
+                continue
+            starts = [p for p, distance in zip(likely, away, strict=True) if distance > NEW]
+            for p in starts:
+                trace = self.misfit.prediction.trace(p[:size])
+                best.append(Solution(p, self.misfit.of_traces(p, trace), True))
+                self._runs += [(p[:size], trace)] if np.isfinite(trace).all() else []
+            best = _sorted(best)
+            idle = 0 if starts and best[0].misfit < HELPS * least else idle + 1
+        return []
+
+    def _line_through(self, p: Vector, k: int) -> Vector:
+        """Return places on the line along a range through a point."""
+        places = np.tile(p[: len(self.ranges)], (RUNS_OF_LINE, 1))
+        places[:, k] = (np.arange(RUNS_OF_LINE) + 0.5) / RUNS_OF_LINE
+        return places
+
+    def _candidates(self, count: int) -> Vector:
+        """Return the points of a scan between so many runs."""
+        sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed + 1), int(np.ceil(np.log2(CANDIDATES * count)))
+        return np.asarray(sobol.random_base2(number))
+
+    def _interpolate(self) -> "GlobalSearch | None":
+        """Return the search between all runs of the scan; None where there are too few."""
+        places, traces = (np.array(column) for column in zip(*self._runs, strict=True))
+        surrogate = interpolated(self.misfit.prediction, places, traces)
+        if surrogate is not None:
+            misfit = self.misfit.on(surrogate)
+            self._interpolated = GlobalSearch(misfit, self.starts, 0, self.seed, None, self.lines)
+        return None if surrogate is None else self._interpolated
+
+    def _likely(self, solutions: Sequence[Solution], runs: Sequence[Vector]) -> list[Vector]:
+        """Return those apart from each other that are hardly worse than the first one; also worse ones far from runs,
+        where an interpolation is not exact."""
+        size, least = len(self.ranges), solutions[0].misfit
+        likely = [
+            (misfit, p)
+            for p, misfit, _ in solutions
+            if misfit < WORSE * least
+            or (misfit < FAR_WORSE * least and all(abs(p[:size] - run[:size]).max() > APART for run in runs))
+        ]
+        return self._apart(likely, [], max(self.starts, FEWEST_LIKELY))
+
+    def minima(self, candidates: Vector) -> tuple[list[Solution], Vector]:
+        """Return minima of a scan of candidates and of lines, where traces cost no runs; and the best candidates."""
+        scanned = self._scanned(candidates)
+        rough = self._rough(self._apart(scanned, [], ROUGH_STARTS * self.starts))
+        rough += self._rough(self._along_lines(rough))
+        ends = sorted(((solution.misfit, solution.p) for solution in rough), key=lambda pair: pair[0])
+        solved = map(self.solved, self._apart(ends, [], self.starts + 1))
+        return _sorted(solved), np.array([p[: len(self.ranges)] for _, p in scanned[:LEFT]])
+
+    def _rough(self, starts: Sequence[Vector]) -> list[Solution]:
+        """Return the ends of rough least squares, the least first."""
+        return _sorted(self.solved(p, ROUGH_TRIES, ROUGH) for p in starts)
+
     def nearest(self, alone: bool) -> Solution:
         """Return minimum nearest to the guess; unless alone, a better one on the lines along the ranges through it."""
         solutions = self.solutions()
@@ -111,8 +222,9 @@ class GlobalSearch:
     def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
         """Return χ² and p at places that can be run, the best first."""
         traces = self.misfit.prediction.traces(list(places))
-        pairs = zip(places, traces, strict=True)
-        scanned = [self.misfit.start(place, trace)[::-1] for place, trace in pairs if np.isfinite(trace).all()]
+        pairs = [(place, trace) for place, trace in zip(places, traces, strict=True) if np.isfinite(trace).all()]
+        self._runs += pairs
+        scanned = [self.misfit.start(place, trace)[::-1] for place, trace in pairs]
         return sorted(scanned, key=lambda pair: pair[0])
 
     def _prepare(self, scanned: list[tuple[float, Vector]]) -> None:
@@ -134,7 +246,7 @@ class GlobalSearch:
     def _solved_from(self, starts: Sequence[Vector], others: Sequence[Solution] = ()) -> list[Solution]:
         """Return other solutions and those of rough least squares from each start, full ones from the best of these."""
         size, full, rest = len(self.ranges), list[Solution](), list[Solution]()
-        roughs = sorted((self.solved(p, ROUGH_TRIES, ROUGH) for p in starts), key=lambda solution: solution.misfit)
+        roughs = self._rough(starts)
         least = min((solution.misfit for solution in (*others, *roughs[:1])), default=np.inf)
         for rough in roughs:
             better = len(full) < self.starts and rough.misfit < WORSE * least
@@ -143,7 +255,7 @@ class GlobalSearch:
                 full.append(self.solved(rough.p))
             else:
                 rest.append(rough)
-        return sorted([*others, *full, *rest], key=lambda solution: solution.misfit)
+        return _sorted([*others, *full, *rest])
 
     def _along_lines(self, solutions: Sequence[Solution]) -> list[Vector]:
         """Return best minima on the lines along each range through the best solution, away from the solutions known."""
@@ -205,7 +317,8 @@ class GlobalSearch:
             return full_point
 
         def slope(x: Vector) -> Vector:
-            jacobian: Vector = self.misfit.at(full(x), self.steps, rough).projected[:, free]
+            of = self._interpolated.misfit if rough and self._interpolated else self.misfit
+            jacobian: Vector = of.at(full(x), self.steps, rough).projected[:, free]
             return jacobian
 
         if not free.size:
@@ -222,7 +335,7 @@ class GlobalSearch:
         """Return the solution refined, or a better minimum beside it; all of the misfit there; minima beside it."""
         (best, point), minima = self.refined(solution), list[Solution]()
         for _ in range(MOST_ROUNDS):
-            minima += map(self.solved, self._beside(best, point))
+            minima += (self.solved(p, rough=False) for p in self._beside(best, point))
             least = min(minima, key=lambda other: other.misfit, default=best)
             if least.misfit > best.misfit - 1.0:
                 break
@@ -233,9 +346,10 @@ class GlobalSearch:
         """Return minima a few standard deviations away, where each unknown moves and the others as it correlates."""
         covariance, minima = inverse(point.columns)[: best.p.size], list[Vector]()
         low, high = self.misfit.bounds()
+        distances = BESIDE[:NEARLY] if self._interpolated else BESIDE
         for k in self.lines:
             deviation = covariance[:, k] / np.sqrt(covariance[k, k])
-            moved = (best.p + away * deviation for away in (*-BESIDE[::-1], *BESIDE))
+            moved = (best.p + away * deviation for away in (*-distances[::-1], *distances))
             line = [p for p in moved if ((low <= p) & (p <= high)).all()]
             if not line:  # what changes nothing has no valley
                 continue
@@ -250,13 +364,36 @@ class GlobalSearch:
     def refined(self, solution: Solution) -> tuple[Solution, Point]:
         """Return the least squares again, with derivatives over steps that suit the errors."""
         self.misfit.refresh(solution.p)
-        point = self.misfit.at(solution.p, self.steps, rough=True)
-        solution = solution._replace(misfit=point.misfit)
+        if self._interpolated:
+            point = self._interpolated.misfit.at(solution.p, self.steps, rough=True)
+        else:
+            point = self.misfit.at(solution.p, self.steps, rough=True)
+            solution = solution._replace(misfit=point.misfit)
         errors = np.sqrt(np.diag(inverse(point.columns)))[: len(self.ranges)]
         self.steps = np.clip(STEP_OF_ERROR * errors, SHORTEST_STEP, LONGEST_STEP)
+        if self.misfit.of_traces_alone and (near := self._one_step(solution)):
+            return near
         again = self.solved(solution.p, tries=10, rough=False)
         best = again if again.misfit <= solution.misfit else solution
         return best, self.misfit.at(best.p, self.steps)
+
+    def _one_step(self, solution: Solution) -> tuple[Solution, Point] | None:
+        """Return the end of one step of least squares; None where χ² is not what that predicts, so that more follow."""
+        point = self.misfit.at(solution.p, self.steps)
+        step = -np.linalg.lstsq(point.projected, point.residual, rcond=None)[0]
+        fall = point.misfit - float(((point.residual + point.projected @ step) ** 2).sum())
+        p = np.clip(solution.p + step, *self.misfit.bounds())
+        residual = self.misfit.residual(p)
+        after = float(residual @ residual)
+        if fall > MOST_FALL or abs(point.misfit - fall - after) > PRECISION * after:
+            return None
+        near = self.misfit.beside(p)
+        return Solution(p, near.misfit, True), near
+
+
+def _sorted(solutions: Iterable[Solution]) -> list[Solution]:
+    """Return solutions, the least misfit first."""
+    return sorted(solutions, key=lambda solution: solution.misfit)
 
 
 def inverse(columns: Vector) -> Vector:

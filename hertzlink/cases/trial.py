@@ -105,7 +105,7 @@ def _identification(question: Question) -> list[str]:
         build = plate.with_one_edge
     names = [name for name in question.ranges if name not in question.nuisances]
     unknowns = len(names) or len(question.ranges)
-    runs = likely_runs(unknowns, len(question.ranges) - unknowns, question.part.starts)
+    runs = likely_runs(unknowns, len(question.ranges) - unknowns)
     ranges = [range_of(name, ends) for name, ends in question.ranges.items()]
     with collected():
         prediction = Prediction(build, ranges, columns, until)

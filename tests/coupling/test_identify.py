@@ -23,6 +23,7 @@ from coupling.inference.intervals import independent_samples
 from coupling.inference.measured import estimated
 from coupling.inference.misfit import Measured, Misfit
 from coupling.inference.prediction import Curves, Prediction, Range, high_passed, range_of
+from coupling.inference.surrogate import interpolated
 from coupling.results.sensor import noise_level
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -698,7 +699,7 @@ def test_a_fit_says_its_stage_and_count(caplog: pytest.LogCaptureFixture, monkey
     with caplog.at_level(logging.INFO, "hertzlink.sweep"):
         found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, modulus=(2e9, 4.5e9))
     said = [record.getMessage() for record in caplog.records]
-    assert said[0] == "identify: search 1 of about 140 runs"
+    assert said[0] == "identify: search 1 of about 42 runs"
     assert {line.split()[1] for line in said} >= {"search", "intervals"}
     assert abs(int(said[-1].split()[2]) - found.runs) <= 0.1 * found.runs
 
@@ -706,14 +707,27 @@ def test_a_fit_says_its_stage_and_count(caplog: pytest.LogCaptureFixture, monkey
 @pytest.mark.parametrize(
     ("given", "runs"),
     [
-        ({"unknowns": 1}, (128, 150)), ({"unknowns": 1, "nuisances": 1}, (221, 308)),
-        ({"unknowns": 2}, (265, 362)), ({"unknowns": 2, "nuisances": 1}, (507, 525)),
-        ({"unknowns": 3}, (571, 589)), ({"unknowns": 1, "nuisances": 1, "guess": True}, (31, 55)),
+        ({"unknowns": 1}, (39, 43)), ({"unknowns": 1, "nuisances": 1}, (59, 87)),
+        ({"unknowns": 2, "nuisances": 1}, (166, 204)), ({"unknowns": 1, "nuisances": 1, "guess": True}, (31, 55)),
     ],
 )  # fmt: skip
 def test_likely_runs_are_those_of_fits(given: dict[str, Any], runs: tuple[int, int]) -> None:
     """Least and most that fits of rods, plates, an edge, a bond and losses took."""
     assert runs[0] / 1.25 < likely_runs(**given) < runs[1] * 1.25
+
+
+def test_traces_between_runs_are_those_of_hertz_scaling() -> None:
+    """Hertz's contacts make forces v^(6/5) and times v^(-1/5), so one run tells those of all speeds."""
+    speeds = Range("impact_speed", 0.2, 0.5)
+    prediction = Prediction(lambda impact_speed: wall(3e9, impact_speed), [speeds], [5], UNTIL)
+    places = np.linspace(0.0, 1.0, 9)[:, None]
+    between = interpolated(prediction, places, prediction.traces(list(places)))
+    assert between is not None
+    usual, time = prediction.trace(places[4])[0], prediction.time
+    for place in (0.19, 0.43):
+        slower = speeds.value(place) / speeds.value(0.5)
+        expected = slower**1.2 * np.interp(slower**0.2 * time, time, usual)
+        assert between.trace(np.array([place]))[0] == pytest.approx(expected, abs=3e-3 * usual.max())
 
 
 @pytest.mark.parametrize("decay", [0.0, 0.5, 0.9, 0.99])
