@@ -310,7 +310,9 @@ def _rows(
             gap = np.where(np.isnan(first) & np.isnan(second), 0.0, np.where(np.isnan(gap), np.inf, gap))
         allowed = atol[kind] + rtol[kind] * np.nan_to_num(abs(first))
         worst = np.unravel_index(int(np.argmax(gap - allowed)), gap.shape) if gap.ndim else ()
-        where = _where(old, [int(index) for index in worst])
+        axes = [axis for axis in old.dims if axis != "time"]
+        words = ", ".join(f"{axis} = {old[axis].values[at]}" for axis, at in zip(axes, worst, strict=True))
+        where = f" at {words}" if words else ""
         yield Row(name + where, kind, *(float(values[worst]) for values in (first, second, gap, allowed)))
 
 
@@ -388,10 +390,3 @@ def _values_along(data: xr.Dataset, axis: str) -> Any:
     if axis not in data.dims:
         return "none"
     return data[axis].values.tolist() if axis in data.coords else f"{data.sizes[axis]} values"
-
-
-def _where(values: xr.DataArray, place: Sequence[int]) -> str:
-    """Return the place along chains and axes, in words."""
-    axes = [axis for axis in values.dims if axis != "time"]
-    words = [f"{axis} = {values[axis].values[at]}" for axis, at in zip(axes, place, strict=True)]
-    return f" at {', '.join(words)}" if words else ""

@@ -401,7 +401,11 @@ class _Interface:
         self.participant, self.mesh, self.count = participant, names["mesh"], count
         self.read_name, self.written_name = (names[name] for name in data)
         dimensions = participant.get_mesh_dimensions(self.mesh)
-        places = np.zeros((count, dimensions)) if positions is None else _places(positions, count, dimensions)
+        places = np.zeros((count, dimensions))
+        if positions is not None and len(positions) != count:
+            raise ValueError(f"positions = {short(positions)}: must hold a position for each of the {count} contacts")
+        for k, position in enumerate([] if positions is None else positions):
+            places[k] = _vector(f"positions[{k}]", position, dimensions)
         sizes = [participant.get_data_dimensions(self.mesh, names[name]) for name in data]
         if direction is not None and max(sizes) == 1:
             raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
@@ -439,13 +443,6 @@ class _Interface:
         if length == 0.0:
             raise ValueError(f"direction = {short(direction)}: must not be zero")
         return vector / length
-
-
-def _places(positions: Sequence[Sequence[float]], count: int, dimensions: int) -> Vector:
-    """Return the positions of the vertices, m."""
-    if len(positions) != count:
-        raise ValueError(f"positions = {short(positions)}: must hold a position for each of the {count} contacts")
-    return np.array([_vector(f"positions[{k}]", place, dimensions) for k, place in enumerate(positions)])
 
 
 def _vector(name: str, value: Sequence[float], size: int) -> Vector:

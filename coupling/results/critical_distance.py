@@ -143,7 +143,8 @@ def critical_distance(
         vectorize=True,
     )
     labels = (LABEL, f"{LABEL}, low end of the bracket", f"{LABEL}, high end of the bracket")
-    result = CriticalDistance(*(_plain(result_, label) for result_, label in zip(results, labels, strict=True)))
+    labelled = [values.assign_attrs(units="m", long_name=label) for values, label in zip(results, labels, strict=True)]
+    result = CriticalDistance(*(values if values.ndim else float(values) for values in labelled))
     return result if bracket else result.value
 
 
@@ -188,10 +189,3 @@ def crossed_level(outside: float, far: float, tolerance: float, relative: bool =
 def far_value(curve: Vector, far: float = nan) -> float:
     """Return the far value that is known, or else AR at the greatest distance; NaN where no wave is back from there."""
     return float(curve[-1]) if np.isnan(far) else far
-
-
-def _plain(values: xr.DataArray, label: str) -> Number:
-    """Return a float for one curve."""
-    if values.ndim == 0:
-        return float(values)
-    return values.assign_attrs(units="m", long_name=label)

@@ -134,7 +134,8 @@ def critical_distance_search(
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
     scan = _distances(distances)
-    tolerances = _tolerances(tolerance)
+    many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
+    tolerances = [positive("tolerance", value) for value in many]
     instance("relative", relative, bool, "True or False")
     bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
     values = axis_values(axes, OF_RUNS | OWN_DIMENSIONS) if axes else {}
@@ -159,12 +160,6 @@ def critical_distance_search(
     findings = search.findings() + _upper_bound(distances_found, scan[0])
     warn(findings)
     return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
-
-
-def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
-    """Return one tolerance or more, or raise a ValueError."""
-    many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
-    return [positive("tolerance", value) for value in many]
 
 
 def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
