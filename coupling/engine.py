@@ -163,14 +163,16 @@ class Engine:
 
         halvings: of the windows. They have been halved because a whole one failed, and save nothing.
         """
-        stride = 0 if halvings else self.stride
+        stride, length = 0 if halvings else self.stride, self.length / 2**halvings
         while first < last:
-            failed = self._try(run, first, last, halvings, stride)
-            if failed is None:
+            # The start of a run is saved, too.
+            windows = first + 1, last, stride, 0 if first == 0 and stride > 0 else -1
+            problem, done, residual = self._move(run, length, windows)
+            if problem == loop.OK:
                 return
-            done, residual = failed
+            if problem == loop.NON_FINITE:
+                self._check_finite(done * length)
             if halvings == MOST_HALVINGS:
-                length = self.length / 2**halvings
                 raise NotConverged(
                     f"window {(done - 1) // 2**halvings + 1}, t = {(done - 1) * length:.6g} s, {length:.3g} s long: "
                     f"residual {residual:.3g} N after {self.search.most} iterations, tolerance "
@@ -231,18 +233,6 @@ class Engine:
         moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
         return moved / self.interface.indentation_scale
 
-    def _try(self, run: Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
-        """Move the run on as far as it goes; return the window that failed, and its residual (N).
-
-        stride: windows of a saved time, 0 where nothing is saved; else the start of the run is saved, too.
-        """
-        length = self.length / 2**halvings
-        windows = first + 1, last, stride, 0 if first == 0 and stride > 0 else -1
-        problem, done, residual = self._move(run, length, windows)
-        if problem == loop.NON_FINITE:
-            self._check_finite(done * length)
-        return None if problem == loop.OK else (done, residual)
-
     def _check_finite(self, time: float) -> None:
         """Raise a FloatingPointError that names what the last trial made infinite."""
         trial, ends = self.trial, pairwise(self.interface.begin[:, 0])
@@ -265,15 +255,17 @@ class Engine:
             steps = np.array(
                 [[chain.steps(part / self.joined) * self.joined for part in parts] for chain in self.interface.chains]
             )
-            self._lengths[length] = structure, self._contacts(compliance, steps)
+            self._lengths[length] = structure, self.contacts(compliance, steps)
         return self._lengths[length]
 
-    def _contacts(self, compliance: Vector, steps: Vector) -> Any:
+    def contacts(self, compliance: Vector, steps: Vector, alone: bool = True) -> Any:
+        """Return the contacts as a piece; alone: whether one that is so has its own."""
         interface = self.interface
-        if interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
+        if alone and interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
             return OneContact(interface.static, compliance, steps)
         behind = np.array([contact.end == FIRST for contact in interface.contacts])
-        return Contacts(interface.static, compliance, steps, behind, self.interface.begin, self.quadratic)
+        rigid = not compliance.any()
+        return Contacts(interface.static, compliance, steps, behind, interface.begin, self.quadratic, rigid)
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:

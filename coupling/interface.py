@@ -106,7 +106,10 @@ class Interface:
             for place in range(len(self.structures))
         ]
         """The contacts of each structure."""
-        self.of_structure = [self._at_points(place) for place in range(len(self.structures))]
+        self.of_structure = [np.full(len(structure.surfaces), -1, dtype=np.intp) for structure in self.structures]
+        """The contact at each point of each structure; −1 where nothing touches."""
+        for k, contact in enumerate(self.contacts):
+            self.of_structure[contact.structure][contact.point] = k
         # Nearly always everywhere. Then the arrays need no masks, which cost as much as the sums of a small structure.
         self._touched = [bool((seats >= 0).all()) for seats in self.of_structure]
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
@@ -311,7 +314,9 @@ class Interface:
         place = next((i for i, structure in enumerate(self._given) if structure is whole_one), len(self._given))
         if place == len(self._given):
             self._given.append(whole_one)
-            self.structures.append(_moving_structure(whole_one))
+            ready = isinstance(whole_one, MovingStructure)
+            kind = MovingStructure if isinstance(whole_one, Structure) else CheckedParticipant
+            self.structures.append(whole_one if ready else kind(whole_one))
             bodies = [structure.structure for structure in self.structures if isinstance(structure, MovingStructure)]
             if len({id(body) for body in bodies}) < len(bodies):
                 raise ValueError(
@@ -323,14 +328,6 @@ class Interface:
                 "plate.at([x1, x2], [y1, y2]), or a structure for each"
             )
         return place, point or 0
-
-    def _at_points(self, place: int) -> Seats:
-        """Return the contact at each point of a structure; −1 where nothing touches."""
-        seats = np.full(len(self.structures[place].surfaces), -1, dtype=np.intp)
-        for k, contact in enumerate(self.contacts):
-            if contact.structure == place:
-                seats[contact.point] = k
-        return seats
 
     def _moving(self, chain: Chain, number: int, alone: bool, settings: dict[str, float | None]) -> MovingChain:
         facts = [self._facts(k) for k in self.of_chain[number]]
@@ -377,10 +374,3 @@ def takes_part(where: str, facing: Any) -> None:
         )
     if not isinstance(facing, Structure):
         has_members(where, facing, ("surface",), {"start": 0, "advance": 3}, PARTICIPANTS, type(facing).__name__)
-
-
-def _moving_structure(facing: Any) -> Any:
-    """Return what advances a Structure, or a user's participant with its answers checked."""
-    if isinstance(facing, Structure):
-        return MovingStructure(facing)
-    return facing if isinstance(facing, MovingStructure) else CheckedParticipant(facing)

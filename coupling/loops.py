@@ -1,6 +1,6 @@
 """The loop over the windows of a run: in Python for any scheme, compiled for Newton's method on linear structures."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from numba.core.errors import NumbaError
 
@@ -43,21 +43,10 @@ class Work(NamedTuple):
     clock: Trace | None
     known: StructureWindows | None = None
 
-    def engine(self, recorder: Any) -> Engine:
-        """Return the compiled loop that fills this recorder."""
-        tolerance = self.window.tolerance if isinstance(self.window, Adaptive) else None
-        assert isinstance(self.scheme, Condensed)
-        return Engine(self.interface, self.scheme, self.plan, recorder, tolerance, self.clock, self.known)
-
-    @property
-    def compiled(self) -> bool:
-        """True if the compiled loop can do it."""
-        return is_compiled(self.interface, self.scheme)
-
     def do(self) -> None:
         """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
         try:
-            (run_compiled if self.compiled else run_windows)(self)
+            (run_compiled if is_compiled(self.interface, self.scheme) else run_windows)(self)
         except NumbaError:
             for chain in self.interface.chains:
                 check_compiled(chain.model.law, ("force", "slope", "energy"), 1)
@@ -87,8 +76,9 @@ def run_windows(work: Work) -> None:
     while done < plan.total:
         many = min(plan.substeps, plan.total - done) if scheme.whole_window else 1
         ends = _advanced(work, windows, state, done, many)
-        if not scheme.repeats and done == 0:
-            _check_rest(work.interface, ends[0])
+        for place, box in enumerate(interface.structures if not scheme.repeats and done == 0 else ()):
+            if isinstance(box, CheckedParticipant):  # no force acts in the first substep
+                box.check_rest(ends[0].surface[interface.touching[place]], PROBE * interface.indentation_scale)
         for state in ends:
             done, counts = done + 1, counts.after(state)
             if done % plan.stride == 0:
@@ -104,8 +94,10 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
     try:
         return windows.advance(state, work.plan.length, many)
     except NotConverged as error:
-        if work.scheme.repeats:
-            _check_repeats(work.interface, state, work.plan.length)
+        for place, box in enumerate(work.interface.structures if work.scheme.repeats else ()):
+            if isinstance(box, CheckedParticipant):  # under the load at which the scheme gave up, and twice that load
+                for forces in (box.last_forces, 2.0 * box.last_forces):
+                    box.check_repeats(state.structures[place], forces, work.plan.length)
         raise NotConverged(f"window {done // work.plan.substeps + 1}, {error}") from error
     except FloatingPointError as error:
         raise FloatingPointError(f"window from t = {state.time:.6g} s: {error}") from error
@@ -113,8 +105,10 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 def run_compiled(work: Work) -> None:
     """Run all windows in compiled code, for linear structures and structures whose gaps close."""
-    interface, plan, frames, keeper = work.interface, work.plan, work.frames, work.keeper
-    engine = work.engine(frames.saved)
+    interface, scheme, window, plan, frames, keeper, clock, known = work
+    assert isinstance(scheme, Condensed)
+    tolerance = window.tolerance if isinstance(window, Adaptive) else None
+    engine = Engine(interface, scheme, plan, frames.saved, tolerance, clock, known)
     run, row, end = engine.start(), 0, plan.rows - 1
     if keeper is not None:
         # Row 0 is in the file before the run begins.
@@ -131,23 +125,6 @@ def run_compiled(work: Work) -> None:
         if keeper is not None:
             keeper.keep(frames, row, (run, row), row == end)
     frames.count_damping(interface)
-
-
-def _check_repeats(interface: Interface, state: CoupledState, length: float) -> None:
-    """Raise a ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice that
-    load."""
-    for place, box in enumerate(interface.structures):
-        if isinstance(box, CheckedParticipant):
-            for forces in (box.last_forces, 2.0 * box.last_forces):
-                box.check_repeats(state.structures[place], forces, length)
-
-
-def _check_rest(interface: Interface, first: CoupledState) -> None:
-    """Raise a ValueError for participants that move in the first substep, in which no force acts."""
-    for place, box in enumerate(interface.structures):
-        if isinstance(box, CheckedParticipant):
-            moved = first.surface[interface.touching[place]]
-            box.check_rest(moved, PROBE * interface.indentation_scale)
 
 
 def _check(interface: Interface, state: CoupledState) -> None:

@@ -116,11 +116,6 @@ class MovingStructure:
         """The number of degrees of freedom."""
         return self.structure.size
 
-    @property
-    def conservative(self) -> bool:
-        """True if the structure is undamped, so that it loses energy only through its stepper."""
-        return self.structure.damping is None
-
     @cached_property
     def modal(self) -> bool:
         """True if it moves as Oscillators do."""

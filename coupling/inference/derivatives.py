@@ -15,13 +15,11 @@ from scipy import sparse
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import Engine, StructureWindows
-from coupling.kernels.agreement import Contacts
 from coupling.kernels.records import Run
 from coupling.kernels.tangents import Model, Moving, Tangents
 from coupling.loops import UNBROKEN, is_compiled
 from coupling.plan import Plan
 from coupling.recording.frames import Frames, Kept
-from coupling.results.schema import FIRST
 from coupling.schemes.windows import Adaptive
 from particles.kernels.motion import WORK_ROWS
 from structures.checks import instance
@@ -409,10 +407,8 @@ class TangentEngine(Engine):
                 self._dual(usual.compliance, [rate.compliance for rate in rates], plain=False),
                 self._dual(usual.static, [rate.static for rate in rates], plain=False),
             )
-            contacts = self.interface.size
-            _, plan = self.of_length(length)
-            behind = np.array([contact.end == FIRST for contact in self.interface.contacts])
-            plan = Contacts(plan.static, plan.compliance, plan.steps, behind, self.interface.begin, self.quadratic)
+            contacts, (_, plan) = self.interface.size, self.of_length(length)
+            plan = self.contacts(plan.compliance, plan.steps, alone=False)
             self._recorders[length] = Tangents(
                 self.frames.saved, self.frames.sensors, plan, model, self.moving, np.zeros((contacts, contacts)),
                 self.force, self.velocity, self.width(),

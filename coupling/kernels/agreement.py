@@ -124,6 +124,8 @@ class Contacts(NamedTuple):
     """C + 1 rows: the first coordinate and the first contact of each chain."""
     quadratic: bool
     """Whether surfaces move along parabolas."""
+    rigid: bool
+    """Whether the compliance is zero."""
 
     @staticmethod
     def agree(
@@ -143,8 +145,7 @@ class Contacts(NamedTuple):
             # A contact cannot pull: the prediction, static force included, must not be negative.
             contact.force = max(contact.force, -contacts.static[k])
             last_surface[k], last_answer[k], slope[k] = contact.at_rest, contact.force, run.contact[k].slope
-        rigid, residual, taken = is_zero(compliance), np.inf, 0.0
-        tried = 0
+        residual, taken, tried = np.inf, 0.0, 0
         while tried < search.most:
             tried += 1
             taken = surfaces(structure, compliance, run, trial)
@@ -157,7 +158,7 @@ class Contacts(NamedTuple):
             residual = 0.0
             for k in range(count):
                 contact = trial.contact[k]
-                if rigid:
+                if contacts.rigid:
                     contact.force = contact.answer
                 gap[k] = contact.answer - contact.force
                 residual = max(residual, abs(gap[k]))
@@ -178,16 +179,6 @@ class Contacts(NamedTuple):
                 last_surface[k], last_answer[k] = trial.contact[k].surface, trial.contact[k].answer
                 trial.contact[k].force += gap[k]
         return tried, residual, taken
-
-
-@inner()
-def is_zero(matrix: Vector) -> bool:
-    """Return whether all entries of a matrix are zero."""
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            if matrix[i, j] != 0.0:
-                return False
-    return True
 
 
 @inner()

@@ -124,9 +124,11 @@ class Verlet(NamedTuple):
         last, reached = inverse_mass.size - 1, reach(chain, y.size, steps)
         if first == 0:
             copy_limits(law, limits)
-        front, source = front_of(chain, y, v), 0 if moves(drive) else 1
-        # A surface that comes back presses the last body before the wave is there.
-        front = last if wall < 0.0 or wall + steps * dt * rate < 0.0 else front
+        # The last body that a wave has reached; a surface that comes back presses the last body before.
+        front, source = last, 0 if moves(drive) else 1
+        quiet = chain.quiet and not (wall < 0.0 or wall + steps * dt * rate < 0.0)
+        while quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
+            front -= 1
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
         for step in range(steps + 1):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
@@ -158,15 +160,6 @@ class Verlet(NamedTuple):
             # The drive works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
             driven += 0.5 * push * (before + drift * v[source])
         return impulse, impulse_behind, lost_to_yielding(law, limits), driven
-
-
-@inner()
-def front_of(chain: Any, y: Vector, v: Vector) -> int:
-    """Return the last body that a wave has reached; all bodies where static loads act."""
-    front = chain.inverse_mass.size - 1
-    while chain.quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
-        front -= 1
-    return front
 
 
 @inner()

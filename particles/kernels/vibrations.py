@@ -126,18 +126,12 @@ class Rigid(NamedTuple):
         last, potential = forces.size - 1, 0.0
         for i in range(last + 1):
             overlap = y[i] - (y[i + 1] if i < last else wall)
-            potential += energy_with_spring(law, i, overlap, springs[1] if i == last else springs[0] if i == 0 else 0.0)
+            flexibility, push = springs[1] if i == last else springs[0] if i == 0 else 0.0, 0.0
+            if flexibility != 0.0:
+                overlap = overlap_on_spring(law, i, overlap, flexibility)
+                push = force(law, i, overlap)
+            potential += energy(law, i, overlap) + 0.5 * flexibility * push * push
         return 0.0, potential
-
-
-@inner(forceinline=True)
-def energy_with_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
-    """Return the energy of a contact and of the spring behind it, J."""
-    if flexibility == 0.0:
-        return energy(law, i, approach)
-    overlap = overlap_on_spring(law, i, approach, flexibility)
-    push = force(law, i, overlap)
-    return energy(law, i, overlap) + 0.5 * flexibility * push * push
 
 
 class Vibrating(NamedTuple):
