@@ -8,6 +8,7 @@ from coupling.inference.information import best_sensors as best_sensors
 from coupling.inference.information import identifiability as identifiability
 from coupling.inference.numerical_error import numerical_error as numerical_error
 from coupling.inference.sensitivities import sensitivities as sensitivities
+from coupling.inference.tap_maps import map_taps as map_taps
 from coupling.inference.uncertainty import uncertainty as uncertainty
 from coupling.interface import ContactPoint as ContactPoint
 from coupling.participant import Participant as Participant

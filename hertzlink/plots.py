@@ -1,6 +1,7 @@
 """Plots of results, pictures and animations of the motion inside bodies, ParaView files, and reports of one page."""
 
 from coupling.plots.identified import identified as identified
+from coupling.plots.mapped import mapped as mapped
 from coupling.plots.motion import motion as motion
 from coupling.plots.pictures import picture as picture
 from coupling.plots.pictures import write_vtu as write_vtu

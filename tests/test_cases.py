@@ -26,6 +26,7 @@ from coupling.results.findings import findings_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.entry_paths import parsed, written
 from hertzlink.cases.lines import lines_of
+from hertzlink.cases.mapping import grid_of
 from hertzlink.cases.model import schema
 from hertzlink.cases.parts import World
 from hertzlink.cases.report import table
@@ -847,6 +848,90 @@ def test_identify_by_amplitude_ratio_and_time_of_flight_alone(tmp_path: Path, co
     head, *rows = Path("wall-found/fit.csv").read_text().splitlines()
     assert head.endswith("measured,fitted")
     assert [row.split(",")[0] for row in rows[:2]] == ["primary AR at bead 5", "primary TOF at bead 5"]
+
+
+def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., str]) -> None:
+    """2 x 2 points: three moduli of a wall, of which one is tapped twice, and a file that is lost."""
+    text = (
+        template("wall")
+        .replace("beads = 20", "beads = 10")
+        .replace("1.5 ms", "0.6 ms")
+        .replace("sensor = 7", "sensor = 5")
+    )
+    asked = """
+        [identify]
+        sensors = { 5 = 1 }
+        unit = "N"
+        starts = 1
+        unknowns = { "structure.material.youngs_modulus" = ["2 GPa", "5 GPa"] }
+    """
+    Path("wall.toml").write_text(text + asked.replace("        ", ""))
+    Path("scan").mkdir()
+    taps = {"a": ("2.6 GPa", 0.3), "b": ("3 GPa", 0.3), "c": ("3.7 GPa", 0.4), "d": ("3.7 GPa", 0.4)}
+    for seed, (name, (modulus, speed)) in enumerate(taps.items()):
+        changes = {"structure.material.youngs_modulus": modulus, "chain.impact_speed": speed}
+        signal = trace(case_of(text).changed(changes), 0.004, seed, 40e-6, {5: 1.0})
+        Path(f"scan/{name}.csv").write_text(signal.replace("(V)", ""))
+    Path("scan/points.csv").write_text(
+        "x / mm, y / mm, file, chain.impact_speed / m/s, by\n"
+        "0, 0, a.csv, 0.3, Eva\n25, 0, b.csv, 0.3, Eva\n0, 25, c.csv, 0.4, Eva\n0, 25, d.csv, 0.4, Eva\n"
+        "25, 25, lost.csv, 0.3, Eva\n"
+    )
+    said = command("map", "wall.toml", "scan", "--jobs", "1", code=3)
+    assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
+    assert "4 points: 3 identified, 1 failed" in said
+    with Path("wall-map/map.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["unknown"].endswith("modulus")]
+    assert [row["verdict"] for row in rows] == ["identified"] * 3 + ["failed"]
+    assert [row["taps"] for row in rows] == ["1", "1", "2", "0"]
+    for row, true in zip(rows, (2.6e9, 3e9, 3.7e9), strict=False):
+        slack = 0.5 * (float(row["high"]) - float(row["low"]))  # four standard deviations in all
+        assert float(row["low"]) - slack < true < float(row["high"]) + slack
+        assert slack < 0.1 * true
+    assert "lost.csv: there is no such file" in " ".join(rows[3]["reason"].split())
+    page = check_page(Path("wall-map/report.html").read_text())
+    assert any("4 points: 3 identified, 1 failed" in words for words in page.text["p"])
+    assert {path.name for path in Path("wall-map").glob("*.png")} >= {"structure-material-youngs_modulus-value.png"}
+    # The same command again reads the lost file alone.
+    Path("scan/lost.csv").write_text(Path("scan/b.csv").read_text())
+    kept = {path.name: path.stat().st_mtime_ns for path in Path("wall-map.parts").glob("*.point")}
+    command("map", "wall.toml", "scan", "--jobs", "1", "--force")
+    assert len(kept) == 4
+    assert not Path("wall-map.parts").exists()
+    assert "4 points: 4 identified" in Path("wall-map/table.txt").read_text()
+
+
+def test_a_map_without_unknowns_reads_ar_and_tof(command: Callable[..., str]) -> None:
+    """Of a run through a file: the values of the run itself."""
+    text = template("wall").replace("beads = 20", "beads = 10").replace("1.5 ms", "0.6 ms").replace("= 7", "= 5")
+    Path("wall.toml").write_text(text)
+    Path("tap.csv").write_text(trace(case_of(text), 0.002, 1, 40e-6, {5: 1.0}))
+    Path("points.csv").write_text("x / mm, y / mm, file\n0, 0, tap.csv\n")
+    said = command("map", "wall.toml", "points.csv", "--jobs", "1")
+    with Path("wall-map/map.csv").open(newline="") as file:
+        rows = {row["unknown"]: row for row in csv.DictReader(file)}
+    run = case_of(text).run()
+    for name, value in (("AR", hl.amplitude_ratio(run, 5)), ("TOF", hl.time_of_flight(run, 5))):
+        row = rows[f"{name} at bead 5"]
+        assert float(row["value (SI)"]) == pytest.approx(float(value), rel=0.01)
+        assert row["verdict"] == "measured"
+    assert "1 point: 1 measured" in said
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ("x = structure.distance / mm", "structure.distance"),
+        ("x = chain.impact_speed / mm", "chain.impact_speed"),
+    ],
+)
+def test_a_table_that_does_not_fit_the_case_is_refused(
+    head: str, message: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("points.csv").write_text(f"{head}, y / mm, file\n0, 0, tap.csv\n")
+    with pytest.raises(ValueError, match=re.escape(f"points.csv:2: column x: {message}")):
+        grid_of(case_of(template("wall")), Path("points.csv"))
 
 
 @pytest.mark.thorough

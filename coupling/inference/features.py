@@ -40,7 +40,7 @@ class Features(Misfit):
         peaks = np.nanmax(abs(measured.force), axis=-1)
         self._noise = measured.noise / peaks
         self._seen = np.array([noise_level(bridged(force)) for force in measured.force]) / peaks
-        self._memory = np.zeros(len(peaks)) if measured.given else _memory(self._seen / self._noise)
+        self._memory = np.zeros(len(peaks)) if measured.given else memory_of(self._seen / self._noise)
         here = prediction.waves(measured.time, measured.force, sensors)
         scattered = self._scattered(measured.time, measured.force, FEW_DRAWS)
         usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
@@ -69,7 +69,7 @@ class Features(Misfit):
         random = np.random.default_rng(SEED)
         noise, memory = (self._seen, np.zeros(len(forces))) if seen else (self._noise, self._memory)
         size = (noise * np.nanmax(abs(forces), axis=-1))[:, None]
-        draws = [forces + size * _correlated(random.normal(size=forces.shape), memory) for _ in range(number)]
+        draws = [forces + size * correlated(random.normal(size=forces.shape), memory) for _ in range(number)]
         return np.array([self.prediction.waves(time, draw, self.measured.sensors) for draw in draws])
 
     def _spread(self, scattered: Vector) -> Vector:
@@ -168,7 +168,7 @@ class Features(Misfit):
         )
 
 
-def _memory(seen: Vector) -> Vector:
+def memory_of(seen: Vector) -> Vector:
     """Return the correlation of the noise from sample to sample, of first order.
 
     seen: of each sensor, the noise in third differences of the samples, as a part of that in the lead.
@@ -179,7 +179,7 @@ def _memory(seen: Vector) -> Vector:
     return coefficients
 
 
-def _correlated(white: Vector, memory: Vector) -> Vector:
+def correlated(white: Vector, memory: Vector) -> Vector:
     """Return the noise of the same size with such a memory, sensors × samples."""
     return np.stack([
         lfilter([1.0], [1.0, -coefficient], np.append(row[0], np.sqrt(1.0 - coefficient**2) * row[1:]))

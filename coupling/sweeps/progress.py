@@ -35,6 +35,9 @@ _shared: list["Progress"] = []
 _labels: list[str] = []
 """What labels of progress say in addition, while `labelled` lasts."""
 
+_silent: list[bool] = []
+"""Not empty while `silent` lasts."""
+
 
 class Stopped(KeyboardInterrupt, SystemExit):
     """Ctrl-C in a sweep that keeps its points. A script that does not catch it ends with its message, on one line."""
@@ -63,7 +66,8 @@ class Progress:
         unit: str = "point",
     ) -> None:
         self.total, self.done, self.failed, self._before, self._clock = total, done, failed, done, clock
-        self._begin = self._told = clock()
+        self._begin = clock()
+        self._told = float("inf") if _silent else self._begin
         self._first = float("nan")
         self._whole = _shared[-1] if _shared and not likely else None
         self._unit = unit
@@ -157,6 +161,16 @@ def labelled(words: str) -> Iterator[None]:
         _labels.remove(words)
 
 
+@contextmanager
+def silent() -> Iterator[None]:
+    """No progress within is shown, as that of a part of what is counted already."""
+    _silent.append(True)
+    try:
+        yield
+    finally:
+        _silent.pop()
+
+
 def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
     """Yield items, each of which counts once the next one is asked for. total: their number, where they have no len."""
     with Progress(len(items) if isinstance(items, Sized) else total or 0) as progress:
@@ -170,6 +184,5 @@ def _bar(label: str, total: int, done: int) -> Any:
     shell = sys.modules.get("IPython")
     running = shell.get_ipython() if shell is not None else None
     elsewhere = running is None or "IPKernelApp" not in running.config
-    return tqdm(
-        total=total, initial=done, leave=False, desc=label, bar_format=FORMAT, disable=None if elsewhere else False
-    )
+    disable = True if _silent else None if elsewhere else False
+    return tqdm(total=total, initial=done, leave=False, desc=label, bar_format=FORMAT, disable=disable)

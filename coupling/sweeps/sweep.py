@@ -133,9 +133,9 @@ def sweep(
     def run(batches: list[Batch]) -> Iterator[tuple[int, Outcome]]:
         return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
 
-    stored = {} if work.store is None else _found(work.store, points, retry)
+    stored = {} if work.store is None else stored_outcomes(work.store, points, retry)
     try:
-        outcomes = _finished(stored, points, texts, together, run)
+        outcomes = finished(stored, points, texts, together, run)
     except KeyboardInterrupt:
         if work.store is None:
             raise
@@ -185,7 +185,7 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
         ) from None
 
 
-def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
+def stored_outcomes(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
     """Return the points that the store holds, by their place."""
     outcomes: dict[int, Outcome] = {}
     for i, point in enumerate(points):
@@ -199,7 +199,7 @@ def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]
     return outcomes
 
 
-def _finished(
+def finished(
     stored: Mapping[int, Outcome],
     points: list[Point],
     texts: list[str],

@@ -1,4 +1,4 @@
-"""The commands that take a case file: run, check, identify; and new and schema, which help to write one.
+"""The commands that take a case file: run, check, identify, map; and new and schema, which help to write one.
 
 What reads cases is loaded by the commands themselves, so that the others stay fast.
 """
@@ -202,6 +202,47 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
     return _written(name, output or Path(f"{Path(name).stem}-found"), force, case, work, form=form)
 
 
+@click.command("map", short_help="Identify, or read AR and TOF, at the points of a grid.")
+@of_case
+@click.argument("table", metavar="FOLDER", type=click.Path(path_type=Path))
+@output_option("CASE-map")
+@FORCE
+@JOBS
+@FIGURES
+def map_case(
+    name: str, case: "Case", table: Path, output: Path | None, force: bool, jobs: int | None, form: str | None
+) -> int:
+    """Map a structure: identify the unknowns of a case at each point of a grid, or read AR and TOF.
+
+    \b
+    FOLDER holds points.csv, and the files of a scope that it names, one for
+    each tap. FOLDER may also be the table itself:
+      x = structure.distance / mm, y / mm, file
+      15, 0, tap-01.csv
+    Lines with the same x and y are taps of one point. A column named by an
+    entry of the case, here x, sets it at each point; that is optional.
+
+    Without a section [identify] AR and TOF are read; columns 1, 2, ... of a file are then the sensors of [measure]. The
+    exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts, from which the
+    same command continues; answers of points that did not fail stay there until all points have one.
+    """
+    from hertzlink.cases.mapping import forget, grid_of, map_of, text_of
+    from hertzlink.reports.of_maps import all_identified
+
+    folder = output or Path(f"{Path(name).stem}-map")
+    parts = folder.with_name(f"{folder.name}.parts")
+    grid = grid_of(case, table)
+
+    def work() -> Done:
+        data = map_of(case, grid, parts, jobs)
+        return Done(data, *text_of(data), code=0 if all_identified(data) else NOT_IDENTIFIED)
+
+    code = _written(name, folder, force, case, work, form=form or "png")
+    if not code:
+        forget(parts)
+    return code
+
+
 @click.command("new", short_help="Write a first case file, with comments.")
 @click.argument("kind", metavar="KIND", default="")
 @click.argument("path", metavar="[PATH]", type=click.Path(path_type=Path), required=False)
@@ -245,4 +286,4 @@ def print_schema(parts: tuple[Path, ...]) -> None:
     click.echo(json.dumps(schema(), indent=2, ensure_ascii=False))
 
 
-COMMANDS = (run_case, check_case, identify_case, new_case, print_schema)
+COMMANDS = (run_case, check_case, identify_case, map_case, new_case, print_schema)

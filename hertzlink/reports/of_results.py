@@ -1,4 +1,4 @@
-"""Reports of runs, signals, sweeps and identifications."""
+"""Reports of runs, signals, sweeps, identifications and maps."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -18,13 +18,14 @@ from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
 from hertzlink.reports import in_a_sentence, setup_in_words
 from hertzlink.reports.of_identifications import of_identification
+from hertzlink.reports.of_maps import of_map
 from hertzlink.reports.of_runs import of_many, of_one
 from hertzlink.reports.page import Page, Section, Table, html, table, usual_facts
 from hertzlink.reports.svg import drawn
 from structures.caution import collected
 from structures.checks import not_negative, short
 
-WANTED = "must be a run, a sweep, a signal, or what identify returned, or a Dataset of these"
+WANTED = "must be a run, a sweep, a signal, or what identify or map_taps returned, or a Dataset of these"
 
 
 def report(
@@ -42,7 +43,7 @@ def report(
     Parameters
     ----------
     result : Dataset or Identification
-        A run, a sweep, a batch, a measured signal, or what `identify` returned or saved.
+        A run, a sweep, a batch, a measured signal, what `identify` returned or saved, or a map of `map_taps`.
     path : path
         The file; one that exists is replaced, completely or not at all.
     title : str, optional
@@ -92,7 +93,10 @@ def page_of(
     result: Any, title: str | None, sensors: Any, sketched: Any, took: float | None, said: Sequence[str] = ()
 ) -> Page:
     """Return the page of a result. said: what its measures warned of, known when all are done."""
-    if isinstance(result, Identification) or (isinstance(result, xr.Dataset) and "verdict" in result):
+    if isinstance(result, xr.Dataset) and "taps" in result.data_vars:
+        data = result
+        name, summary, sections = "Map", *of_map(data)
+    elif isinstance(result, Identification) or (isinstance(result, xr.Dataset) and "verdict" in result):
         data = identified.dataset_of(result)
         name, summary, sections = "Identification", *of_identification(data)
     else:

@@ -1,0 +1,107 @@
+"""Maps of taps with a case: each point of a table is identified, or read for AR and TOF."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import xarray as xr
+
+from coupling.inference.identification import Identification
+from coupling.inference.tap_maps import Grid, Taps, mapped_taps, read_grid, where
+from coupling.results.conditioning import clean_signal
+from coupling.results.provenance import versions
+from coupling.results.signals import read_signal
+from coupling.sweeps.store import Store
+from hertzlink.cases.axes import path_of, si_value
+from hertzlink.cases.case import Case
+from hertzlink.cases.identifying import answer, of_file, signal_of
+from hertzlink.cases.questions import question_of
+from hertzlink.cases.report import WIDTH, csv_text, table
+from hertzlink.cases.running import sensors_of
+from hertzlink.reports.of_maps import csv_rows, rows_of, summary
+
+MAP = "map.csv"
+
+
+@dataclass(frozen=True)
+class OfCase:
+    """What is asked at each point of a map: the section [identify] of a case, or AR and TOF without one."""
+
+    case: Case
+
+    def read(self, file: Path) -> xr.Dataset:
+        """Return the signal of a file. Without [identify], its columns 1, 2, … are the sensors of [measure]."""
+        if self.case.model.identify is not None:
+            return signal_of(question_of(self.case), file)
+        columns = {sensor: column for column, sensor in enumerate(sensors_of(self.case, self.case), 1)}
+        try:
+            signal = read_signal(file, columns, calibration=1.0)  # AR and TOF do not depend on it
+        except ValueError as error:
+            if not str(error).startswith("calibration"):
+                raise
+            signal = read_signal(file, columns)
+        return clean_signal(signal)
+
+    def answer(self, signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
+        """Return what the signal says at a point, whose entries the case gets."""
+        entries = {name: value for name, value in point.items() if is_entry(name)}
+        try:
+            return answer(question_of(self.case.changed(entries)), signal)
+        except ValueError as error:
+            raise of_file(error, Path("signal")) from None
+
+    def convert(self, name: str, text: str, unit: str) -> Any:
+        """Return the value (SI) that an entry of the case gets from a cell; other columns as they are."""
+        if not is_entry(name):
+            return text
+        number: Any = f"{text} {unit}" if unit else text
+        if not unit:
+            try:
+                number = float(text)
+            except ValueError:
+                number = text
+        path = path_of(name, ())
+        return si_value(self.case, path, number, path)
+
+
+def is_entry(name: str) -> bool:
+    """Return whether a column of a table sets an entry of the case."""
+    return "." in name
+
+
+def grid_of(case: Case, table: Path) -> Grid:
+    """Return the points of a table, or of points.csv in a folder, checked with the case."""
+    asked = OfCase(case)
+    if case.model.identify is not None:
+        question_of(case)
+    return read_grid(table, asked.convert)
+
+
+def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> xr.Dataset:
+    """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
+    asked = OfCase(case)
+    keep.mkdir(exist_ok=True)
+    work = Taps(asked.answer, 0.0, asked.read, Store(keep), case.model.identify is not None)
+    return mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{case.to_toml()}").assign_attrs(
+        case=case.to_toml()
+    )
+
+
+def forget(keep: Path) -> None:
+    """Remove the kept answers, and the folder if nothing else lies in it."""
+    for file in [*keep.glob("*.point"), *keep.glob(".*.lock")]:
+        file.unlink()
+    if keep.is_dir() and not any(keep.iterdir()):
+        keep.rmdir()
+
+
+def text_of(data: xr.Dataset) -> tuple[str, dict[str, str]]:
+    """Return the text for the terminal, and files by name."""
+    head, rows = rows_of(data)
+    failed = [
+        fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+        for k, error in enumerate(data.error.values) if error
+    ]  # fmt: skip
+    return "\n".join([*table(head, rows, MAP), *failed, summary(data)]), {MAP: csv_text(*csv_rows(data))}

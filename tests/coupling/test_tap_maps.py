@@ -1,0 +1,136 @@
+"""Maps of taps: tables, AR and TOF of pulses of known heights and times, failures, interrupted maps, pictures."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.inference.tap_maps import read_grid
+from coupling.plots.mapped import MARKS
+
+STEP = 0.01
+"""Of a digitiser of 8 bits over 2.56 V."""
+
+
+def pulses(file: Path, ratio: float, flight: float, seed: int, noise: float = 0.004) -> None:
+    """Write two Gaussian pulses at 2 MHz, 8 bits, with noise: AR and TOF are what they were made of."""
+    time = np.arange(0.0, 7e-4, 0.5e-6)
+    volts = sum(size * np.exp(-(((time - at) / 1.5e-5) ** 2)) for size, at in ((1.0, 2e-4), (ratio, 2e-4 + flight)))
+    volts = np.round((volts + np.random.default_rng(seed).normal(0.0, noise, time.size)) / STEP) * STEP
+    rows = "\n".join(f"{t:.7f},{v:.2f}" for t, v in zip(time, volts, strict=True))
+    file.write_text(f"time (s),force (V)\n{rows}\n")
+
+
+def read(file: Path) -> xr.Dataset:
+    return hl.read_signal(file, {7: 1}, calibration=25.0)
+
+
+def test_ar_and_tof_of_pulses_are_inside_their_intervals(tmp_path: Path) -> None:
+    """24 points of single taps, 8 of 3 taps: of 95 % intervals at least 80 % hold the truth (p < 1e-4 and 0.01)."""
+    rows = ["x / mm, y / mm, file"]
+    truth = []
+    for k in range(32):
+        ratio, flight = 0.3 + 0.005 * k, 3e-4 + 1e-6 * k
+        truth.append((ratio, flight))
+        for tap in range(1 if k < 24 else 3):
+            pulses(tmp_path / f"{k}-{tap}.csv", ratio, flight, 10 * k + tap)
+            rows.append(f"{5 * (k % 10)}, {10 * (k // 10)}, {k}-{tap}.csv")
+    (tmp_path / "points.csv").write_text("\n".join(rows))
+    taps = hl.map_taps(tmp_path, read, jobs=1)
+    assert taps.taps.values.tolist() == [1] * 24 + [3] * 8
+    assert taps.x.values[:3].tolist() == [0.0, 0.005, 0.01]
+    inside = (taps.low.values < truth) & (truth < taps.high.values)
+    assert inside[:24].mean() > 0.8
+    assert inside[24:].mean() > 0.8
+    half = (taps.high - taps.low).values / 2.0
+    assert half[:24, 0].max() < 0.01
+    assert half[:24, 1].max() < 1e-6
+
+
+def test_a_lost_file_costs_no_other_point(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        pulses(tmp_path / f"{name}.csv", 0.5, 3e-4, 1)
+    (tmp_path / "flat.csv").write_text("time (s),force (V)\n" + "\n".join(f"{1e-6 * k},0.1" for k in range(999)))
+    table = "x / mm, y / mm, file\n0, 0, a.csv\n5, 0, lost.csv\n10, 0, b.csv\n10, 0, lost.csv\n15, 0, flat.csv\n"
+    (tmp_path / "points.csv").write_text(table)
+    with pytest.warns(hl.HertzlinkWarning, match=r"failed: x = 5 mm, y = 0 mm: .*lost\.csv: there is no such file"):
+        taps = hl.map_taps(tmp_path / "points.csv", read, jobs=1)
+    assert [bool(error) for error in taps.error.values] == [False, True, False, True]
+    assert "constant" in str(taps.error.values[3])
+    assert taps.verdict.values[:, 0].tolist() == ["measured", "failed", "measured", "failed"]
+    assert taps.taps.values.tolist() == [1, 0, 1, 0]
+    assert np.isnan(taps.value.values[1]).all()
+    assert any("tap left out" in line and "lost.csv" in line for line in taps.warnings.splitlines())
+    axes = hl.plots.mapped(taps)
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["failed"]
+    assert len(axes.patches) == 2
+    crosses = axes.collections[0].get_offsets()
+    assert np.asarray(crosses).tolist() == [[5.0, 0.0], [15.0, 0.0]]
+    assert set(MARKS) >= {"failed", "blind"}
+
+
+def test_where_all_points_fail_the_reason_is_said(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"all 1 point failed, the first one with: .*lost: there is no such file"):
+        hl.map_taps([{"x": 0.0, "y": 0.0, "files": [str(tmp_path / "lost")]}], read, jobs=1)
+
+
+asked: list[str] = []
+
+
+def read_and_note(file: Path) -> xr.Dataset:
+    asked.append(file.name)
+    return read(file)
+
+
+def test_a_map_that_is_repeated_reads_what_is_new_or_failed(tmp_path: Path) -> None:
+    pulses(tmp_path / "a.csv", 0.5, 3e-4, 1)
+    points = [{"x": 0.01 * k, "y": 0.0, "files": [tmp_path / name]} for k, name in enumerate(("a.csv", "b.csv"))]
+    with pytest.warns(hl.HertzlinkWarning, match="failed"):
+        hl.map_taps(points, read_and_note, jobs=1, store=tmp_path / "kept")
+    pulses(tmp_path / "b.csv", 0.6, 3e-4, 2)
+    taps = hl.map_taps(points, read_and_note, jobs=1, store=tmp_path / "kept")
+    assert asked == ["a.csv", "b.csv"]
+    assert taps.value.values[:, 0] == pytest.approx([0.5, 0.6], abs=0.01)
+    # A file that was written anew is read anew.
+    pulses(tmp_path / "a.csv", 0.4, 3e-4, 3)
+    taps = hl.map_taps(points, read_and_note, jobs=1, store=tmp_path / "kept")
+    assert asked == ["a.csv", "b.csv", "a.csv"]
+    assert taps.value.values[:, 0] == pytest.approx([0.4, 0.6], abs=0.01)
+
+
+def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
+    """A table of a German spreadsheet; x sets an entry, too."""
+    (tmp_path / "t.csv").write_text(
+        "\ufeffx = structure.distance / mm;y (cm);file;chain.impact_speed / (mm/s);by\n1,5;2;a,1.csv;310;Eva\n", "utf-8"
+    )
+    grid = read_grid(tmp_path / "t.csv")
+    assert grid.units == ("mm", "cm")
+    point: Mapping[str, Any] = grid.points[0]
+    numbers = {name: value for name, value in point.items() if isinstance(value, float)}
+    assert numbers == pytest.approx({"x": 1.5e-3, "structure.distance": 1.5e-3, "y": 0.02, "chain.impact_speed": 0.31})
+    assert (point["by"], point["files"]) == ("Eva", [str(tmp_path / "a,1.csv")])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "must have one x"),
+        ("x / mm, file\n", "must have one y"),
+        ("x, y / mm, file\n0, 0, a\n", 'column x has the unit "", must have one of length: x / mm'),
+        ("x / mV, y / mm, file\n0, 0, a\n", 'column x has the unit "mV"'),
+        ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is no number"),
+        ("x / mm, y / mm, file\n0, 0\n", ":2: names no file"),
+        ("x / mm, y / mm, file\n", "has no points below its head"),
+        ("x / mm, y / mm, file, d / mm\n0, 0, a, far\n", ":2: column d: 'far' is no number with the unit mm"),
+    ],
+)
+def test_a_table_is_refused_with_its_line(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "points.csv").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_grid(tmp_path)
+    with pytest.raises(ValueError, match="there is no such file"):
+        read_grid(tmp_path / "other.csv")
