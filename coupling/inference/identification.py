@@ -107,8 +107,8 @@ class Identification:
     correlation : DataArray
         Correlations of the unknowns at the best fit.
     data : Dataset
-        Over time (s) and sensor: `measured`, `fitted` and `residual`, N, NaN where samples do not count; `noise`, N,
-        over sensor.
+        Over time (s) and sensor: `measured`, `fitted` and `residual`, N, NaN where samples do not count; `baseline`, N:
+        hum and drift in `fitted`, where some were fitted; `noise`, N, over sensor.
     misfit : float
         Residual over noise, root mean square: 1 if the model explains the signal.
     explained : bool

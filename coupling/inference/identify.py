@@ -14,7 +14,7 @@ from coupling.inference.features import Features
 from coupling.inference.identification import Identification
 from coupling.inference.intervals import Judgement
 from coupling.inference.measured import measured_signal
-from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
+from coupling.inference.misfit import GAIN, OF_SENSORS, OFFSET, TIME_ZERO, Misfit
 from coupling.inference.plates import Build, PlateSearch
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
 from coupling.inference.search import NEARLY, RUNS_NEARBY, RUNS_OF_LINE, WELL_SCANNED, GlobalSearch
@@ -132,6 +132,8 @@ def identify(
     -----
     The misfit is the sum of squares of (measured − gain · predicted − offset)/noise. Intervals come from its curvature;
     where they are wide, or unknowns are correlated, from its profile: the other unknowns are fitted anew at each value.
+    Hum, drift, an offset and correlated noise are a part of the noise's covariance where the quiet lead shows them, and
+    outliers are left out (`disturbances.py`).
     Noise that was estimated is estimated again from the residual, if that is white. If it is correlated, the model does
     not explain the signal, and no unknown is "identified". The covariance is then that of least squares under noise
     with the autocorrelation of the residual over the whole record, its quiet lead included; it is never smaller than
@@ -157,7 +159,7 @@ def identify(
     wanted = [range_of(name, ends) for name, ends in ranges.items()]
     if not wanted:
         raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
-    measured = measured_signal(signal, sensors, noise)
+    measured = measured_signal(signal, sensors, noise, OFFSET in names)
     record = float(measured.time[-1] - measured.time[0])
     length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
     one_of("compare", compare, COMPARE)

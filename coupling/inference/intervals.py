@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.signal import fftconvolve
 from scipy.stats import chi2, t
 
+from coupling.inference.disturbances import NEIGHBOURS, outliers
 from coupling.inference.features import Features
 from coupling.inference.identification import (
     AT_END,
@@ -33,10 +34,14 @@ from coupling.inference.prediction import NUMERICAL
 from coupling.inference.search import SAME, GlobalSearch, Solution, inverse
 from coupling.inference.yield_effect import YIELD, with_yielding
 from structures.caution import caution
+from structures.checks import count_of
 from structures.structure import Vector
 
 WITHIN = 6.0
 """Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
+
+FOLLOWED = 10.0
+"""Minima within so many times this number are solved again where outliers are left out."""
 
 REACH = 3.841458820694124
 """χ² of one unknown with probability 95 %."""
@@ -91,8 +96,12 @@ class Judgement:
         solutions = self.search.solutions()
         prediction.stage("intervals")
         best, point, beside = self.search.settled(solutions[0])
+        if left_out := self._without_outliers(best, point):
+            near = [solution.p for solution in solutions if solution.misfit < best.misfit + FOLLOWED * WITHIN]
+            solutions = [self.search.solved(p) for p in near]
+            best, point, beside = self.search.settled(self.search.solved(best.p))
         covariance, misfit, explained, reach = self._covariance(point)
-        size_known = self.misfit.measured.given or not explained or self.misfit.is_numerical(point.residual)
+        size_known = self.misfit.measured.size_known or not explained or self.misfit.is_numerical(point.residual)
         scale = max(misfit**2, 1.0) if size_known else misfit**2
         modes = self._modes(best, solutions, beside, covariance, scale)
         unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
@@ -115,7 +124,7 @@ class Judgement:
             for unknown in unknowns.values()
             if unknown.name.startswith(f"{GAIN} ") and unknown.interval[1] < 0.0
         ]
-        notes += self._other_units(point)
+        notes += left_out + self._disturbances(point) + self._other_units(point)
         if explained and isinstance(self.misfit, Features) and self.misfit.samples <= len(self.ranges):
             notes.append(
                 f"{self.misfit.samples} values of AR and TOF determine as many unknowns: a wrong model goes unnoticed"
@@ -135,6 +144,44 @@ class Judgement:
                 with_yielding, self.search, best, point.residual.size - point.columns.shape[1]
             ),
         )  # fmt: skip
+
+    def _without_outliers(self, best: Solution, point: Point) -> list[str]:
+        """Leave out samples that lie far off their neighbours in what the best fit leaves; return that in words."""
+        misfit, measured = self.misfit, self.misfit.measured
+        # What a model lacks changes in a contact time: it looks like no outlier of fine samples.
+        coarse = misfit.unit < 2.0 * NEIGHBOURS * measured.step
+        if coarse or isinstance(misfit, Features) or misfit.is_numerical(point.residual):
+            return []
+        far = np.stack([outliers(misfit.of_record(point, row), lead) for row, lead in enumerate(measured.leads)])
+        if not far.any():
+            return []
+        misfit.measured = measured._replace(force=np.where(far, np.nan, measured.force))
+        misfit.keep_window(misfit.time_zero(best.p))
+        words = count_of(int(far.sum()), "sample is an outlier and was", "samples are outliers and were")
+        return [f"{words} left out"]
+
+    def _disturbances(self, point: Point) -> list[str]:
+        """Return what was fitted as hum, drift and correlated noise, in words."""
+        said = list[str]()
+        if isinstance(self.misfit, Features):
+            return said
+        for row, sensor in enumerate(self.misfit.measured.sensors):
+            shown = self.misfit.measured.disturbance(row)
+            if shown is None:
+                continue
+            peak = float(abs(point.fitted[row]).max())
+            if shown.slow.size:
+                most = float(abs(self.misfit.slow(point, row)).max())
+                said.append(
+                    f"sensor {sensor}: hum, drift or an offset of {100.0 * shown.size / peak:.2g} % of the peak in the "
+                    f"quiet lead was fitted, up to {100.0 * most / peak:.2g} % over the record"
+                )
+            if shown.memory.size:
+                said.append(
+                    f"sensor {sensor}: its noise is correlated from sample to sample, as the quiet lead shows, and was "
+                    f"fitted with a memory of {count_of(shown.memory.size, 'sample')}"
+                )
+        return said
 
     def _other_units(self, point: Point) -> list[str]:
         """Return the sensors whose force is about 10³, 10⁶, 10⁻³ … times what the model expects, as in another unit."""
@@ -170,7 +217,7 @@ class Judgement:
         numerical = self.misfit.is_numerical(point.residual)
         # What runs are inexact by is correlated, as all that a model lacks.
         lacking = white @ self._lacking(point, max(self.discrepancy, NUMERICAL * numerical)) @ white
-        level = 1.0 if self.misfit.measured.given else ratio
+        level = 1.0 if self.misfit.measured.size_known else ratio
         enough = ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level
         white_noise = bool(enough and self.misfit.is_white(point.residual))
         if white_noise and not self.misfit.drifts(point.residual):

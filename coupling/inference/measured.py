@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import xarray as xr
 
+from coupling.inference.disturbances import Disturbance, disturbance_of, outlying
 from coupling.inference.misfit import Measured
 from coupling.inference.prediction import NUMERICAL
 from coupling.results.measures import sensor_force
@@ -28,9 +29,12 @@ COLOURED = 3.0
 
 
 def measured_signal(
-    signal: xr.Dataset, sensors: Iterable[int] | None, noise: float | Mapping[int, float] | None
+    signal: xr.Dataset,
+    sensors: Iterable[int] | None,
+    noise: float | Mapping[int, float] | None,
+    has_offset: bool = False,
 ) -> Measured:
-    """Return the signal, or raise a ValueError that says what is wrong with it."""
+    """Return the signal, or raise a ValueError that says what is wrong with it; has_offset: whether a fit has it."""
     data = instance("signal", signal, xr.Dataset, "a signal of read_signal or as_signal, or a run")
     kind = kind_of(data)
     if kind not in ("signal", "run"):
@@ -50,8 +54,16 @@ def measured_signal(
             )
         if np.ptp(finite) == 0.0:
             raise ValueError(f"signal: sensor {number} is constant, {finite[0]:g} N; must hold a wave")
-    has_noise = noise is not None or "noise" in data
-    return Measured(time, force, numbers, _noises(data, numbers, force, noise), has_noise)
+    noises, has_noise = _noises(data, numbers, force, noise), noise is not None or "noise" in data
+    leads, disturbances = [lead_of(row) for row in force], list[Disturbance | None]()
+    for k, (row, lead) in enumerate(zip(force, leads, strict=True)):
+        white = _rough(row[np.isfinite(row)])
+        believed = white > NUMERICAL * np.nanmax(abs(row))
+        shown = disturbance_of(time, row, lead, noises[k], has_offset) if believed else None
+        disturbances.append(shown)
+        if shown is not None and not has_noise and not shown.memory.size:
+            noises[k] = white
+    return Measured(time, force, numbers, noises, has_noise, leads, disturbances)
 
 
 def _noises(data: xr.Dataset, sensors: list[int], force: Vector, noise: float | Mapping[int, float] | None) -> Vector:
@@ -79,17 +91,23 @@ def estimated(force: Vector) -> float:
     Differences leave white noise and remove what is smooth; the median of their sizes leaves out the waves. Noise of
     low frequency shows in the lead alone.
     """
-    finite = force[np.isfinite(force)]
+    white, lead = _rough(force[np.isfinite(force)]), force[: lead_of(force)]
+    lead = lead[np.isfinite(lead) & ~outlying(lead, white)]
+    slow = float(lead.std(ddof=1)) if lead.size else 0.0
+    return slow if lead.size and slow > white * (1.0 + COLOURED / np.sqrt(lead.size)) else white
+
+
+def lead_of(force: Vector) -> int:
+    """Return how many samples at the beginning show no wave; 0 where they are too few."""
+    there = np.flatnonzero(np.isfinite(force))
+    finite = force[there]
     peak = float(abs(finite).max())
     white, rise = _rough(finite), abs(finite - np.median(finite[:FEWEST_OF_LEAD]))
+    # A spike is no wave.
+    rise = np.where(outlying(finite, white), 0.0, rise)
     first = int(np.argmax(rise > LEAD * peak + 5.0 * white))
     margin = max(FEWEST_OF_LEAD // 2, 2 * (int(np.argmax(rise > 0.5 * peak)) - first))
-    if first >= margin + 3 * FEWEST_OF_LEAD // 2:
-        lead = finite[: first - margin]
-        slow = float(lead.std(ddof=1))
-        if slow > white * (1.0 + COLOURED / np.sqrt(lead.size)):
-            return slow
-    return white
+    return int(there[first - margin]) if first >= margin + 3 * FEWEST_OF_LEAD // 2 else 0
 
 
 def _rough(force: Vector) -> float:

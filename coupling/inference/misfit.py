@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy.fft import irfft, next_fast_len, rfft
 
+from coupling.inference.disturbances import Disturbance, Whitener, whitener
 from coupling.inference.prediction import NUMERICAL, Curves, Prediction, high_passed
 from structures.structure import Vector
 
@@ -19,6 +20,9 @@ GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT = "gain", "offset", "time_zero", "time_co
 
 OF_SENSORS = (GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT)
 """Nuisances that belong to the sensors, not to the builder."""
+
+BASELINE = "baseline"
+"""What is fitted as hum and drift, in the data of an identification."""
 
 LONGEST_TIME_CONSTANT, SHORTEST_TIME_CONSTANT, USUAL_TIME_CONSTANT = 10.0, 1e-5, 1e-2
 """s; that of a search's start is the last one."""
@@ -32,7 +36,7 @@ FAILED = 1e6
 
 class Measured(NamedTuple):
     """A signal: times (s), forces (sensors × times, N; NaN where left out), sensors, the noise of each (N),
-    and whether the noise was given, not estimated.
+    whether the noise was given, not estimated, the samples of each quiet lead, and what it shows besides white noise.
     """
 
     time: Vector
@@ -40,6 +44,17 @@ class Measured(NamedTuple):
     sensors: list[int]
     noise: Vector
     given: bool = False
+    leads: Sequence[int] = ()
+    disturbances: Sequence[Disturbance | None] = ()
+
+    def disturbance(self, row: int) -> Disturbance | None:
+        """Return that of a sensor."""
+        return self.disturbances[row] if self.disturbances else None
+
+    @property
+    def size_known(self) -> bool:
+        """True if the noise was given, and is white."""
+        return self.given and not any(shown is not None and shown.memory.size for shown in self.disturbances)
 
     @property
     def step(self) -> float:
@@ -82,6 +97,7 @@ class Misfit:
         self.unit = prediction.contact_time
         self.used = [np.isfinite(force) for force in measured.force]
         """The samples of each sensor that count; `keep_window` leaves out those before and after the prediction."""
+        self._whiteners = self._new_whiteners()
         self._last_slopes: tuple[Vector, Vector] | None = None
         self._spectrum: Any = None
 
@@ -90,6 +106,12 @@ class Misfit:
         other = copy(self)
         other.prediction, other._last_slopes = prediction, None
         return other
+
+    def _new_whiteners(self) -> list[Whitener]:
+        measured = self.measured
+        return [
+            whitener(measured.disturbance(row), float(measured.noise[row]), used) for row, used in enumerate(self.used)
+        ]
 
     @property
     def names(self) -> list[str]:
@@ -164,10 +186,16 @@ class Misfit:
         return np.array(low), np.array(high)
 
     def keep_window(self, time_zero: float) -> None:
-        """Count only samples up to `until` after the impact; those before it show nothing but the offset."""
+        """Count only samples up to `until` after the impact; those before it show nothing but the offset, and what else
+        disturbs a sensor."""
         moments = self.measured.time - time_zero
-        inside = (moments <= self.until) & (moments >= -self.unit)
-        self.used = [np.isfinite(force) & inside for force in self.measured.force]
+        self.used = [
+            np.isfinite(force)
+            & (moments <= self.until)
+            & ((moments >= -self.unit) | (self.measured.disturbance(row) is not None))
+            for row, force in enumerate(self.measured.force)
+        ]
+        self._whiteners = self._new_whiteners()
         if self.samples <= self.size + len(self.names):
             raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
 
@@ -218,34 +246,31 @@ class Misfit:
         shapes = curves.at(self.measured.time - self.time_zero(p))
         residuals = []
         for row, shape in enumerate(shapes):
-            _, force, noise = self._sensor(row)
-            residuals.append(self._fitted(force, shape[self.used[row]], noise)[0])
+            residuals.append(self._fitted(row, shape[self.used[row]])[0])
         return residuals
 
-    def _sensor(self, row: int) -> tuple[Vector, Vector, float]:
-        used = self.used[row]
-        return self.measured.time[used], self.measured.force[row][used], float(self.measured.noise[row])
-
-    def _fitted(self, force: Vector, shape: Vector, noise: float) -> tuple[Vector, float, float, Vector]:
-        """Return the residual over noise, gain, offset, and an orthonormal basis of what they can change."""
-        columns = []
+    def _fitted(self, row: int, shape: Vector) -> tuple[Vector, float, float, Vector]:
+        """Return the white residual over noise, gain, offset, and an orthonormal basis of what they can change."""
+        force, noise = self.measured.force[row][self.used[row]], float(self.measured.noise[row])
+        columns, white = [], self._whiteners[row]
         if GAIN in self.free:
             columns.append(shape)
         if OFFSET in self.free:
             columns.append(np.ones_like(shape))
         rest = force if GAIN in self.free else force - shape
         if not columns or not shape.any():
-            return (force - shape) / noise, 1.0, 0.0, np.zeros((shape.size, 0))
+            return white((force - shape) / noise), 1.0, 0.0, np.zeros((shape.size, 0))
+        columns = [white(column) for column in columns]
         if len(columns) == 1:  # without the linear algebra, which takes longer than all else
             size = float(np.linalg.norm(columns[0]))
             basis, corner = columns[0][:, None] / size, np.array([[size]])
         else:
             basis, corner = np.linalg.qr(np.stack(columns, axis=1))
-        along = basis.T @ rest
+        along = basis.T @ white(rest)
         parts = along / corner[0] if len(columns) == 1 else np.linalg.lstsq(corner, along, rcond=None)[0]
         gain = float(parts[0]) if GAIN in self.free else 1.0
         offset = float(parts[-1]) if OFFSET in self.free else 0.0
-        return (force - gain * shape - offset) / noise, gain, offset, basis
+        return white((force - gain * shape - offset) / noise), gain, offset, basis
 
     def time_zero(self, p: Vector) -> float:
         """Return s, in the signal's own time."""
@@ -315,15 +340,15 @@ class Misfit:
         bent = np.concatenate(changes)
         nuisances = sum(name in self.free for name in (GAIN, OFFSET))
         for row, used in enumerate(self.used):
-            _, force, noise = self._sensor(row)
+            noise, white = float(self.measured.noise[row]), self._whiteners[row]
             shape = shapes[row][used]
-            residual, gain, offset, basis = self._fitted(force, shape, noise)
-            nonlinear = gain * bent[:, row, used].T / noise
+            residual, gain, offset, basis = self._fitted(row, shape)
+            nonlinear = white(gain * bent[:, row, used].T / noise)
             linear = np.zeros((shape.size, nuisances * sensors))
             if GAIN in self.free:
-                linear[:, nuisances * row] = shape / noise
+                linear[:, nuisances * row] = white(shape / noise)
             if OFFSET in self.free:
-                linear[:, nuisances * row + nuisances - 1] = 1.0 / noise
+                linear[:, nuisances * row + nuisances - 1] = white(np.full(shape.size, 1.0 / noise))
             residuals.append(residual)
             projected.append(-(nonlinear - basis @ (basis.T @ nonlinear)))
             full.append(np.hstack([nonlinear, linear]))
@@ -340,19 +365,27 @@ class Misfit:
         comes before the impact; NaN elsewhere."""
         used, force = self.used[row], self.measured.force[row]
         left: Vector = (force - float(point.offsets[row])) / float(self.measured.noise[row])
-        left[used] = (force[used] - point.fitted[row]) / float(self.measured.noise[row])
+        begin = sum(int(other.sum()) for other in self.used[:row])
+        left[used] = point.residual[begin : begin + int(used.sum())]
         left[int(np.flatnonzero(used)[-1]) + 1 :] = np.nan
         return left
+
+    def slow(self, point: Point, row: int) -> Vector:
+        """Return the likeliest hum and drift of a sensor over all times, N."""
+        noise, used = float(self.measured.noise[row]), self.used[row]
+        return noise * self._whiteners[row].slow((self.measured.force[row][used] - point.fitted[row]) / noise)
 
     def data(self, point: Point) -> xr.Dataset:
         """Return what was measured and what is fitted, over sensor and time."""
         measured = self.measured
         fitted = np.full(measured.force.shape, np.nan)
+        slow = np.stack([self.slow(point, row) for row in range(len(self.used))])
         for row, (used, values) in enumerate(zip(self.used, point.fitted, strict=True)):
-            fitted[row, used] = values
+            fitted[row, used] = values + slow[row, used]
         newton = {"units": "N"}
         return xr.Dataset(
-            {
+            ({BASELINE: (("sensor", "time"), slow, newton)} if slow.any() else {})
+            | {
                 "measured": (("sensor", "time"), measured.force, newton),
                 "fitted": (("sensor", "time"), fitted, newton),
                 "residual": (("sensor", "time"), measured.force - fitted, newton),

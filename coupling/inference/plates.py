@@ -13,7 +13,7 @@ import numpy as np
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import Identification, is_blind
-from coupling.inference.misfit import GAIN, TIME_ZERO
+from coupling.inference.misfit import BASELINE, GAIN, TIME_ZERO
 from coupling.results.measures import sensor_force
 from plates.half_plane import half_plane
 from plates.plate import Plate
@@ -315,10 +315,10 @@ class PlateSearch:
                 fits.append(PlateFit(self, self.fitted(self.build, self.ranges, guess), self.build, frequency))
         runs += sum(fit.found.runs for fit in fits)
         best = min(fits, key=lambda candidate: candidate.found.misfit)
-        if not best.found.explained and shared:
-            remarks.append(
-                f"no fit nearby explained the signal; all within {100.0 * WIDER:.0f} % of the best was searched"
-            )
+        # Hum that is fitted may make a wrong fit good enough to look like noise.
+        if shared and (not best.found.explained or BASELINE in best.found.data):
+            why = "hum or drift was fitted" if best.found.explained else "no fit nearby explained the signal"
+            remarks.append(f"{why}; all within {100.0 * WIDER:.0f} % of the best was searched")
             fit = self._nearby(best.values, frequency)
             runs += fit.found.runs
             best = min(best, fit, key=lambda candidate: candidate.found.misfit)

@@ -17,7 +17,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
 from coupling.inference import features
-from coupling.inference.identification import Unknown
+from coupling.inference.disturbances import Disturbance, outliers, whitener
+from coupling.inference.identification import Identification, Unknown
 from coupling.inference.identify import likely_runs
 from coupling.inference.intervals import independent_samples
 from coupling.inference.measured import estimated
@@ -382,31 +383,92 @@ def noisy(clean: np.ndarray, correlation: float, seed: int) -> np.ndarray:
     return clean + np.asarray(lfilter([size], [1.0, -decay], drawn))[1000:]
 
 
+def tapped(modulus: float = 3e9) -> tuple[np.ndarray, np.ndarray]:
+    """Times and a clean signal, whose lead is long enough to show what disturbs it."""
+    lead, run = 2.0 * LEAD, wall(modulus).run(UNTIL, save_every=2.5e-7)
+    time, curve = np.arange(0.0, lead + UNTIL, STEP), CubicSpline(run.time.values, hl.sensor_force(run, 5).values)
+    return time, np.where(time >= lead, curve(np.clip(time - lead, 0.0, UNTIL)), 0.0)
+
+
+def error_under(covariance: np.ndarray) -> float:
+    """The error of the modulus, Pa, by Gauss and Markov's theorem: 1/√ of (XᵀC⁻¹X) for modulus, gain and time zero.
+
+    covariance: of the samples, in parts of the peak.
+    """
+    time, clean = tapped()
+    columns = np.stack([(tapped(3.03e9)[1] - tapped(2.97e9)[1]) / 0.06, clean, 1e-4 * np.gradient(clean, time)], axis=1)
+    information = columns.T @ np.linalg.solve(clean.max() ** 2 * covariance, columns)
+    return 1e9 * float(np.sqrt(np.linalg.inv(information)[0, 0]))
+
+
+def modulus_of(force: np.ndarray) -> Identification:
+    time = tapped()[0]
+    signal = hl.as_signal(time, {5: force})
+    return hl.identify(signal, wall, until=UNTIL, guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
+
+
 @pytest.mark.parametrize("correlation", [2.0, 20.0])
-def test_errors_under_correlated_noise_are_those_of_its_covariance(correlation: float) -> None:
-    """Least squares of modulus, gain and time zero: W Xᵀ C X W with W = (XᵀX)⁻¹ and the true covariance C."""
-    time = np.arange(0.0, LEAD + UNTIL, STEP)
+def test_errors_under_correlated_noise_are_those_of_generalised_least_squares(correlation: float) -> None:
+    time, clean = tapped()
+    expected = error_under(1e-4 * toeplitz(np.exp(-np.arange(time.size) / correlation)))
+    fits = [modulus_of(noisy(clean, correlation, seed)) for seed in range(4)]
+    assert np.mean([one["modulus"].error / 1.96 for one in fits]) == pytest.approx(expected, rel=0.25)
+    assert all(abs(one["modulus"].value - 3e9) < 4.0 * expected for one in fits)
+    # The lead of some 130 samples knows the correlation of one of these too badly to make its residual white.
+    assert sum(one.identified for one in fits) >= 3
+    assert any("correlated from sample to sample" in said for said in fits[0].warnings)
 
-    def late(modulus: float) -> np.ndarray:
-        run = wall(modulus).run(UNTIL, save_every=2.5e-7)
-        curve = CubicSpline(run.time.values, hl.sensor_force(run, 5).values)
-        return np.where(time >= LEAD, curve(np.clip(time - LEAD, 0.0, UNTIL)), 0.0)
 
-    clean = late(3e9)
-    columns = np.stack([(late(3.03e9) - late(2.97e9)) / 0.06e9, clean, np.gradient(clean, time)], axis=1)
-    columns /= (size := np.linalg.norm(columns, axis=0))
-    inverse = np.linalg.inv(columns.T @ columns)
-    covariance = (0.01 * clean.max()) ** 2 * toeplitz(np.exp(-np.arange(time.size) / correlation))
-    expected = np.sqrt((inverse @ columns.T @ covariance @ columns @ inverse)[0, 0]) / size[0]
-    fits = [
-        hl.identify(hl.as_signal(time, {5: noisy(clean, correlation, seed)}), wall, until=UNTIL,
-                    guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
-        for seed in range(4)
-    ]  # fmt: skip
-    errors = [one["modulus"].error / 1.96e9 for one in fits]
-    # From 580 samples the size of noise is known to 14 %, if it is correlated over 20; Student's t adds 10 % at most.
-    assert np.mean(errors) == pytest.approx(expected / 1e9, rel=0.25)
-    assert {one["modulus"].verdict for one in fits} == {"not trusted: the model does not fit"}
+def test_hum_drift_and_outliers_leave_the_interval_that_a_cubic_costs() -> None:
+    time, clean = tapped()
+    places = 2.0 * time / time[-1] - 1.0
+    level, cubic = 0.01 * clean.max(), np.stack([places**k for k in range(4)])
+    expected = error_under(1e-4 * np.eye(time.size) + cubic.T @ cubic)
+    for seed in range(2):
+        random = np.random.default_rng(seed)
+        far = np.where(random.random(time.size) < 0.005, 12.0 * level, 0.0)
+        slow = 4.0 * level * np.sin(2.0 * np.pi * 50.0 * time + 0.7) + 3.0 * level * places
+        found = modulus_of(noisy(clean, 0.0, seed) + slow + far)
+        assert found["modulus"].error / 1.96 == pytest.approx(expected, rel=0.1)
+        assert found["modulus"].value == pytest.approx(3e9, abs=4.0 * expected)
+        assert found.identified
+        said = " ".join(found.warnings)
+        assert re.search(r"hum, drift or an offset of .* % of the peak in the quiet lead was fitted", said)
+        assert f"{int((far > 0.0).sum())} samples are outliers" in said
+        assert float(abs(found.data.baseline[0] - slow).max()) < level
+
+
+def test_what_the_quiet_lead_does_not_show_is_an_error_of_the_model() -> None:
+    """A slow force that begins with the waves could be taken off as drift, and the residual would be white."""
+    time, clean = tapped()
+    late = 0.05 * clean.max() * np.clip(time - 3e-4, 0.0, None) / 3e-4
+    found = modulus_of(noisy(clean, 0.0, 0) + late)
+    assert not found.explained
+    assert "baseline" not in found.data
+
+
+def test_noise_is_whitened_by_the_root_of_its_inverse_covariance() -> None:
+    """WᵀW · C = 1 for noise of first order and any slow shapes, at the samples that count."""
+    time, memory, noise = 1e-6 * np.arange(60), 0.8, 2.0
+    used = (time > 5e-6) & (time != 3e-5)
+    slow = np.stack([np.cos(2e4 * time), 3.0 * np.ones(60), 0.1 * np.sin(9e4 * time)], axis=1)
+    step = noise * np.sqrt(1.0 - memory**2)
+    count = int(used.sum())
+    for remembered, new in ((np.array([memory]), step), (np.zeros(0), noise)):
+        root = whitener(Disturbance(remembered, new, slow, 1.0), noise, used)(np.eye(count))
+        alone = toeplitz(memory ** np.arange(count)) if remembered.size else np.eye(count)
+        covariance = alone + slow[used] @ slow[used].T / noise**2
+        np.testing.assert_allclose(root.T @ root @ covariance, np.eye(count), atol=1e-9)
+
+
+def test_shares_of_outliers_that_differ_are_of_the_model() -> None:
+    """Fisher's exact test: with none of 200 samples before the waves, 10 of 800 have a chance of 23 %, 26 of 0.4 %."""
+    for count, taken in ((10, 10), (26, 0)):
+        left = np.random.default_rng(0).normal(size=1000)
+        left[205 : 205 + 30 * count : 30] = 12.0
+        assert outliers(left, 200).sum() == taken
+    left[205:250] = 12.0
+    assert not outliers(left, 200)[205:250].any()
 
 
 @pytest.mark.parametrize(
