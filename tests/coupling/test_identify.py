@@ -641,7 +641,7 @@ def test_features_of_a_signal_without_noise_are_read_without_bias(stated: float 
 def test_noise_of_features_has_the_memory_of_the_signals(memory: float) -> None:
     """White draws made intervals half as wide as noise that is correlated over some samples scatters."""
     white = np.random.default_rng(2).normal(size=(1, 20_000))
-    noise = features._correlated(white, np.array([memory]))
+    noise = features.correlated(white, np.array([memory]))
     assert noise.std() == pytest.approx(1.0, rel=0.05)
     assert np.corrcoef(noise[0, 1:], noise[0, :-1])[0, 1] == pytest.approx(memory, abs=0.03)
     assert features._memory(np.array([noise_level(noise[0])])) == pytest.approx(memory, abs=0.06)
