@@ -100,16 +100,21 @@ def universal(path: str, role: str) -> dict[str, Any]:
 
 
 def op2(path: str, role: str) -> dict[str, Any]:
-    """Return the modes of Nastran, which normalises them to unit modal mass."""
+    """Return the modes of Nastran. Its table of eigenvalues states their masses, which are 1 only with NORM=MASS."""
     import numpy as np
     from pyNastran.op2.op2 import read_op2
 
-    results = read_op2(path, debug=None, build_dataframe=False).eigenvectors
-    if len(results) != 1:
-        raise ValueError(f"{len(results)} subcases with modes; one is needed")
-    (vectors,) = results.values()
+    results = read_op2(path, debug=None, build_dataframe=False)
+    if len(results.eigenvectors) != 1:
+        raise ValueError(f"{len(results.eigenvectors)} subcases with modes; one is needed")
+    if len(results.eigenvalues) != 1:
+        raise ValueError(
+            f"{len(results.eigenvalues)} tables of eigenvalues, which state the modal masses; one is needed"
+        )
+    (vectors,), (table,) = results.eigenvectors.values(), results.eigenvalues.values()
     square = np.maximum(np.asarray(vectors.eigns, dtype=float), 0.0)
-    return modes_of(np.sqrt(square) / (2.0 * np.pi), vectors.node_gridtype[:, 0], vectors.data)
+    masses = table.generalized_mass[np.searchsorted(table.mode, vectors.modes)]
+    return modes_of(np.sqrt(square) / (2.0 * np.pi), vectors.node_gridtype[:, 0], vectors.data, masses)
 
 
 def rst(path: str, role: str) -> dict[str, Any]:

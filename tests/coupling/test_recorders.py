@@ -120,8 +120,18 @@ def parquet(path: Path) -> None:
     pyarrow.parquet.write_table(arrow.table({"time (us)": 1e6 * TIME, "A (mV)": 1e3 * VOLTS}), path)
 
 
+def tektronix_wfm(path: Path) -> None:
+    """By the library of Tektronix; `pip install --no-deps tm_data_types bidict`, since it asks for an older numba."""
+    tm = pytest.importorskip("tm_data_types")
+    trace = tm.AnalogWaveform()
+    trace.y_axis_values, trace.y_axis_spacing, trace.y_axis_offset = tm.RawSample(COUNTS - 1024), VOLT, 1024 * VOLT
+    trace.x_axis_spacing, trace.trigger_index, trace.source_name = STEP, -START / STEP, "CH1"
+    tm.write_file(str(path), trace)
+
+
 FORMATS: dict[str, tuple[Callable[[Path], None], str]] = {
     "tektronix.isf": (tektronix_isf, "RigolWFM"),
+    "tektronix.wfm": (tektronix_wfm, "RigolWFM"),
     "lecroy.trc": (lecroy_trc, "RigolWFM"),
     "keysight.bin": (keysight_bin, "RigolWFM"),
     "labview.tdms": (labview_tdms, "nptdms"),

@@ -164,6 +164,28 @@ def test_universal_files(tmp_path: Path) -> None:
         hl.from_modes(path, hl.PTFE, node=9)
 
 
+def test_nastran_modes_are_divided_by_their_masses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A double of pyNastran gives what its reader gives of a file of NORM=MAX, whose masses are not 1."""
+    folder = tmp_path / "pyNastran" / "op2"
+    folder.mkdir(parents=True)
+    (folder / "op2.py").write_text(
+        "from types import SimpleNamespace as Table\n"
+        "import numpy as np\n"
+        "shapes = np.zeros((2, 2, 6))\n"
+        "shapes[:, 1, 2] = 1.0, -0.5\n"
+        "def read_op2(*_, **__):\n"
+        "    square, nodes = (2.0 * np.pi * np.array([900.0, 2500.0])) ** 2, np.array([[1, 1], [8, 1]])\n"
+        "    vectors = Table(eigns=square, node_gridtype=nodes, data=shapes, modes=[1, 3])\n"
+        "    table = Table(mode=np.array([1, 2, 3]), generalized_mass=np.array([0.04, 1.0, 0.25]))\n"
+        "    return Table(eigenvectors={1: vectors}, eigenvalues={'modes': table})\n"
+    )
+    (tmp_path / "modes.op2").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    body = hl.from_modes(tmp_path / "modes.op2", hl.PTFE, node=8, residual_flexibility=0.0)
+    np.testing.assert_allclose(body.contact, [5.0, -1.0])  # 1/√0.04 and −0.5/√0.25
+    np.testing.assert_allclose(np.sqrt(body.stiffness.diagonal()) / (2.0 * np.pi), [900.0, 2500.0])
+
+
 @pytest.mark.thorough
 def test_ansys_results_of_its_reader() -> None:
     examples = pytest.importorskip("ansys.mapdl.reader.examples")
