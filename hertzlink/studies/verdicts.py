@@ -17,18 +17,19 @@ NOT_GIVEN = "which is not given"
 INPUT_ONLY, READING = "input", "another reading"
 AS_FAR = "no farther than theory, simulation and experiment of one author"
 ABOUT = 0.1  # Of a number that the thesis calls approximate.
+# Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md).
+SIMULATION_ERROR = 1e-3
 RULE = f"""Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. Beyond
 these {100 * SIMULATED:g} % are allowed for simulations, {100 * TIMED:g} % for measured times of flight,
-{100 * MEASURED:g} % for other experiments, {100 * ABOUT:g} % for "about", {100 * SIMILAR:g} % for words of agreement;
-a verdict that needs this says so. Reproduced under a condition: ours agrees under the condition that is named.
+{100 * MEASURED:g} % for other experiments, {100 * ABOUT:g} % for "about", {100 * SIMILAR:g} % for words of agreement,
+and {100 * SIMULATION_ERROR:g} % more for the error of our runs; a verdict that needs this says so, and by how much
+words such as "deviates" are exceeded. Reproduced under a condition: ours agrees under the condition that is named.
 Differs: by how much, outside of every condition that is named. Misprint: the printed number or equation contradicts
 the same author's others, and the corrected form agrees with ours. Not defined: the text lacks an input that is named,
 and without it nothing can be computed.
 Where the text lacks an input, ours must agree over the range that is stated for it; else that is a condition. A
 difference no larger than that between theory, simulation and experiment of the same author is a condition. Several
 readings of one number are one entry. Inputs have no verdict."""
-# Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md).
-SIMULATION_ERROR = 1e-3
 NUMBER = r"([-+−]?\d[\d ,]*\.?\d*(?:e[-+]?\d+)?)"
 PLAIN, RANGE = re.compile(NUMBER), re.compile(rf"{NUMBER}\s*to\s*{NUMBER}")
 
