@@ -644,7 +644,7 @@ def test_noise_of_features_has_the_memory_of_the_signals(memory: float) -> None:
     noise = features.correlated(white, np.array([memory]))
     assert noise.std() == pytest.approx(1.0, rel=0.05)
     assert np.corrcoef(noise[0, 1:], noise[0, :-1])[0, 1] == pytest.approx(memory, abs=0.03)
-    assert features._memory(np.array([noise_level(noise[0])])) == pytest.approx(memory, abs=0.06)
+    assert features.memory_of(np.array([noise_level(noise[0])])) == pytest.approx(memory, abs=0.06)
 
 
 def test_features_of_a_compressed_chain_are_those_of_the_reflected_wave() -> None:
