@@ -22,7 +22,7 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.sensor import bridged, noise_level
 from coupling.sweeps.processes import Outcome, Work, in_processes
-from coupling.sweeps.progress import one_bar, silent
+from coupling.sweeps.progress import Stopped, one_bar, silent
 from coupling.sweeps.store import Failure, Point, describe_point, open_store
 from coupling.sweeps.sweep import finished, stored_outcomes
 from structures.caution import collected
@@ -323,8 +323,16 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") 
     stored = {} if work.store is None else stored_outcomes(work.store, points, retry=True)
     texts = [describe_point(point) if work.store else str(k) for k, point in enumerate(points)]
     most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    with one_bar("map", 0):
-        outcomes = finished(stored, points, texts, 1, lambda batches: in_processes(work, batches, most))
+    try:
+        with one_bar("map", 0):
+            outcomes = finished(stored, points, texts, 1, lambda batches: in_processes(work, batches, most))
+    except KeyboardInterrupt:
+        if work.store is None:
+            raise
+        answered = sum(work.store.holds(point) for point in points)
+        raise Stopped(
+            f"{answered} of {len(points)} points kept in {work.store.folder}; run again to continue"
+        ) from None
     for k, point in enumerate(points):
         if outcomes.get(k) is None and work.store is not None:
             outcomes[k] = work.store.load(point)

@@ -1,16 +1,21 @@
 """Maps of taps: tables, AR and TOF of pulses of known heights and times, failures, interrupted maps, pictures."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from independent.traces import Case, trace
+from independent.walls import EdgedPlate
 
 import hertzlink as hl
+from coupling.inference.identification import Identification
 from coupling.inference.tap_maps import read_grid
 from coupling.plots.mapped import MARKS
+from coupling.sweeps.progress import Stopped
 
 STEP = 0.01
 """Of a digitiser of 8 bits over 2.56 V."""
@@ -102,6 +107,20 @@ def test_a_map_that_is_repeated_reads_what_is_new_or_failed(tmp_path: Path) -> N
     assert taps.value.values[:, 0] == pytest.approx([0.4, 0.6], abs=0.01)
 
 
+def read_or_stop(file: Path) -> xr.Dataset:
+    if file.name == "b.csv":
+        raise KeyboardInterrupt
+    return read(file)
+
+
+def test_a_map_that_is_stopped_says_how_many_points_it_kept(tmp_path: Path) -> None:
+    points = [{"x": 0.01 * k, "y": 0.0, "files": [tmp_path / name]} for k, name in enumerate(("a.csv", "b.csv"))]
+    for k, name in enumerate(("a.csv", "b.csv")):
+        pulses(tmp_path / name, 0.5, 3e-4, k)
+    with pytest.raises(Stopped, match=r"1 of 2 points kept in .*kept; run again to continue"):
+        hl.map_taps(points, read_or_stop, jobs=1, store=tmp_path / "kept")
+
+
 def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
     """A table of a German spreadsheet; x sets an entry, too."""
     (tmp_path / "t.csv").write_text(
@@ -134,3 +153,42 @@ def test_a_table_is_refused_with_its_line(tmp_path: Path, text: str, message: st
         read_grid(tmp_path)
     with pytest.raises(ValueError, match="there is no such file"):
         read_grid(tmp_path / "other.csv")
+
+
+def record(file: Path, wall: EdgedPlate, seed: int) -> None:
+    """Write an independent trace as a scope would: 2 MHz, 8 bits, 45 ms before the impact, hum of 2 % of the peak."""
+    random = np.random.default_rng(seed)
+    moments, forces = trace(Case(wall, until=1.3e-3), (7,), random.uniform(0.28, 0.34), sample_every=0.5e-6)
+    time = np.arange(-0.045, 1.2e-3, 0.5e-6)
+    force = np.interp(time - 0.5e-6 * random.uniform(), moments, forces[7], left=0.0)
+    volts = force / force.max() + 0.02 * np.sin(2.0 * np.pi * 50.0 * time + random.uniform(0.0, 6.0))
+    volts = np.round((volts + random.normal(0.0, 0.004, time.size)) / STEP) * STEP
+    np.savetxt(file, np.column_stack([time, volts]), "%.7f", ",", header="time (s),force (V)", comments="")
+
+
+@pytest.mark.thorough
+def test_a_grid_near_an_edge_is_mapped_from_independent_traces(tmp_path: Path) -> None:
+    """Thickness and distance at 2 x 2 points, in files of 8 bits and 2 MHz with hum."""
+    rows, truth = ["x / mm, y / mm, file"], []
+    for k, (distance, thickness) in enumerate([(20e-3, 3e-3), (35e-3, 3e-3), (20e-3, 2.5e-3), (35e-3, 2.5e-3)]):
+        record(tmp_path / f"{k}.csv", EdgedPlate(thickness, distance), k)
+        rows.append(f"{1e3 * distance:g}, {20 * (k // 2)}, {k}.csv")
+        truth.append((thickness, distance))
+    (tmp_path / "points.csv").write_text("\n".join(rows))
+    ranges = {"thickness": (1e-3, 6e-3), "distance": (5e-3, 0.1), "impact_speed": (0.2, 0.5)}
+    bead = hl.Sphere(4.765e-3, hl.STEEL_440C)
+    elastic = replace(hl.ALUMINIUM_6061, yield_strength=None)
+
+    def build(thickness: float, distance: float, impact_speed: float) -> hl.CoSimulation:
+        plate = hl.half_plane(thickness, elastic, "clamped", distance, 1.3e-3)
+        return hl.CoSimulation(hl.Chain([bead] * 20, bead, impact_speed), plate)
+
+    def answer(signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
+        return hl.identify(signal, build, ["impact_speed", "gain", "time_zero"], until=1.15e-3, **ranges)
+
+    taps = hl.map_taps(tmp_path, lambda file: hl.clean_signal(read(file), 50.0).drop_vars("noise"), answer, jobs=1)
+    both = taps.sel(unknown=["thickness", "distance"])
+    assert set(both.verdict.values.ravel()) == {"identified"}
+    slack = (both.high - both.low).values / 2.0  # four standard deviations in all
+    assert ((both.low.values - slack < truth) & (truth < both.high.values + slack)).all()
+    assert (slack < 0.05 * np.array(truth)).all()
