@@ -13,7 +13,7 @@ from independent.walls import EdgedPlate
 
 import hertzlink as hl
 from coupling.inference.identification import Identification
-from coupling.inference.tap_maps import read_grid
+from coupling.inference.tap_maps import _together, read_grid
 from coupling.plots.mapped import MARKS
 from coupling.sweeps.progress import Stopped
 
@@ -192,3 +192,23 @@ def test_a_grid_near_an_edge_is_mapped_from_independent_traces(tmp_path: Path) -
     slack = (both.high - both.low).values / 2.0  # four standard deviations in all
     assert ((both.low.values - slack < truth) & (truth < both.high.values + slack)).all()
     assert (slack < 0.05 * np.array(truth)).all()
+
+
+@pytest.mark.parametrize(
+    ("values", "half", "expected"),
+    [
+        # Equal intervals that overlap: the mean, and 1/√2 of the interval.
+        ((1.0, 1.1), 0.2, (1.05, 0.2 / 2**0.5)),
+        # Apart: Student's interval of two values, 12.706 · s/√2 with s = 1/√2.
+        ((1.0, 2.0), 0.2, (1.5, 12.7062 * 0.5)),
+    ],
+)
+def test_taps_of_a_point_that_disagree_have_the_interval_of_student(
+    values: tuple[float, float], half: float, expected: tuple[float, float]
+) -> None:
+    columns = [{"value": value, "low": value - half, "high": value + half, "verdict": "identified"} for value in values]
+    taps = [xr.Dataset({name: ("unknown", [one]) for name, one in c.items()}, {"unknown": ["d"]}) for c in columns]
+    data, findings = _together(taps)
+    assert float(data.value[0]) == pytest.approx(expected[0])
+    assert float(data.high[0] - data.low[0]) / 2.0 == pytest.approx(expected[1], rel=1e-4)
+    assert bool(findings) == (values[1] == 2.0)
