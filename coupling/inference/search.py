@@ -112,8 +112,9 @@ class GlobalSearch:
         self._prepare(scanned)
         if self.misfit.of_traces_alone:
             solutions = self._between_runs(sobol)
-            if solutions:
+            if solutions and self.misfit.explains(solutions[0].misfit, solutions[0].p):
                 return solutions
+            self._interpolated = None  # where the model lacks something, runs alone are trusted
         solutions = self._solved_from(self._apart(scanned, [], self.starts))
         if not self.misfit.explains(solutions[0].misfit, solutions[0].p):
             solutions = self._solved_from(
