@@ -110,16 +110,18 @@ class GlobalSearch:
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
-        if self.misfit.of_traces_alone:
-            solutions = self._between_runs(sobol)
-            if solutions and self.misfit.explains(solutions[0].misfit, solutions[0].p):
-                return solutions
-            self._interpolated = None  # where the model lacks something, runs alone are trusted
-        solutions = self._solved_from(self._apart(scanned, [], self.starts))
-        if not self.misfit.explains(solutions[0].misfit, solutions[0].p):
-            solutions = self._solved_from(
-                self._apart(scanned, [], ROUGH_STARTS * self.starts)[self.starts :], solutions
-            )
+        solutions = self._between_runs(sobol) if self.misfit.of_traces_alone else []
+        explained = bool(solutions) and self.misfit.explains(solutions[0].misfit, solutions[0].p)
+        # A residual that is not white may be an echo which is too faint for χ².
+        if explained and self.misfit.is_white(self.misfit.residual(solutions[0].p)):
+            return solutions
+        self._interpolated = None  # what is faint, or what the model lacks, shows in runs alone
+        if not explained:
+            solutions = self._solved_from(self._apart(scanned, [], self.starts))
+            if not self.misfit.explains(solutions[0].misfit, solutions[0].p):
+                solutions = self._solved_from(
+                    self._apart(scanned, [], ROUGH_STARTS * self.starts)[self.starts :], solutions
+                )
         for _ in range(MOST_ROUNDS):
             least = solutions[0].misfit
             starts = self._along_lines(solutions)
