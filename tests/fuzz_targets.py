@@ -46,6 +46,15 @@ def folder() -> Path:
     return made
 
 
+def tap(path: Path) -> xr.Dataset:
+    return hl.as_signal(TIMES, {7: pulse(50.0, 1e-4) + pulse(30.0, 3e-4)})
+
+
+@cache
+def mapped() -> xr.Dataset:
+    return hl.map_taps([{"x": 0.0, "y": 0.0, "files": [folder() / "scope.csv"]}], tap, jobs=1)
+
+
 @cache
 def record() -> xr.Dataset:
     """A run long enough for a reflected wave at bead 3."""
@@ -763,6 +772,17 @@ def _measures() -> dict[str, Target]:
             hl.average_taps,
             {"signals": [hl.as_signal(**signal), hl.as_signal(**signal)], "length": None, "sensor": 7},
         ),
+        "map_taps": Target(
+            hl.map_taps,
+            {
+                **{"points": [{"x": 0.0, "y": 0.0, "files": [folder() / "scope.csv"]}], "read": tap, "answer": None},
+                **{"jobs": 1, "store": None},
+            },
+            None,
+            {"points": ([], [{}], [{"x": 0.0}], [{"x": "a", "y": 0.0, "files": ["none.csv"]}], "none.csv", {"x": 0.0})},
+            {"jobs": (2, 1e12)},
+            infinite=True,
+        ),
         "SensorModel": Target(
             hl.SensorModel,
             {"time_constant": 1e-3, "bandwidth": 1e5, "stiffness": 1e8, "mass": 1e-3, "damping": 0.02},
@@ -896,6 +916,9 @@ def _plots() -> dict[str, Target]:
         ),
         "plots.identified": Target(
             plots.identified, {"found": found, "show": "residual", "sensor": 2, "ax": None}, closed
+        ),
+        "plots.mapped": Target(
+            plots.mapped, {"taps": mapped(), "unknown": "AR at bead 7", "show": "value", "ax": None}, closed
         ),
         "plots.report": Target(
             plots.report,

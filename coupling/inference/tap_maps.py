@@ -83,7 +83,7 @@ def map_taps(
         Takes the path of a file and returns its signal, such as `read_signal` with its sensors.
     answer : callable, optional
         Takes the signal and the point, a mapping with x, y and the further columns (SI units), and returns what
-        `identify` found. Several taps of a point are averaged before. Without it AR and TOF are read.
+        `identify` found. Without it AR and TOF are read.
     jobs : int, optional
         Number of processes; by default one for each core.
     store : path, optional

@@ -23,7 +23,17 @@ INTERVALS = set(
     horizontalinterval tinc timebaseinterval timeresolution
     """.split()  # noqa: SIM905
 )
-RATES = {"samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplingfreq", "fs", "sampfreq"}
+RATES = {
+    "abtastrate",
+    "abtastfrequenz",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "samplingfreq",
+    "fs",
+    "sampfreq",
+}
 STARTS = set(
     """
     start xzero x0 xorigin xorg xstart hoffset starttime horizoffset horizontaloffset timestart tstart t0
@@ -58,6 +68,9 @@ BETWEEN_WORDS = re.compile(r"[\s,;:]+")
 
 FACTOR = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
 """A factor beside a name or a unit, as in "t*1000 (s)"."""
+
+RATE = re.compile(r"(?:\b|[\dkMG])(?:samples?|sa|s|points?|pts?)\s*/\s*s(?:ec|econd)?\b", re.IGNORECASE)
+"""A rate of samples, such as "2 MSa/s", which is no unit of a column."""
 
 SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
 """Seconds as people abbreviate and translate them."""
@@ -257,7 +270,7 @@ def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
 def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
     """Return the unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "timeMs",
     "ms"."""
-    if not cell or _is_number(cell):
+    if not cell or _is_number(cell) or RATE.search(cell):
         return None
     if FACTOR.search(cell):
         return Unit(cell, UNKNOWN)

@@ -222,9 +222,9 @@ def map_case(
     Lines with the same x and y are taps of one point. A column named by an
     entry of the case, here x, sets it at each point; that is optional.
 
-    Without a section [identify] AR and TOF are read; columns 1, 2, ... of a file are then the sensors of [measure]. The
-    exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts, from which the
-    same command continues; answers of points that did not fail stay there until all points have one.
+    Without a section [identify] AR and TOF are read; columns 1, 2 and so on of a file are then the sensors of
+    [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
+    from which the same command continues; answers of points that did not fail stay there until all points have one.
     """
     from hertzlink.cases.mapping import forget, grid_of, map_of, text_of
     from hertzlink.reports.of_maps import all_identified
