@@ -620,7 +620,9 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     """Distances of independent runs with the law: 24.87 mm instead of 19.46; AR 0.068 instead of 0.181."""
     (tmp_path / "brass.toml").write_text(BRASS, encoding="utf-8")
     table = command("run", "brass.toml")
+    assert "On a fresh spot the metal yields: with law" in " ".join(table.split())
     assert "bead 7 is 0.068 instead of 0.181" in " ".join(table.split())
+    assert "These are of elastic contacts" in Path("brass/report.html").read_text(encoding="utf-8")
     with xr.open_dataset(tmp_path / "brass" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     assert 'with law = { kind = "jackson_green" } in [chain], AR at bead 7 is 0.068 instead of 0.181, TOF 69' in said
@@ -635,7 +637,9 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     distances = [(row[-1], 1e3 * float(row[0])) for row in rows_of("critical/critical_distance.csv")]
     assert distances == [("elastic", pytest.approx(19.46, abs=0.1)), ("Jackson-Green", pytest.approx(24.87, abs=0.1))]
     assert {row[-1] for row in rows_of("critical/points.csv")} == {"elastic", "Jackson-Green"}
-    assert "Jackson-Green" in Path("critical/report.html").read_text(encoding="utf-8")
+    page = Path("critical/report.html").read_text(encoding="utf-8")
+    assert "Jackson-Green" in page
+    assert "These are of elastic contacts" in page
     with xr.open_dataset(tmp_path / "critical" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     new, old = map(float, re.search(r"the critical distance is ([\d.]+) instead of ([\d.]+) mm", said).groups())

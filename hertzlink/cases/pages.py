@@ -4,6 +4,7 @@ import csv
 import io
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import islice, product
 from typing import Any
@@ -15,6 +16,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.plots.canvas import COLOURS, from_zero, legend_below, styled
 from coupling.plots.swept import MARKERS, MEASURES, MOST_CURVES, label_of, parameter, swept, words_of
 from coupling.results.findings import findings_of, one_of_each
+from hertzlink.cases.run_with_yielding import WITH_YIELDING
 from hertzlink.reports import in_a_sentence
 from hertzlink.reports.of_results import page_of, with_setup
 from hertzlink.reports.page import Page, Picture, Section, Table, table, usual_facts
@@ -42,8 +44,10 @@ def page(
 
     files: the CSV files of the case by name, which become tables. sensors: of a run. sketched: of an identification.
     """
+    yielding = [str(data.attrs[WITH_YIELDING])] if data.attrs.get(WITH_YIELDING) else []
     if "amplitude_ratio" not in data:  # one run, or an identification
-        return page_of(data, title, sensors, sketched, took)
+        of_one = page_of(data, title, sensors, sketched, took)
+        return replace(of_one, summary=[*of_one.summary[:-1], *yielding, *of_one.summary[-1:]])
     tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
     warnings = one_of_each([str(finding) for finding in findings_of(data)])
     sections = with_setup([Section("Results", tables=tables, pictures=_pictures(data))], data, None, warnings)
@@ -52,7 +56,7 @@ def page(
     else:
         ratios = {int(sensor): data.amplitude_ratio.sel(sensor=sensor) for sensor in data.sensor.values}
         summary = [in_a_sentence.of_sweep(data, ratio, sensor) for sensor, ratio in ratios.items()]
-    summary.append(in_a_sentence.DEFINED)
+    summary += [*yielding, in_a_sentence.DEFINED]
     return Page(title, summary, sections, usual_facts(took, {}))
 
 

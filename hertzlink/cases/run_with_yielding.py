@@ -15,7 +15,7 @@ from hertzlink.cases.running import Task, of_chain, run_task, task_of
 from structures.caution import caution, collected
 
 WITH_YIELDING = "with_yielding"
-"""The attribute of a result that says what yielding changes, for its table."""
+"""The attribute of a result that says what yielding changes, for its table and its report."""
 
 MOST = 4
 """Critical distances of one finding."""
@@ -33,7 +33,8 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
             dented = _dented(task, jobs)
             words = "" if dented is None else _changes(task, data, dented)
             said[:] = dict.fromkeys(_with(said, words))
-            data = with_warnings(data, _with(findings_of(data), words)).assign_attrs({WITH_YIELDING: words})
+            told = words and f"These are of elastic contacts. On a fresh spot the metal yields: {words}."
+            data = with_warnings(data, _with(findings_of(data), words)).assign_attrs({WITH_YIELDING: told})
     for message in said:
         caution(message)
     return data, dented

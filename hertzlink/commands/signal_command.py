@@ -1,6 +1,7 @@
 """`hertzlink signal`: what the file of an oscilloscope or recorder holds, before anything is fitted."""
 
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import click
@@ -63,7 +64,7 @@ def table(seen: "Overview") -> str:
         lines += [f"{'':8}{text}" for text in _remarks(look)]
     if len(seen.looks) > SHOWN:
         lines.append(f"and {len(seen.looks) - SHOWN} more channels")
-    lines += [f"column {column}: {reason}"[:80] for column, reason in [*seen.refused.items()][:SHOWN]]
+    lines += [fill(f"column {column}: {reason}", 80) for column, reason in [*seen.refused.items()][:SHOWN]]
     return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
 
 

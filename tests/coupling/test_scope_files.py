@@ -206,6 +206,9 @@ def test_units_that_are_refused(tmp_path: Path, header: str, given: dict, messag
         ("t,a", {}),
         ("Date/Time,min", {}),
         ("time,CH1/CH2", {"unit": "volts", "time_unit": "sec"}),
+        ("Abtastrate,1 MSa/s\nTime (s),CH1 (V)", {}),
+        ("Rate (Sa/s),1000000\nTime (s),CH1 (V)", {}),
+        ("Speed: 1 MS/s\nTime (s),CH1 (V)", {}),
     ],
 )
 def test_words_that_are_no_units(tmp_path: Path, header: str, given: dict) -> None:

@@ -16,6 +16,7 @@ from hertzlink._hints import nearest
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError
 from hertzlink.cases.rebuilt import from_input
+from structures.caution import collected
 
 KINDS = (
     "chain", "deformable", "two-chains", "rod", "layered-rod", "beam", "cylinder", "wall", "plate", "thick-plate",
@@ -69,7 +70,8 @@ def write_new(kind: str, path: Path | None) -> list[str]:
         raise _exists(trace)
     _write(path, text)
     try:
-        _write(trace, example_trace(path))
+        with collected():  # the fit warns of it
+            _write(trace, example_trace(path))
     except OSError:
         path.unlink()
         raise
