@@ -109,8 +109,10 @@ class Misfit:
 
     def _new_whiteners(self) -> list[Whitener]:
         measured = self.measured
+        leads = [0] * len(self.used) if OFFSET in self.free else measured.leads or [0] * len(self.used)
         return [
-            whitener(measured.disturbance(row), float(measured.noise[row]), used) for row, used in enumerate(self.used)
+            whitener(measured.disturbance(row), float(measured.noise[row]), used, leads[row])
+            for row, used in enumerate(self.used)
         ]
 
     @property
@@ -231,7 +233,8 @@ class Misfit:
         for force, noise, shape in zip(self._spectrum, self.measured.noise, curves.at(grid), strict=True):
             along, square = irfft(force * rfft(shape[::-1], length), length)[:count], float(shape @ shape)
             if square > 0.0:
-                gained = np.maximum(along, 0.0) ** 2 / square if GAIN in self.free else 2.0 * along - square
+                # A sensor whose wires are turned has a negative gain.
+                gained = along**2 / square if GAIN in self.free else 2.0 * along - square
                 total = total + gained / noise**2
         best = int(np.argmax(total))
         shift = 0.0

@@ -144,6 +144,6 @@ def test_a_rod_whose_echo_comes_after_the_contact_opens_is_blind_in_its_length()
     assert found.explained
     assert not found["length"].identifiable
     low, high = found["length"].interval
-    assert 0.1 < low < 0.12
+    assert 0.09 < low < 0.125  # noise of 1 % moves it
     assert high == pytest.approx(0.3)
     assert inside(found, modulus=200e9)
