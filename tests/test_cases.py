@@ -639,6 +639,7 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     assert {row[-1] for row in rows_of("critical/points.csv")} == {"elastic", "Jackson-Green"}
     page = Path("critical/report.html").read_text(encoding="utf-8")
     assert "Jackson-Green" in page
+    assert "The critical distance of elastic contacts, beyond which" in page
     assert "These are of elastic contacts" in page
     with xr.open_dataset(tmp_path / "critical" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]

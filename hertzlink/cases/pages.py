@@ -52,7 +52,7 @@ def page(
     warnings = one_of_each([str(finding) for finding in findings_of(data)])
     sections = with_setup([Section("Results", tables=tables, pictures=_pictures(data))], data, None, warnings)
     if "bracket" in data:
-        summary = [in_a_sentence.of_critical(data)]
+        summary = [in_a_sentence.of_critical(data, " of elastic contacts" if yielding else "")]
     else:
         ratios = {int(sensor): data.amplitude_ratio.sel(sensor=sensor) for sensor in data.sensor.values}
         summary = [in_a_sentence.of_sweep(data, ratio, sensor) for sensor, ratio in ratios.items()]

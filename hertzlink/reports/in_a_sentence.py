@@ -46,12 +46,15 @@ def of_sweep(data: xr.Dataset, ratio: xr.DataArray, sensor: int | None) -> str:
     return f"{runs}: AR of the primary wave{where} lies between {values.min():.3f} and {values.max():.3f}{without}."
 
 
-def of_critical(data: xr.Dataset) -> str:
-    """Return the critical distance, or between which values it lies for the values of other parameters."""
+def of_critical(data: xr.Dataset, contacts: str = "") -> str:
+    """Return the critical distance, or between which values it lies for the values of other parameters.
+
+    contacts: of which contacts it is, such as " of elastic contacts".
+    """
     low, high = data.bracket.values.reshape(-1, 2).T
     if not np.isfinite(high).all():
         return "AR does not settle within the distances: the critical distance lies beyond them."
     factor, unit = handy(high, "m")
     ends = f"{factor * low.min():.4g} and {factor * high.max():.4g} {unit}"
     many = f", one for each of {low.size} curves" if low.size > 1 else ""
-    return f"The critical distance, beyond which AR stays near its value far away, lies between {ends}{many}."
+    return f"The critical distance{contacts}, beyond which AR stays near its value far away, lies between {ends}{many}."
