@@ -126,8 +126,12 @@ def from_matrices(
     (1, 'from_matrices')
     """
     first = matrix_of("stiffness", stiffness)
-    inertia = in_order_of("mass", matrix_of("mass", mass), first)
-    losses = None if damping is None else in_order_of("damping", matrix_of("damping", damping), first)
+    inertia = in_order_of("mass", matrix_of("mass", mass), first, isinstance(mass, str | Path))
+    if not abs(inertia).sum() > 0.0:
+        raise ValueError("mass: all its numbers are zero; must be the mass matrix, kg")
+    losses = None
+    if damping is not None:
+        losses = in_order_of("damping", matrix_of("damping", damping), first, isinstance(damping, str | Path))
     weight = abs(first.matrix).sum(axis=0) + abs(inertia).sum(axis=0)
     free = np.flatnonzero((first.matrix.diagonal() < 0.99 * HELD) & (weight > 0.0))
     rows = _Rows(first.labels, free, first.matrix.shape[0])

@@ -59,6 +59,8 @@ def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> Vector:
 
     columns: the numbers of columns that the table may have. what: how messages begin. Raises ValueError.
     """
+    if not path.is_file():
+        raise ValueError(f"{what}: there is no such file")
     first, skipped = "", 0
     with path.open(encoding="latin-1") as file:
         for skipped, line in enumerate(file):  # noqa: B007
@@ -149,8 +151,8 @@ def _labels_beside(path: Path, size: int) -> Numbers | None:
     return labels[:size]
 
 
-def in_order_of(what: str, other: LabelledMatrix, first: LabelledMatrix) -> sparse.csr_array:
-    """Return a matrix with the rows of another one; rows that it lacks are zero. what: how messages begin."""
+def in_order_of(what: str, other: LabelledMatrix, first: LabelledMatrix, of_file: bool) -> sparse.csr_array:
+    """Return a matrix with the rows of another one; rows that a file lacks are zero. what: how messages begin."""
     size = first.matrix.shape[0]
     if other.labels is None or first.labels is None or np.array_equal(other.labels, first.labels):
         place = np.arange(other.matrix.shape[0])
@@ -161,7 +163,7 @@ def in_order_of(what: str, other: LabelledMatrix, first: LabelledMatrix) -> spar
         except KeyError as error:
             node, direction = error.args[0]
             raise ValueError(f"{what}: has direction {direction} of node {node}, which the stiffness lacks") from None
-    if place.size > size:
+    if place.size > size or (place.size < size and not of_file):
         raise ValueError(f"{what}: has {place.size} rows, and the stiffness {size}")
     spread = sparse.csr_array((np.ones(place.size), (place, np.arange(place.size))), (size, place.size))
     return sparse.csr_array(spread @ other.matrix @ spread.T)
@@ -181,6 +183,8 @@ def _given_or_read(name: str, value: Any) -> LabelledMatrix:
         return read_matrix(name, Path(value))
     try:
         matrix = value if sparse.issparse(value) else np.atleast_2d(value)
+        if np.iscomplexobj(matrix):
+            raise TypeError
         return LabelledMatrix(sparse.csr_array(matrix, dtype=float), None)
     except (TypeError, ValueError):
         raise ValueError(f"{name}: must be a matrix of real numbers, sparse or dense, or a file of one") from None

@@ -156,7 +156,7 @@ class Judgement:
         if not far.any():
             return []
         misfit.measured = measured._replace(force=np.where(far, np.nan, measured.force))
-        misfit.keep_window(misfit.time_zero(best.p))
+        self.search.count_other_samples(misfit.time_zero(best.p))
         words = count_of(int(far.sum()), "sample is an outlier and was", "samples are outliers and were")
         return [f"{words} left out"]
 

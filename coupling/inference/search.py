@@ -334,6 +334,12 @@ class GlobalSearch:
         )  # fmt: skip
         return Solution(full(done.x), 2.0 * float(done.cost), bool(done.status > 0))
 
+    def count_other_samples(self, time_zero: float) -> None:
+        """Count the samples that the signal has now, also between runs; time_zero: s."""
+        self.misfit.keep_window(time_zero)
+        if self._interpolated:
+            self._interpolated.misfit = self.misfit.on(self._interpolated.misfit.prediction)
+
     def settled(self, solution: Solution) -> tuple[Solution, Point, list[Solution]]:
         """Return the solution refined, or a better minimum beside it; all of the misfit there; minima beside it."""
         (best, point), minima = self.refined(solution), list[Solution]()

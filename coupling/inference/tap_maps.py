@@ -163,7 +163,10 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
                 f'{file}: column {name} has the unit "{unit}", must have one of length: {name} / mm'
             ) from None
     points: dict[tuple[Any, ...], dict[str, Any]] = {}
+    line_of = dict[str, int]()
     for number, row in rows[1:]:
+        if len(row) > len(names):
+            raise ValueError(f"{file}:{number}: has {len(row)} cells under {len(names)} columns")
         cells = [cell.strip() for cell in row] + [""] * (len(names) - len(row))
         point: dict[str, Any] = {}
         tap = ""
@@ -182,6 +185,9 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
                 raise ValueError(f"{file}:{number}: column {name}: {error}") from None
         if not tap:
             raise ValueError(f"{file}:{number}: names no file")
+        if tap in line_of:
+            raise ValueError(f"{file}:{number}: names {tap!r} again, as line {line_of[tap]} does; a tap counts once")
+        line_of[tap] = number
         key = tuple(point.items())
         points.setdefault(key, {**point, "files": []})["files"].append(str(file.parent / tap))
     if not points:

@@ -483,6 +483,15 @@ def test_noise_is_whitened_by_the_root_of_its_inverse_covariance() -> None:
         np.testing.assert_allclose(root.T @ root @ covariance, np.eye(count), atol=1e-9)
 
 
+def test_outliers_leave_a_search_without_a_guess() -> None:
+    """What is interpolated between runs counts the same samples."""
+    random, (time, clean) = np.random.default_rng(3), tapped()
+    force = noisy(clean, 0.0, 3) + 0.1 * clean.max() * (random.random(time.size) < 0.01)
+    found = hl.identify(hl.as_signal(time, {5: force}), wall, until=UNTIL, scan=16, starts=1, modulus=(1e9, 8e9))
+    assert any("outliers" in note for note in found.warnings)
+    assert found["modulus"].value == pytest.approx(3e9, abs=3.3 / 1.96 * found["modulus"].error)
+
+
 def test_shares_of_outliers_that_differ_are_of_the_model() -> None:
     """Fisher's exact test: with none of 200 samples before the waves, 10 of 800 have a chance of 23 %, 26 of 0.4 %."""
     for count, taken in ((10, 10), (26, 0)):

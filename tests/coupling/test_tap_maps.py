@@ -60,7 +60,7 @@ def test_a_lost_file_costs_no_other_point(tmp_path: Path) -> None:
     for name in ("a", "b"):
         pulses(tmp_path / f"{name}.csv", 0.5, 3e-4, 1)
     (tmp_path / "flat.csv").write_text("time (s),force (V)\n" + "\n".join(f"{1e-6 * k},0.1" for k in range(999)))
-    table = "x / mm, y / mm, file\n0, 0, a.csv\n5, 0, lost.csv\n10, 0, b.csv\n10, 0, lost.csv\n15, 0, flat.csv\n"
+    table = "x / mm, y / mm, file\n0, 0, a.csv\n5, 0, lost.csv\n10, 0, b.csv\n10, 0, gone.csv\n15, 0, flat.csv\n"
     (tmp_path / "points.csv").write_text(table)
     with pytest.warns(hl.HertzlinkWarning, match=r"failed: x = 5 mm, y = 0 mm: .*lost\.csv: there is no such file"):
         taps = hl.map_taps(tmp_path / "points.csv", read, jobs=1)
@@ -69,7 +69,7 @@ def test_a_lost_file_costs_no_other_point(tmp_path: Path) -> None:
     assert taps.verdict.values[:, 0].tolist() == ["measured", "failed", "measured", "failed"]
     assert taps.taps.values.tolist() == [1, 0, 1, 0]
     assert np.isnan(taps.value.values[1]).all()
-    assert any("tap left out" in line and "lost.csv" in line for line in taps.warnings.splitlines())
+    assert any("tap left out" in line and "gone.csv" in line for line in taps.warnings.splitlines())
     axes = hl.plots.mapped(taps)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["failed"]
     assert len(axes.patches) == 2
@@ -143,6 +143,8 @@ def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
         ("x / mV, y / mm, file\n0, 0, a\n", 'column x has the unit "mV"'),
         ("x / mm, y / mm, file\n0, zero, a\n", r":2: column y: 'zero' is no number"),
         ("x / mm, y / mm, file\n0, 0\n", ":2: names no file"),
+        ("x / mm, y / mm, file\n0, 0, a, 5\n", ":2: has 4 cells under 3 columns"),
+        ("x / mm, y / mm, file\n0, 0, a\n0, 0, a\n", ":3: names 'a' again, as line 2 does"),
         ("x / mm, y / mm, file\n", "has no points below its head"),
         ("x / mm, y / mm, file, d / mm\n0, 0, a, far\n", ":2: column d: 'far' is no number with the unit mm"),
     ],

@@ -252,6 +252,7 @@ def test_what_does_not_fit_is_refused() -> None:
         ({}, "state what is struck by one of contact, node, and mesh"),
         ({"contact": [1.0], "node": 1}, "state what is struck by one of"),
         ({"contact": [1.0]}, "must have 2 rows"),
+        ({"contact": "none.txt"}, "contact = 'none.txt': there is no such file"),
         ({"node": 1}, "does not state the nodes of its rows"),
         ({"point": (0.0, 0.0, 0.0)}, "point needs the mesh"),
     ]:
@@ -259,6 +260,12 @@ def test_what_does_not_fit_is_refused() -> None:
             hl.from_matrices(mass, stiffness, hl.PTFE, **arguments)
     with pytest.raises(ValueError, match="mass: has 3 rows, and the stiffness 2"):
         hl.from_matrices(np.eye(3), stiffness, hl.PTFE, contact=[1.0, 0.0])
+    for wrong, message in [
+        (np.eye(1), "mass: has 1 rows, and the stiffness 2"), (np.zeros((2, 2)), "mass: all its numbers are zero"),
+        (1j * mass, "mass: must be a matrix of real numbers"),
+    ]:  # fmt: skip
+        with pytest.raises(ValueError, match=message):
+            hl.from_matrices(wrong, stiffness, hl.PTFE, contact=[1.0, 0.0])
     with pytest.raises(ValueError, match="contact: acts on a row that is held"):
         hl.from_matrices(mass, np.diag([1e36, 1.0]), hl.PTFE, contact=[1.0, 0.0])
 
