@@ -22,9 +22,9 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.sensor import bridged, noise_level
 from coupling.sweeps.processes import Outcome, Work, in_processes
-from coupling.sweeps.progress import Stopped, one_bar, silent
+from coupling.sweeps.progress import one_bar, silent
 from coupling.sweeps.store import Failure, Point, describe_point, open_store
-from coupling.sweeps.sweep import finished, stored_outcomes
+from coupling.sweeps.sweep import outcomes_of
 from structures.caution import collected
 from structures.checks import count_of, function, instance, short, whole
 from structures.units import NUMBER, factor, in_si
@@ -326,22 +326,10 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") 
     points = grid.points
     if work.store is not None:
         points = [{**point, "key": key, "sums": [_sum_of(Path(name)) for name in point["files"]]} for point in points]
-    stored = {} if work.store is None else stored_outcomes(work.store, points, retry=True)
     texts = [describe_point(point) if work.store else str(k) for k, point in enumerate(points)]
     most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    try:
-        with one_bar("map", 0):
-            outcomes = finished(stored, points, texts, 1, lambda batches: in_processes(work, batches, most))
-    except KeyboardInterrupt:
-        if work.store is None:
-            raise
-        answered = sum(work.store.holds(point) for point in points)
-        raise Stopped(
-            f"{answered} of {len(points)} points kept in {work.store.folder}; run again to continue"
-        ) from None
-    for k, point in enumerate(points):
-        if outcomes.get(k) is None and work.store is not None:
-            outcomes[k] = work.store.load(point)
+    with one_bar("map", 0):
+        outcomes = outcomes_of(work.store, points, texts, lambda batches: in_processes(work, batches, most))
     data = _combined(grid, [outcomes.get(k) for k in range(len(points))])
     warn(findings_of(data))
     return data

@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from contextlib import suppress
 from math import ceil
 from threading import local
 from typing import Any, NamedTuple, TypeAlias
@@ -277,28 +276,34 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
     values = _columns(runs, parameters)
     count = len(next(iter(values.values())))
     family = _Family(count, 0, {}, runs, values)
-    place, first = _first(family, range(count))
+    place, first = _first(family)
     family = family._replace(beads=_beads(first), known={place: first})
     differ = [column for column in values.values() if any(value is not column[0] for value in column)]
     if len(differ) == 1 and all(isinstance(value, int | float) for value in differ[0]):
-        with suppress(Exception):  # it is the failure of that run, in its turn
-            ends = dict(_first(family, [differ[0].index(end)]) for end in (min(differ[0]), max(differ[0])))
-            family = family._replace(known=family.known | ends)
+        ends = (differ[0].index(end) for end in (min(differ[0]), max(differ[0])))
+        family.known.update((i, made) for i in ends if isinstance(made := _made(family, i), CoSimulation))
     return family
 
 
-def _first(family: "_Family", places: Sequence[int]) -> tuple[int, CoSimulation]:
-    """Return the first run that can be built, and its place; if none can, the error of the very first."""
-    reason: Exception | None = None
-    for i in places:
-        try:
-            return i, family.make(i)
-        except ENVIRONMENT_ERRORS:
-            raise
-        except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Rows.do`
-            reason = reason or error
-    assert reason is not None
-    raise reason
+def _first(family: "_Family") -> tuple[int, CoSimulation]:
+    """Return the first run that can be built, and its place; if none can, raise the error of the very first."""
+    reasons = list[Exception]()
+    for i in range(family.number):
+        made = _made(family, i)
+        if isinstance(made, CoSimulation):
+            return i, made
+        reasons.append(made)
+    raise reasons[0]
+
+
+def _made(family: "_Family", i: int) -> CoSimulation | Exception:
+    """Return a run, or why it cannot be built."""
+    try:
+        return family.make(i)
+    except ENVIRONMENT_ERRORS:
+        raise
+    except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Rows.do`
+        return error
 
 
 def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[str, list[Any]]:

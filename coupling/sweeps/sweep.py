@@ -133,18 +133,8 @@ def sweep(
     def run(batches: list[Batch]) -> Iterator[tuple[int, Outcome]]:
         return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
 
-    stored = {} if work.store is None else stored_outcomes(work.store, points, retry)
-    try:
-        outcomes = finished(stored, points, texts, together, run)
-    except KeyboardInterrupt:
-        if work.store is None:
-            raise
-        stored_points = sum(work.store.holds(point) for point in points)
-        raise Stopped(
-            f"{stored_points} of {len(points)} points kept in {work.store.folder}; run again to continue"
-        ) from None
+    outcomes = outcomes_of(work.store, points, texts, run, together, retry)
     if work.store is not None:
-        outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _report_failures(work.store, outcomes)
     data = _combined([outcomes[i] for i in range(len(points))], values, points)
     if work.store is not None:
@@ -185,7 +175,40 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
         ) from None
 
 
-def stored_outcomes(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
+def outcomes_of(
+    store: Store | None,
+    points: list[Point],
+    texts: list[str],
+    run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
+    together: int = 1,
+    retry: bool = True,
+) -> dict[int, Outcome]:
+    """Return the outcomes by place: those that the store holds, and those of the other points, of which those with the
+    same text are run once. After Ctrl-C raise Stopped, which says how many the store holds.
+
+    together: so many neighbours are one batch. retry: points that failed are run again.
+    """
+    outcomes = {} if store is None else _stored(store, points, retry)
+    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in outcomes}
+    groups = groupby(sorted(left.values()), lambda i: i // together)
+    batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
+    failed = sum(isinstance(outcome, Failure) for outcome in outcomes.values())
+    try:
+        with Progress(len(outcomes) + len(left), len(outcomes), failed) as progress:
+            for i, outcome in run(batches) if batches else ():
+                outcomes[i] = outcome
+                progress.advance(isinstance(outcome, Failure))
+    except KeyboardInterrupt:
+        if store is None:
+            raise
+        held = sum(store.holds(point) for point in points)
+        raise Stopped(f"{held} of {len(points)} points kept in {store.folder}; run again to continue") from None
+    if store is not None:
+        outcomes.update((i, store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
+    return outcomes
+
+
+def _stored(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
     """Return the points that the store holds, by their place."""
     outcomes: dict[int, Outcome] = {}
     for i, point in enumerate(points):
@@ -196,27 +219,6 @@ def stored_outcomes(store: Store, points: list[Point], retry: bool) -> dict[int,
             outcomes[i] = outcome
     if outcomes:
         log.info("%d of %d points are in %s", len(outcomes), len(points), store.folder)
-    return outcomes
-
-
-def finished(
-    stored: Mapping[int, Outcome],
-    points: list[Point],
-    texts: list[str],
-    together: int,
-    run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
-) -> dict[int, Outcome]:
-    """Return the outcomes by place: those found, and those of the remaining points; points with the same text are run
-    once."""
-    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in stored}
-    groups = groupby(sorted(left.values()), lambda i: i // together)
-    batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
-    outcomes = dict(stored)
-    failed = sum(isinstance(outcome, Failure) for outcome in stored.values())
-    with Progress(len(stored) + len(left), len(stored), failed) as progress:
-        for i, outcome in run(batches) if batches else ():
-            outcomes[i] = outcome
-            progress.advance(isinstance(outcome, Failure))
     return outcomes
 
 
