@@ -354,20 +354,24 @@ class GlobalSearch:
     def _beside(self, best: Solution, point: Point) -> list[Vector]:
         """Return minima a few standard deviations away, where each unknown moves and the others as it correlates."""
         covariance, minima = inverse(point.columns)[: best.p.size], list[Vector]()
-        low, high = self.misfit.bounds()
+        (low, high), size = self.misfit.bounds(), len(self.ranges)
         distances = BESIDE[:NEARLY] if self._interpolated else BESIDE
         for k in self.lines:
             deviation = covariance[:, k] / np.sqrt(covariance[k, k])
             moved = (best.p + away * deviation for away in (*-distances[::-1], *distances))
-            line = [p for p in moved if ((low <= p) & (p <= high)).all()]
+            line = [np.clip(p, low, high) for p in moved if low[k] <= p[k] <= high[k]]
             if not line:  # what changes nothing has no valley
                 continue
+            fits = list[tuple[float, Vector]]()
+            for p, trace in zip(line, self.misfit.prediction.traces([p[:size] for p in line]), strict=True):
+                # In another valley the sensors' nuisances need not follow their correlation in this one.
+                choices = (p, np.append(p[:size], best.p[size:]))
+                fits.append(min(((self.misfit.of_traces(q, trace), q) for q in choices), key=lambda fit: fit[0]))
             below = sum(p[k] < best.p[k] for p in line)
-            traces = self.misfit.prediction.traces([p[: len(self.ranges)] for p in line])
-            values = [self.misfit.of_traces(p, trace) for p, trace in zip(line, traces, strict=True)]
-            padded = np.array([np.inf, *values[:below], best.misfit, *values[below:], np.inf])
-            lowest = (padded[1:-1] < padded[:-2]) & (padded[1:-1] < padded[2:])
-            minima += [p for p, is_lowest in zip(line, np.delete(lowest, below), strict=True) if is_lowest]
+            fits.insert(below, (best.misfit, best.p))
+            values = np.array([np.inf, *(value for value, _ in fits), np.inf])
+            lowest = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]))
+            minima += [fits[i][1] for i in lowest if i != below]
         return minima
 
     def refined(self, solution: Solution) -> tuple[Solution, Point]:

@@ -484,6 +484,20 @@ def test_noise_is_whitened_by_the_root_of_its_inverse_covariance() -> None:
         np.testing.assert_allclose(root.T @ root @ covariance, np.eye(count), atol=1e-9)
 
 
+def test_a_valley_beside_the_best_fit_belongs_to_the_interval() -> None:
+    """A parabola of the unknown gives the same wall at 49.75 and 50.25, 50 standard deviations apart."""
+
+    def build(x: float) -> hl.CoSimulation:
+        return wall(3e9 * (1.0 + ((x - 50.0) ** 2 - 0.25**2) / 6.25))
+
+    found = hl.identify(tap(wall(3e9)), build, until=UNTIL, guess={"x": 49.7}, x=(40.0, 60.0))
+    low, high = found["x"].interval
+    assert low < 49.75 < 50.25 < high
+    assert high - low < 0.6
+    assert [mode["x"] for mode in found.modes] == pytest.approx([49.75, 50.25], abs=0.03)
+    assert any("2 different fits are as good" in note for note in found.warnings)
+
+
 def test_samples_that_are_left_out_do_not_count_between_runs_either() -> None:
     """Else a residual and its derivatives have other sizes."""
     time, clean = tapped()
