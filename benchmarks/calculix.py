@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import hertzlink as hl
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "structures"))
 from test_imported import write_box

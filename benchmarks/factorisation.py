@@ -28,10 +28,10 @@ from skfem.helpers import ddot, div, dot, sym_grad
 from threadpoolctl import threadpool_limits
 
 import hertzlink as hl
-from structures.body_mesh import BodyMesh
-from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
-from structures.factor import AT_ONCE, Solve, Vector, compliance_at, factorise
-from structures.ordering import decomposition
+from structures.bodies.body_mesh import BodyMesh
+from structures.bodies.elasticity import body_matrices, first_lame_parameter, shear_modulus
+from structures.linear_algebra.factor import AT_ONCE, Solve, Vector, compliance_at, factorise
+from structures.linear_algebra.ordering import decomposition
 
 STEEL = hl.STEEL_440C
 SHIFT = 2.0 * np.pi * 35e3

@@ -24,7 +24,7 @@ from skfem.helpers import dd, ddot, trace
 import hertzlink as hl
 from hertzlink.studies import plate_boundary as study
 from plates.shapes.rectangle import Rectangle
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 LONGEST = 2.0
 """Target: assembly of 100 000 unknowns, s."""

@@ -19,7 +19,7 @@ from coupling.results.provenance import differences, unfolded, version_of, versi
 from coupling.results.reading import Reading, force_of_last
 from structures.caution import collected
 from structures.checks import instance, listed, not_negative, one_of, whole
-from structures.hdf5 import check_hdf5
+from structures.meshes.hdf5 import check_hdf5
 from structures.structure import Vector
 
 FORMAT, VERSION = "hertzlink reference", 1

@@ -9,11 +9,11 @@ from scipy import sparse
 from plates.elements.hermite import Beam, Hermite
 from plates.prestress import GROUND
 from plates.shapes.grading import graded
-from structures.buckling import buckling_factor, check_buckling
+from structures.bodies.elasticity import HIGHEST_FREQUENCY
 from structures.caution import caution
 from structures.checks import not_negative, one_of, positive
 from structures.described import described
-from structures.elasticity import HIGHEST_FREQUENCY
+from structures.linear_algebra.buckling import buckling_factor, check_buckling
 from structures.material import Material, check_stress
 from structures.quantities import (
     Asks,

@@ -15,12 +15,12 @@ from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Edge, Support, Supports
+from structures.bodies.elasticity import HIGHEST_FREQUENCY
 from structures.checks import instance, several, short, whole
 from structures.described import described_as
-from structures.elasticity import HIGHEST_FREQUENCY
 from structures.fineness import fineness
 from structures.material import Material
-from structures.mesh_reading import Tag
+from structures.meshes.mesh_reading import Tag
 from structures.quantities import Asks, Frequency, Length, Scale, Several, Side, WallThickness
 
 if TYPE_CHECKING:

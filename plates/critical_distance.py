@@ -16,9 +16,9 @@ from scipy.interpolate import PchipInterpolator
 from plates.half_plane import EDGES
 from plates.plate import Plate
 from plates.theory.impact import Bead, inelasticity_parameter, wall_stiffness
+from structures.bodies.layers import contact_time as contact_time_half_space
 from structures.caution import caution
 from structures.checks import finite, instance, one_of, within
-from structures.layers import contact_time as contact_time_half_space
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_pressure, hertz_stiffness, yield_pressure

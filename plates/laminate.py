@@ -8,10 +8,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from plates.section import SHEAR_CORRECTION, Section, homogeneous_section
-from structures.anisotropy import indentation_modulus, orthotropic_stiffness
+from structures.bodies.anisotropy import indentation_modulus, orthotropic_stiffness
+from structures.bodies.elasticity import shear_modulus
 from structures.checks import listed, positive
 from structures.described import described
-from structures.elasticity import shear_modulus
 from structures.material import Material
 from structures.quantities import Angle, Asks, Component, Density, Likely
 from structures.structure import Vector

@@ -18,15 +18,15 @@ from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
-from structures.buckling import buckling_factor, check_buckling
+from structures.bodies.elasticity import HIGHEST_FREQUENCY
 from structures.caution import caution, collected
 from structures.checks import instance, positive, short
-from structures.elasticity import HIGHEST_FREQUENCY
-from structures.factor import Matrices
 from structures.field import Field
 from structures.html_table import html_table
+from structures.linear_algebra.buckling import buckling_factor, check_buckling
+from structures.linear_algebra.factor import Matrices
 from structures.material import Material, check_stress
-from structures.mesh_reading import Tag, known
+from structures.meshes.mesh_reading import Tag, known
 from structures.structure import Structure
 from structures.surface import Surface
 from structures.unmeshed import Unmeshed, is_unmeshed

@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from structures.bodies.elasticity import shear_modulus
 from structures.caution import caution
 from structures.described import described, described_as
-from structures.elasticity import shear_modulus
 from structures.material import Material
 from structures.quantities import Asks, Quantity, Thickness, WallThickness
 from structures.structure import Vector

@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from structures.bodies.rod import Layer, rod_parts
 from structures.checks import each, finite, instance, short
 from structures.described import described, described_as, description
-from structures.factor import symmetric
+from structures.linear_algebra.factor import symmetric
+from structures.linear_algebra.symmetric import check_definite
 from structures.material import Material
 from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
-from structures.rod import Layer, rod_parts
 from structures.structure import Structure, Vector, known_field
-from structures.symmetric import check_definite
 
 RIGID_PIVOT = 1e-6
 """A pivot below this fraction of its diagonal entry belongs to a rigid motion. In plates of 6 000 degrees of freedom

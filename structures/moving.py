@@ -7,6 +7,7 @@ import numpy as np
 
 from structures.checks import instance, one_of, short, takes, within
 from structures.kernels import linear
+from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite
 from structures.modes import modes_of
 from structures.oscillators import Oscillators
 from structures.step_checks import check_step
@@ -25,7 +26,6 @@ from structures.stepping import (
 )
 from structures.structure import Structure, Vector
 from structures.surface import Surface
-from structures.symmetric import SMALL_MATRIX, check_definite
 from structures.unmeshed import as_struck
 
 LARGEST_DENSE_SIZE = 300

@@ -15,10 +15,10 @@ from structures.caution import caution
 from structures.checks import instance
 from structures.damping import maxwell_arms, with_arms
 from structures.described import checked_call
-from structures.factor import Solve
 from structures.field import Field
 from structures.fineness import fineness
-from structures.one_thread import one_thread
+from structures.linear_algebra.factor import Solve
+from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Likely, Quantity, Several
 from structures.structure import Structure, Vector, known_field
 from structures.unmeshed import is_left_out

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from structures.factor import Matrices
-from structures.one_thread import one_thread
+from structures.linear_algebra.factor import Matrices
+from structures.linear_algebra.one_thread import one_thread
 from structures.reduction import LEAST_NEW_PART, Modes, change, expansion_point, pulse_answer
 from structures.structure import Vector
 

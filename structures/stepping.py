@@ -16,7 +16,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from structures.checks import instance
 from structures.described import described
-from structures.factor import Solve, factorise
+from structures.linear_algebra.factor import Solve, factorise
 from structures.quantities import Quantity, Several
 from structures.structure import Structure, Vector
 

@@ -14,9 +14,9 @@ from scipy import sparse
 
 from structures.checks import each, finite, instance, listed, positive
 from structures.described import described_as
-from structures.factor import Matrices, numbers, symmetric
 from structures.field import Field
 from structures.html_table import html_table
+from structures.linear_algebra.factor import Matrices, numbers, symmetric
 from structures.material import Material
 from structures.surface import Surface
 

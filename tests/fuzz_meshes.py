@@ -30,8 +30,9 @@ from skfem import Basis, MeshHex, MeshTri
 from skfem.io.meshio import to_meshio
 
 from plates.shapes.mesh_from_file import FlatMesh
-from structures import mesh_files, mesh_process, reading_process
-from structures.body_mesh import BodyMesh
+from structures import reading_process
+from structures.bodies.body_mesh import BodyMesh
+from structures.meshes import mesh_files, mesh_process
 
 LONGEST = 10.0  # s of the processor
 LARGEST_MEMORY = 3 * 1024**3

@@ -16,8 +16,8 @@ from coupling.loops import is_compiled
 from hertzlink.conformance import checks
 from hertzlink.stepping import Closing
 from structures.closing import ClosingState, _separating
-from structures.kernel_cache import entry
 from structures.kernels.gaps import separate
+from structures.kernels.kernel_cache import entry
 
 STEEL = hl.STEEL_440C
 HALF = hl.Layer(STEEL, length=0.1, radius=5e-3)

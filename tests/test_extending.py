@@ -21,7 +21,7 @@ from hertzlink.cases.running import task_of
 from hertzlink.explore.sliders import sliders_of, start_of
 from structures import described
 from structures.described import registered
-from structures.kernel_key import key_of
+from structures.kernels.kernel_key import key_of
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"^## (.+?)\n.*?^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))

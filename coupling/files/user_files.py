@@ -11,7 +11,7 @@ import h5py  # type: ignore[import-untyped]
 import xarray as xr
 
 from structures.checks import short
-from structures.hdf5 import check_hdf5
+from structures.meshes.hdf5 import check_hdf5
 
 NOT_TO_READ = ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError
 """What readers of netCDF raise for files that hold something else."""

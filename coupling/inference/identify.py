@@ -22,7 +22,7 @@ from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution
 from structures.checks import finite, not_negative, one_of, positive, short, whole
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import factor, readable
 

@@ -23,7 +23,7 @@ from structures.caution import collected
 from structures.checks import instance, positive, whole
 from structures.fineness import finer
 from structures.html_table import html_table
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Structure
 from structures.units import readable
 

@@ -16,7 +16,7 @@ from coupling.sweeps.batch import Measure, forces_of_runs
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
 from structures.checks import finite, function, instance, positive
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 
 DOUBTFUL, NONE = 1e-3, 0.1
 """Part of a derivative that is in doubt from which the user is warned, and from which there is none."""

@@ -14,7 +14,7 @@ from coupling.sweeps.progress import Progress
 from coupling.yield_check import CURE
 from particles.laws.yielding import JacksonGreen
 from structures.caution import caution, collected
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 
 YIELD = "yield: "
 """The first word of a run's finding on contacts beyond yield."""

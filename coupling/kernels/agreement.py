@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from particles.kernels.motion import advance, reach
-from structures.kernel_cache import inner
 from structures.kernels.arrays import copy, solve
+from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 

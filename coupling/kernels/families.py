@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 from coupling.kernels.loop import move_on
 from coupling.kernels.records import Run
-from structures.kernel_cache import entry, inner
 from structures.kernels.families import of_run
+from structures.kernels.kernel_cache import entry, inner
 from structures.structure import Vector
 
 

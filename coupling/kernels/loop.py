@@ -5,8 +5,8 @@ from typing import Any
 from coupling.kernels.agreement import agree
 from coupling.kernels.recorders import reads_structure, record, watch
 from coupling.kernels.records import REMEMBERED
-from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
+from structures.kernels.kernel_cache import entry, inner
 from structures.kernels.linear import follow, push, read
 from structures.kernels.pieces import by_type
 from structures.structure import Vector

@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 from coupling.kernels.agreement import PIECES
 from coupling.kernels.recorders import reads_structure, record
 from particles.kernels.motion import advance, contact_forces
-from structures.kernel_cache import inner
 from structures.kernels.arrays import solve
 from structures.kernels.duals import Lanes, as_duals
 from structures.kernels.families import of_run
+from structures.kernels.kernel_cache import inner
 from structures.kernels.linear import let_go, push, read, respond
 from structures.kernels.pieces import for_each
 from structures.structure import Vector

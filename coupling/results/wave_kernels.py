@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import inner, njit
+from structures.kernels.kernel_cache import inner, njit
 from structures.structure import Vector
 
 FIRST_WAVE = 0.05

@@ -29,7 +29,7 @@ from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
 from structures.caution import collected
 from structures.checks import count_of, function, instance, listed, positive, short, whole
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Structure, Vector
 
 Runs: TypeAlias = Sequence[Chain | CoSimulation] | Callable[..., Chain | CoSimulation]

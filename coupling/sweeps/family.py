@@ -26,7 +26,7 @@ from particles.moving import MovingChain
 from structures.checks import instance, one_of, positive, short, whole
 from structures.kernels.families import Rows
 from structures.kernels.linear import Oscillators
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Vector
 
 KEEP = "waves", "forces"

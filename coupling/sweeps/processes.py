@@ -23,9 +23,9 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, with_warnings
 from coupling.sweeps.store import Failure, Point, Store
-from structures import kernel_cache
 from structures.caution import collected
 from structures.checks import instance, short
+from structures.kernels import kernel_cache
 
 IDLE_TIME = 30
 """A process without work ends after this time, s."""

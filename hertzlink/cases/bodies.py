@@ -23,19 +23,19 @@ from hertzlink.cases.declared import (
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Part, World, either, file_of, made
 from plates.plate import Plate
+from structures.bodies.cylinder import layered_cylinder
+from structures.bodies.elasticity import Foundation
+from structures.bodies.rod import rod
+from structures.bodies.solid import solid
 from structures.closing import Closing, Gap
-from structures.cylinder import layered_cylinder
 from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_layer
 from structures.damping import damped as with_damping
 from structures.described import Described, of_family, registered
-from structures.elasticity import Foundation
-from structures.frequency_response import from_frequency_response
-from structures.imported import MEMORY, from_matrices
-from structures.imported_modes import from_modes
 from structures.moving import STEPPERS
+from structures.other_programs.frequency_response import from_frequency_response
+from structures.other_programs.imported import MEMORY, from_matrices
+from structures.other_programs.imported_modes import from_modes
 from structures.reduction import reduce
-from structures.rod import rod
-from structures.solid import solid
 from structures.structure import Structure
 
 GAP = described_by(Gap)

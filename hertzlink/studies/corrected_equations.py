@@ -13,7 +13,7 @@ from hertzlink.studies import ellipsoids
 from hertzlink.studies.struck_cylinders import THESIS
 from hertzlink.studies.table import Row, Rows
 from plates.theory import impact
-from structures.elasticity import shear_modulus
+from structures.bodies.elasticity import shear_modulus
 
 row = Rows("corrected_equations")
 Check = tuple[bool | None, bool]  # Whether the printed and the corrected form pass; None if it cannot be evaluated.

@@ -19,7 +19,7 @@ from hertzlink.studies.table import SIMULATED, Row, Rows
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.solitary import HERTZ
-from structures.elasticity import pressure_speed
+from structures.bodies.elasticity import pressure_speed
 from structures.structure import Vector
 
 row = Rows("deformable_chain")

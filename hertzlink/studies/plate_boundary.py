@@ -18,9 +18,9 @@ from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.reduced import Range, covers
 from plates.section import point_rigidity
 from plates.theory.impact import THESIS_IMPACT
+from structures.bodies.layers import HERTZ_COLLISION
 from structures.caution import collected
 from structures.checks import whole
-from structures.layers import HERTZ_COLLISION
 
 row, row_of_waves = Rows("plate_boundary"), Rows("plate_waves")
 # m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So

@@ -16,7 +16,7 @@ from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongV
 from hertzlink.studies.table import Row, Rows
 from hertzlink.studies.verdicts import NOT_GIVEN
 from particles.bead import STANDARD_GRAVITY
-from structures.elasticity import HIGHEST_FREQUENCY
+from structures.bodies.elasticity import HIGHEST_FREQUENCY
 from structures.reduction import DEFAULT_PULSE
 from structures.structure import Vector
 

@@ -18,9 +18,9 @@ from particles.deformable.vibration import Half, Section, lowest_modes, lowest_r
 from particles.laws.axisymmetric import WIDEST_CONTACT
 from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, Spheroid, body_of
 from particles.laws.compliance import INTEGRATION_ORDER
-from structures.elastic_field import ElasticSampler
-from structures.factor import factorise
+from structures.bodies.elastic_field import ElasticSampler
 from structures.field import Grid
+from structures.linear_algebra.factor import factorise
 from structures.structure import Vector
 
 CELLS = 8

@@ -20,8 +20,8 @@ from particles.bead import Bead
 from particles.deformable.explicit_kernels import TOGETHER
 from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, Whole, body_of, half_plane
 from particles.laws.compliance import INTEGRATION_ORDER
+from structures.bodies.elasticity import part_stiffnesses
 from structures.checks import instance
-from structures.elasticity import part_stiffnesses
 from structures.material import Material
 from structures.structure import Vector
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import njit
+from structures.kernels.kernel_cache import njit
 
 LANES = 8
 """Bodies that one instruction may move."""

@@ -11,9 +11,9 @@ from particles.bead import Sphere
 from particles.deformable.vibration import Vibration, of_modes
 from particles.laws.solid import QUARTERS
 from particles.laws.solid_mesh import MIDPLANES, Eighth, SolidEighth, even_eighth, supported, turning
+from structures.bodies.elasticity import shear_speed
 from structures.checks import instance, positive, whole
-from structures.elasticity import shear_speed
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 CELLS = 5
 """Over the radius of a sphere that vibrates."""

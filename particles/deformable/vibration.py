@@ -21,9 +21,9 @@ from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 from particles.bead import Bead, check_bead
 from particles.laws.axisymmetric_mesh import MOST_CELLS, Spheroid, body_of
 from particles.laws.compliance import INTEGRATION_ORDER
+from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.checks import positive, whole
-from structures.elasticity import body_matrices, shear_speed
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 from structures.material import Material
 from structures.structure import Vector
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from particles.kernels.laws import force_of_step, overlap_on_spring
-from structures.kernel_cache import inner
+from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

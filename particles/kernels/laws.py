@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import inner
 from structures.kernels.duals import three_halves, value_of, where_dual
+from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

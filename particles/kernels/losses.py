@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from particles.kernels.laws import NEGLIGIBLE
-from structures.kernel_cache import inner
+from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

@@ -15,7 +15,7 @@ from particles.kernels.drives import (
 from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, overlap_on_spring, with_memory
 from particles.kernels.losses import lose_on_bodies
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
-from structures.kernel_cache import entry, inner
+from structures.kernels.kernel_cache import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from particles.kernels.laws import elastic_overlap, energy, force, overlap_on_spring, slope, with_memory
 from particles.kernels.losses import drag_rate, force_with_loss
-from structures.kernel_cache import inner
+from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

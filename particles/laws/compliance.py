@@ -5,8 +5,8 @@ from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector
 
 from particles.laws.axisymmetric_mesh import Block, Body, HalfPlane, Whole
-from structures.elasticity import part_stiffnesses
-from structures.factor import compliance_at
+from structures.bodies.elasticity import part_stiffnesses
+from structures.linear_algebra.factor import compliance_at
 from structures.structure import Vector
 
 INTEGRATION_ORDER = 5

@@ -16,9 +16,9 @@ from particles.laws.active_set import edge_approach, forces_of_steps
 from particles.laws.axisymmetric_mesh import HalfPlane, Spheroid, half_plane
 from particles.laws.computed import LEAST_ORDER, ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law
+from structures.bodies.elasticity import first_lame_parameter, plane_stiffness, shear_modulus
 from structures.checks import instance, one_of, positive
-from structures.elasticity import first_lame_parameter, plane_stiffness, shear_modulus
-from structures.factor import compliance_at
+from structures.linear_algebra.factor import compliance_at
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import relative_curvatures

@@ -22,9 +22,9 @@ from particles.laws.solid_mesh import (
     solid_body,
     supported,
 )
+from structures.bodies.solid import PATCH_ORDER, patch_compliance
 from structures.checks import positive, short
-from structures.factor import compliance_at, factorise
-from structures.solid import PATCH_ORDER, patch_compliance
+from structures.linear_algebra.factor import compliance_at, factorise
 from structures.structure import Vector
 from structures.units import readable
 

@@ -15,8 +15,8 @@ from skfem import Basis, BilinearForm, Dofs, ElementTetP2, ElementVector, MeshHe
 from skfem.helpers import dot
 
 from particles.bead import Bead, Cylinder, Sphere
+from structures.bodies.elasticity import Cells, part_stiffnesses
 from structures.checks import short
-from structures.elasticity import Cells, part_stiffnesses
 from structures.structure import Vector
 
 Whole = NDArray[np.int64]

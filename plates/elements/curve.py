@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from plates.shapes.mesh_geometry import QUARTER_TURN, tangents
-from structures.mesh_reading import Numbers
+from structures.meshes.mesh_reading import Numbers
 from structures.structure import Vector
 
 SMOOTH = 30.0

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from plates.section import Section
 from structures.field import Grid
-from structures.mesh_reading import Numbers
+from structures.meshes.mesh_reading import Numbers
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array

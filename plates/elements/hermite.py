@@ -27,7 +27,7 @@ from plates.prestress import Prestress
 from plates.section import Section
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support
-from structures.mesh_reading import Tag
+from structures.meshes.mesh_reading import Tag
 from structures.structure import Vector
 
 HELD = {"clamped": (0, 1), "simple": (0,), "soft simple": (0,), "symmetry": (1,), "free": ()}

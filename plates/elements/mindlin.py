@@ -26,7 +26,7 @@ from plates.shapes.place import cell_size, disc
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.caution import caution
-from structures.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 from structures.units import readable
 

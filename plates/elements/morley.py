@@ -25,8 +25,8 @@ from plates.section import Section
 from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
-from structures.assembly import sum_of_cells
-from structures.mesh_reading import Numbers, Tag
+from structures.bodies.assembly import sum_of_cells
+from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from plates.elements.hermite import Beam, plate_matrices
 from plates.section import Section
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 from structures.structure import Vector
 
 REACH = 14

@@ -15,7 +15,7 @@ from skfem.quadrature import get_quadrature
 
 from plates.elements.curve import Curve, curve
 from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
-from structures.mesh_reading import Numbers
+from structures.meshes.mesh_reading import Numbers
 from structures.structure import Vector
 
 TRIANGLES = {3: ElementTriP3, 4: ElementTriP4}

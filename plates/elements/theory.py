@@ -22,7 +22,7 @@ from plates.shapes.place import Mirror
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.field import Sampler
-from structures.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array

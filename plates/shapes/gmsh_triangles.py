@@ -9,7 +9,7 @@ import numpy as np
 from skfem import MeshTri
 
 from plates.shapes.shape import Cells, PlateMesh
-from structures.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Numbers, Tag
 
 Place: TypeAlias = tuple[float, float]
 

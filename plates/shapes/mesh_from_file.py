@@ -10,10 +10,10 @@ from plates.shapes.mesh_geometry import tangents
 from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import positive
-from structures.mesh_files import read_mesh, source_of
-from structures.mesh_reading import Numbers, Tag, Tags, cells_of, names, near, points_of, tagged_facets, used
-from structures.mesh_topology import check_joined, merged, once
-from structures.split_cells import QUADRILATERAL, TRIANGLE, triangles
+from structures.meshes.mesh_files import read_mesh, source_of
+from structures.meshes.mesh_reading import Numbers, Tag, Tags, cells_of, names, near, points_of, tagged_facets, used
+from structures.meshes.mesh_topology import check_joined, merged, once
+from structures.meshes.split_cells import QUADRILATERAL, TRIANGLE, triangles
 from structures.structure import Vector
 from structures.units import readable
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from structures.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
 QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])

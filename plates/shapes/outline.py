@@ -13,7 +13,7 @@ from plates.shapes.grading import SAME
 from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import Cells, PlateMesh
 from structures.checks import finite, instance, positive, several, short, whole
-from structures.mesh_reading import Tag
+from structures.meshes.mesh_reading import Tag
 from structures.quantities import Likely
 from structures.structure import Vector
 

@@ -9,7 +9,7 @@ import numpy as np
 from plates.shapes.mesh_geometry import QUARTER_TURN, distances, find_cells, tangents
 from plates.shapes.shape import PlateMesh
 from plates.support import ElasticEdge, Support
-from structures.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
 NEAREST = 1e-6

@@ -11,7 +11,7 @@ from skfem import MeshQuad
 
 from plates.shapes.grading import graded
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
-from structures.mesh_reading import Tag
+from structures.meshes.mesh_reading import Tag
 from structures.structure import Vector
 
 SIDES = ("left", "right", "bottom", "top")

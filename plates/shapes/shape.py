@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 from numpy.typing import ArrayLike
 
 from structures.fineness import fineness
-from structures.mesh_reading import Groups, Tag
+from structures.meshes.mesh_reading import Groups, Tag
 from structures.structure import Vector
 
 MIRROR = "middle"

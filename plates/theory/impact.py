@@ -16,10 +16,10 @@ import numpy as np
 from plates.plate import Plate
 from plates.section import point_rigidity
 from plates.theory import zener
+from structures.bodies.layers import BEAD_TRANSIT
+from structures.bodies.layers import contact_time as contact_time_half_space
 from structures.caution import caution
 from structures.checks import each, instance, not_negative, positive, several
-from structures.layers import BEAD_TRANSIT
-from structures.layers import contact_time as contact_time_half_space
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness

@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.checks import each, instance, not_negative, positive, short
 from structures.described import described
-from structures.elasticity import pressure_speed, shear_speed
 from structures.material import Material
 from structures.quantities import Length
 from structures.structure import Vector

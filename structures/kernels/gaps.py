@@ -3,8 +3,8 @@
 from math import sqrt
 from typing import Any, NamedTuple
 
-from structures.kernel_cache import inner
 from structures.kernels.arrays import copy, dot, solve
+from structures.kernels.kernel_cache import inner
 from structures.kernels.linear import dissipated, energies_of_structure, let_go, push, read, read_rate
 from structures.structure import Vector
 

@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import inner
 from structures.kernels.arrays import dot
 from structures.kernels.duals import without_small
+from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

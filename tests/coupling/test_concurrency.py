@@ -13,7 +13,7 @@ import pytest
 
 import hertzlink as hl
 from coupling.sweeps.processes import end_with, in_parallel
-from structures import kernel_cache
+from structures.kernels import kernel_cache
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 1.5e-4

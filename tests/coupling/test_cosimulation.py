@@ -18,8 +18,8 @@ from coupling.engine import check_finite
 from coupling.kernels import loop
 from coupling.kernels.agreement import predict
 from coupling.kernels.records import NODE, TOTALS, TRIED, WINDOW, Run
+from structures.bodies.rod import rod_parts
 from structures.damping import StandardLinearSolid
-from structures.rod import rod_parts
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)

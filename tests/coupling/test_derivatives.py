@@ -13,8 +13,8 @@ from coupling.inference import derivatives
 from coupling.inference.derivatives import differentiate, numbers_of
 from coupling.recording.frames import kept_at
 from particles.kernels.laws import hertz
-from structures.kernel_cache import entry
 from structures.kernels.duals import WIDTHS, Eight, as_duals, without_small
+from structures.kernels.kernel_cache import entry
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 BEADS, SENSOR = 6, 4

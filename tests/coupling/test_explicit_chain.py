@@ -17,7 +17,7 @@ import hertzlink as hl
 from particles.deformable import explicit_kernels as kernels
 from particles.deformable.explicit_beads import ExplicitBead, explicit_bead
 from particles.laws.axisymmetric import contact_law_fem
-from structures.elasticity import pressure_speed, shear_speed
+from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.structure import Vector
 
 THOROUGH_FIXTURES = ("slow", "fast")

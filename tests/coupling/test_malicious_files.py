@@ -21,7 +21,7 @@ from coupling.ports import fmu
 from coupling.recording import checkpoint
 from coupling.state import Node
 from coupling.sweeps.store import HEAD, describe_point
-from structures.mesh_files import read_mesh
+from structures.meshes.mesh_files import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)

@@ -146,7 +146,7 @@ def test_what_cannot_be_refined_is_named(build: Callable[[], hl.CoSimulation], s
 
 
 def test_a_mesh_that_would_be_too_large_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("structures.rod.MOST_ELEMENTS", 9)
+    monkeypatch.setattr("structures.bodies.rod.MOST_ELEMENTS", 9)
     with pytest.warns(hl.HertzlinkWarning, match="mesh: not estimated; elements: 12 are too many"):
         estimate = hl.numerical_error(lambda: on(hl.rod([STEEL], elements=6)), UNTIL, SENSOR)
     assert np.isnan(estimate.parts[MESH]["amplitude_ratio"])

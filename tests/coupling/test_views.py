@@ -17,7 +17,7 @@ import hertzlink as hl
 from coupling.plots import render
 from coupling.plots.pictures import NotebookPath
 from coupling.plots.scene import Scene, round_number
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 from structures.structure import known_field
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

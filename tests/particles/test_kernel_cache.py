@@ -22,9 +22,9 @@ from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 
-from structures import kernel_cache
-from structures.kernel_key import key_of
-from structures.kernel_linking import Linked
+from structures.kernels import kernel_cache
+from structures.kernels.kernel_key import key_of
+from structures.kernels.kernel_linking import Linked
 
 
 def test_without_a_folder_kernels_get_a_private_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,7 +55,7 @@ def test_a_folder_that_works_stays(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 
 TWICE = """
-from structures.kernel_cache import njit
+from structures.kernels.kernel_cache import njit
 
 @njit(cache=True)
 def twice(x):
@@ -195,7 +195,7 @@ def test_a_kernel_of_other_sources_counts_as_not_there(tmp_path: Path, fresh: Ca
 
 
 KERNELS = """
-from structures.kernel_cache import entry, inner, njit
+from structures.kernels.kernel_cache import entry, inner, njit
 from structures.kernels.pieces import by_type
 
 @by_type
@@ -339,7 +339,7 @@ def test_a_kernel_that_kernels_call_runs_in_python_too(fresh: Callable[[], Any])
 
 
 LINKED = """
-from structures.kernel_cache import entry, inner
+from structures.kernels.kernel_cache import entry, inner
 
 @inner()
 def twice(x):

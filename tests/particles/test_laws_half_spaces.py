@@ -20,7 +20,7 @@ from particles.laws.half_spaces import (
     unilateral_pressures,
 )
 from particles.laws.solid import midplane_correction
-from structures.elasticity import patch_compliance
+from structures.bodies.elasticity import patch_compliance
 from structures.structure import Vector
 
 STEEL, ALUMINIUM = hl.STEEL_316, hl.ALUMINIUM_6061

@@ -15,7 +15,7 @@ from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.computed import ComputedLaw
 from particles.laws.solid import _by_curvature, contact_law_solid, midplane_correction
 from particles.laws.solid_mesh import contact_eighth, supported
-from structures.elasticity import pressure_speed, shear_speed
+from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 
 import hertzlink as hl
 from particles import solitary
-from structures.layers import HERTZ_COLLISION
+from structures.bodies.layers import HERTZ_COLLISION
 
 STEEL = hl.STEEL_316
 BEAD = hl.Sphere(2.38e-3, STEEL)

@@ -18,7 +18,7 @@ import hertzlink as hl
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.compliance import INTEGRATION_ORDER
-from structures.elasticity import body_matrices, shear_speed
+from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.material import Material
 from structures.structure import Vector
 

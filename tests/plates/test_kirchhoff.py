@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
 import hertzlink as hl
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 

@@ -8,7 +8,7 @@ from numpy.polynomial import Legendre
 from scipy.linalg import eigh
 
 import hertzlink as hl
-from structures.elasticity import pressure_speed, shear_speed
+from structures.bodies.elasticity import pressure_speed, shear_speed
 
 THICKNESS = 2.29e-3
 RATIOS = (-0.3, 0.1, 0.33, 0.46)

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from scipy.special import j1
 
 import hertzlink as hl
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 

@@ -17,7 +17,7 @@ from plates.section import homogeneous_section
 from plates.shapes.mesh_geometry import find_cells
 from plates.shapes.rectangle import Rectangle
 from plates.shapes.shape import Cells
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 POWERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (3, 1), (1, 3)])

@@ -18,7 +18,7 @@ from skfem.io.meshio import to_meshio
 import hertzlink as hl
 from plates.elements.mindlin import MindlinFunctions
 from plates.shapes.mesh_geometry import QUARTER_TURN, tangents
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 NU = 0.3

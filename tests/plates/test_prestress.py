@@ -9,7 +9,7 @@ from independent.plates import frequencies
 from scipy import sparse
 
 import hertzlink as hl
-from structures import buckling
+from structures.linear_algebra import buckling
 
 ALUMINIUM, SIDE, THICKNESS = hl.Material(70e9, 0.3, 2700.0), 0.2, 1e-3
 EULER = 70e9 * THICKNESS**3 / 12.0 / 0.91 * (pi / SIDE) ** 2

@@ -26,9 +26,9 @@ from skfem import (
 from skfem.helpers import ddot, sym_grad, trace
 
 import hertzlink as hl
-from structures.cylinder import layered_cylinder as cylinder
-from structures.elasticity import Foundation, body_matrices, patch_compliance, shear_modulus, shear_speed
-from structures.factor import factorise
+from structures.bodies.cylinder import layered_cylinder as cylinder
+from structures.bodies.elasticity import Foundation, body_matrices, patch_compliance, shear_modulus, shear_speed
+from structures.linear_algebra.factor import factorise
 
 STEEL = hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)
 PTFE = hl.Layer(hl.PTFE, length=76.2e-3, radius=19.1e-3)

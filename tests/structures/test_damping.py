@@ -12,8 +12,8 @@ from scipy import sparse
 from scipy.linalg import eigh, expm
 
 import hertzlink as hl
+from structures.bodies.rod import rod_parts
 from structures.damping import Modal, Rayleigh, StandardLinearSolid, maxwell_arms, stiffness_parts
-from structures.rod import rod_parts
 from structures.stepping import GeneralisedAlpha
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]

@@ -10,7 +10,7 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, Me
 from skfem.helpers import ddot, div, dot, sym_grad
 
 import hertzlink as hl
-from structures.elasticity import (
+from structures.bodies.elasticity import (
     Cells,
     Owner,
     body_matrices,

@@ -15,10 +15,10 @@ from scipy.interpolate import LinearNDInterpolator
 from skfem import Basis, ElementHex2, ElementQuad2, ElementTetP2, ElementVector, MeshHex, MeshQuad, MeshTet
 
 import hertzlink as hl
-from structures.elastic_field import elastic_field
-from structures.elasticity import first_lame_parameter, shear_modulus
-from structures.factor import factorise
+from structures.bodies.elastic_field import elastic_field
+from structures.bodies.elasticity import first_lame_parameter, shear_modulus
 from structures.field import Field, von_mises
+from structures.linear_algebra.factor import factorise
 from structures.structure import known_field
 
 MESH = Path(__file__).parent / "data" / "cylinder.msh"

@@ -11,9 +11,9 @@ import pytest
 from skfem import Basis
 
 import hertzlink as hl
-from structures import mesh_process
-from structures.body_mesh import BodyMesh
-from structures.mesh_files import FORMATS, read_mesh
+from structures.bodies.body_mesh import BodyMesh
+from structures.meshes import mesh_process
+from structures.meshes.mesh_files import FORMATS, read_mesh
 
 SIDE, CELLS = 0.02, 3
 TOP = (SIDE / 2.0, SIDE / 2.0, SIDE)

@@ -8,7 +8,7 @@ import scipy.linalg
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 
 
 def threads() -> set[int]:

@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from structures import ordering
-from structures.factor import compliance_at, factorise
-from structures.ordering import decomposition, elimination_order
-from structures.symmetric import check_definite
+from structures.linear_algebra import ordering
+from structures.linear_algebra.factor import compliance_at, factorise
+from structures.linear_algebra.ordering import decomposition, elimination_order
+from structures.linear_algebra.symmetric import check_definite
 
 MINIMUM_DEGREE = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 

@@ -92,7 +92,7 @@ def test_half_space_needs_no_reduction() -> None:
 
 
 def test_contact_points_of_one_mesh_share_the_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
-    from structures import factor
+    from structures.linear_algebra import factor
 
     made = []
     original = factor.factorise

@@ -13,10 +13,10 @@ from scipy import sparse
 from scipy.linalg import expm
 
 import hertzlink as hl
+from structures.bodies.rod import rod_parts
 from structures.damping import Modal, Rayleigh, StandardLinearSolid
-from structures.factor import factorise
+from structures.linear_algebra.factor import factorise
 from structures.reduction import Modes, _receptance
-from structures.rod import rod_parts
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
 
 Array = NDArray[np.float64]

@@ -14,11 +14,11 @@ from skfem import Basis, ElementVector
 from test_elasticity import assert_same, weak_forms
 
 import hertzlink as hl
-from structures.body_mesh import BodyMesh
-from structures.cylinder import layered_cylinder as cylinder
-from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
-from structures.factor import factorise
-from structures.solid import patch_compliance, solid
+from structures.bodies.body_mesh import BodyMesh
+from structures.bodies.cylinder import layered_cylinder as cylinder
+from structures.bodies.elasticity import body_matrices, first_lame_parameter, shear_modulus
+from structures.bodies.solid import patch_compliance, solid
+from structures.linear_algebra.factor import factorise
 
 CYLINDER = Path(__file__).parent / "data" / "cylinder.msh"
 LAYER = {"length": 50.8e-3, "radius": 9.53e-3}
@@ -276,7 +276,7 @@ def test_cells_numbered_the_other_way_round() -> None:
 
 
 def test_more_degrees_of_freedom_than_are_wise(caplog: pytest.LogCaptureFixture, monkeypatch: Any) -> None:
-    monkeypatch.setattr("structures.solid.MANY_DEGREES_OF_FREEDOM", 3992)
+    monkeypatch.setattr("structures.bodies.solid.MANY_DEGREES_OF_FREEDOM", 3992)
     solid(box(), hl.NYLON, TOP, patch_radius=WIDE)
     assert "mesh: 3993 degrees of freedom take minutes" in caplog.text
 

@@ -6,7 +6,7 @@ from scipy import sparse
 
 import hertzlink as hl
 from structures.checks import count_of, near
-from structures.factor import Matrices
+from structures.linear_algebra.factor import Matrices
 
 STEEL = hl.Surface(hl.STEEL_440C)
 SPRING = np.array([[2e7, -1e7], [-1e7, 1e7]])

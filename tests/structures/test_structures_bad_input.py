@@ -16,9 +16,9 @@ from scipy import sparse
 
 import hertzlink as hl
 from hertzlink.stepping import CentralDifference, GeneralisedAlpha, Newmark
-from structures import layers as theory
+from structures.bodies import layers as theory
+from structures.bodies.rod import rod_parts
 from structures.damping import Modal, Rayleigh, StandardLinearSolid
-from structures.rod import rod_parts
 from structures.stepping import lumped, stable_step
 
 FLAT = hl.Surface(hl.PTFE)

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 import hertzlink as hl
 from particles import solitary
-from structures import layers as theory
+from structures.bodies import layers as theory
 
 STEEL, PTFE = hl.STEEL_440C, hl.PTFE
 BEAD = hl.Sphere(4.76e-3, STEEL)

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from hertzlink.studies import pressure as study
-from structures.thin_sphere import point_stiffness
+from structures.bodies.thin_sphere import point_stiffness
 
 THOROUGH_FIXTURES = ("quick",)
 

@@ -15,8 +15,8 @@ from particles.deformable.deformable_chain import DeformableChain, MovingDeforma
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.solid_mesh import CORNER, _placed
-from structures.elasticity import body_matrices
-from structures.factor import factorise
+from structures.bodies.elasticity import body_matrices
+from structures.linear_algebra.factor import factorise
 
 THOROUGH_FIXTURES = ("quick",)
 

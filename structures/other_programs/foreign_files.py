@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from structures.mesh_files import read_bounded, words_of
+from structures.meshes.mesh_files import read_bounded, words_of
 from structures.reading_process import Unread
 
 FOREIGN = {

@@ -9,8 +9,8 @@ from skfem import ElementHex2, ElementTetP2, FacetBasis, MeshHex1, MeshHex2, Mes
 from structures.caution import caution
 from structures.checks import instance, positive
 from structures.material import Material
-from structures.mesh_files import read_mesh
-from structures.mesh_reading import (
+from structures.meshes.mesh_files import read_mesh
+from structures.meshes.mesh_reading import (
     Numbers,
     Tag,
     Tags,
@@ -23,8 +23,8 @@ from structures.mesh_reading import (
     tagged_facets,
     used,
 )
-from structures.mesh_topology import check_joined, merged, once
-from structures.split_cells import BY_CORNERS, edge_lengths, tetrahedra
+from structures.meshes.mesh_topology import check_joined, merged, once
+from structures.meshes.split_cells import BY_CORNERS, edge_lengths, tetrahedra
 from structures.structure import Vector
 
 LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02

@@ -10,10 +10,10 @@ from scipy import sparse
 from structures.caution import caution
 from structures.checks import each, not_negative, whole
 from structures.described import described_as
-from structures.factor import numbers
-from structures.imported import ALONG_Z, MEMORY, Direction, Residual, source_of_argument
+from structures.linear_algebra.factor import numbers
 from structures.material import Material
-from structures.modal_files import Modes, read_modes
+from structures.other_programs.imported import ALONG_Z, MEMORY, Direction, Residual, source_of_argument
+from structures.other_programs.modal_files import Modes, read_modes
 from structures.quantities import Asks, Component, Curvature, InFile, Scale
 from structures.structure import Structure, Vector
 from structures.surface import Surface

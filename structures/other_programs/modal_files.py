@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from structures.foreign_files import FOREIGN, read_foreign
-from structures.matrix_files import Numbers, Vector, numbers_in
+from structures.other_programs.foreign_files import FOREIGN, read_foreign
+from structures.other_programs.matrix_files import Numbers, Vector, numbers_in
 
 FORMATS = {
     ".csv": "a table", ".txt": "a table", ".frd": "CalculiX", ".unv": "I-DEAS", ".uff": "I-DEAS", ".op2": "Nastran",

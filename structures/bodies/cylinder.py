@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 
-from structures.checks import listed
-from structures.described import described_as
-from structures.elastic_field import elastic_field
-from structures.elasticity import (
+from structures.bodies.elastic_field import elastic_field
+from structures.bodies.elasticity import (
     HIGHEST_FREQUENCY,
     Foundation,
     absorbing_faces,
@@ -24,10 +22,12 @@ from structures.elasticity import (
     pressure_speed,
     shear_speed,
 )
+from structures.bodies.patch_mesh import DEFAULT_CELLS, PATCH_DIVISOR, about_corner, about_patch, check_size, graded
+from structures.bodies.rod import Layer, Layers
+from structures.checks import listed
+from structures.described import described_as
 from structures.field import Field
-from structures.patch_mesh import DEFAULT_CELLS, PATCH_DIVISOR, about_corner, about_patch, check_size, graded
 from structures.quantities import Count, Frequency, Length, OneOf
-from structures.rod import Layer, Layers
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.ordering import decomposition
-from structures.symmetric import SMALL_MATRIX, check_definite, check_symmetric
+from structures.linear_algebra.ordering import decomposition
+from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite, check_symmetric
 
 Vector: TypeAlias = NDArray[np.float64]
 Solve: TypeAlias = Callable[[Vector], Vector]

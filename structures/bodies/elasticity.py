@@ -15,7 +15,7 @@ from scipy import sparse
 from skfem import BilinearForm, LinearForm
 from skfem.helpers import dot
 
-from structures.assembly import sum_of_cells
+from structures.bodies.assembly import sum_of_cells
 from structures.described import described
 from structures.material import Material
 from structures.quantities import Quantity

@@ -10,7 +10,7 @@ from scipy import sparse
 from skfem import Basis, ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementTetP1, ElementTetP2, ElementVector
 from skfem.assembly import Dofs
 
-from structures.elasticity import first_lame_parameter, part_stiffnesses, shear_modulus
+from structures.bodies.elasticity import first_lame_parameter, part_stiffnesses, shear_modulus
 from structures.field import Field, Grid, Numbers, Whole
 from structures.material import Material
 

@@ -10,15 +10,15 @@ from typing import Annotated, Any
 import numpy as np
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
-from structures.body_mesh import BodyMesh
+from structures.bodies.body_mesh import BodyMesh
+from structures.bodies.elastic_field import elastic_field
+from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.caution import caution
 from structures.checks import finite
 from structures.described import described
-from structures.elastic_field import elastic_field
-from structures.elasticity import body_matrices, shear_speed
 from structures.material import Material
-from structures.mesh_files import source_of
-from structures.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_files import source_of
+from structures.meshes.mesh_reading import Numbers, Tag
 from structures.quantities import Asks, Component, Coordinate, Curvature, InFile, Length, Scale
 from structures.structure import Structure, Vector
 from structures.surface import Surface

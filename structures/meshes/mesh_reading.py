@@ -8,8 +8,8 @@ import numpy as np
 
 from structures.caution import caution
 from structures.checks import did_you_mean, one_of
-from structures.split_cells import Numbers as Numbers
-from structures.split_cells import triangles
+from structures.meshes.split_cells import Numbers as Numbers
+from structures.meshes.split_cells import triangles
 from structures.structure import Vector
 
 Tag: TypeAlias = str | int

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import MOST
-from structures.foreign_files import FOREIGN, read_foreign
+from structures.other_programs.foreign_files import FOREIGN, read_foreign
 
 Numbers = NDArray[np.int64]
 Vector = NDArray[np.float64]

@@ -7,8 +7,8 @@ from scipy.spatial import cKDTree
 
 from structures.caution import caution
 from structures.checks import count_of, positive
-from structures.mesh_reading import Numbers, near
-from structures.split_cells import Sides
+from structures.meshes.mesh_reading import Numbers, near
+from structures.meshes.split_cells import Sides
 from structures.structure import Vector
 from structures.units import readable
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 from skfem import BilinearForm
 
-from structures.elasticity import Cells
+from structures.bodies.elasticity import Cells
 
 ATMOSPHERE = 101_325.0
 """Pa: the standard atmosphere (ISO 2533)."""

@@ -10,19 +10,19 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, ElementQuad0, ElementQuad2, ElementVector, FacetBasis, MeshQuad, MeshQuad2
 
-from structures.buckling import buckling_factor, check_buckling
+from structures.bodies.elastic_field import elastic_field
+from structures.bodies.elasticity import HIGHEST_FREQUENCY, body_matrices, patch_compliance, patch_vector, shear_speed
+from structures.bodies.patch_mesh import CELL_GROWTH, DEFAULT_CELLS, PATCH_DIVISOR, about_patch, check_size, graded
+from structures.bodies.pressure import AIR, ATMOSPHERE, following_stiffness, ring_openings, stress_stiffness, with_gas
+from structures.bodies.thin_sphere import sizes
 from structures.caution import caution
 from structures.checks import positive
 from structures.described import described_as
-from structures.elastic_field import elastic_field
-from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, patch_compliance, patch_vector, shear_speed
+from structures.linear_algebra.buckling import buckling_factor, check_buckling
 from structures.material import Material, check_stress
-from structures.patch_mesh import CELL_GROWTH, DEFAULT_CELLS, PATCH_DIVISOR, about_patch, check_size, graded
-from structures.pressure import AIR, ATMOSPHERE, following_stiffness, ring_openings, stress_stiffness, with_gas
 from structures.quantities import Asks, Count, Frequency, Length, Likely, OneOf, Pressure, Quantity
 from structures.structure import Structure, Vector
 from structures.surface import Surface
-from structures.thin_sphere import sizes
 from structures.units import readable
 
 BASES = ("fixed", "free", "contact")

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
-from structures.one_thread import one_thread
-from structures.ordering import decomposition
+from structures.linear_algebra.one_thread import one_thread
+from structures.linear_algebra.ordering import decomposition
 
 Vector: TypeAlias = NDArray[np.float64]
 

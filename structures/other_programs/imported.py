@@ -9,18 +9,18 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 from skfem import ElementHex1, ElementHex2, ElementHexS2, ElementTetP1, ElementTetP2
 
-from structures.abaqus_file import NODE_NUMBERS
-from structures.body_mesh import IGNORED_CELL_TYPES, BodyMesh
+from structures.bodies.body_mesh import IGNORED_CELL_TYPES, BodyMesh
+from structures.bodies.solid import PATCH_DIVISOR, Patch, patch_compliance, point_of
 from structures.caution import caution, collected
 from structures.checks import short, whole
 from structures.described import described_as
-from structures.factor import numbers
+from structures.linear_algebra.factor import numbers
 from structures.material import Material
-from structures.matrix_files import HELD, Numbers, in_order_of, matrix_of, numbers_in
-from structures.mesh_files import read_mesh
-from structures.mesh_reading import points_of
+from structures.meshes.abaqus_file import NODE_NUMBERS
+from structures.meshes.mesh_files import read_mesh
+from structures.meshes.mesh_reading import points_of
+from structures.other_programs.matrix_files import HELD, Numbers, in_order_of, matrix_of, numbers_in
 from structures.quantities import Asks, Component, Coordinate, Curvature, InFile, Length, Quantity, Scale
-from structures.solid import PATCH_DIVISOR, Patch, patch_compliance, point_of
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from structures.caution import caution
-from structures.symmetric import has_positive_pivots
+from structures.linear_algebra.symmetric import has_positive_pivots
 
 LEAST, MOST = 1e-6, 1e6
 """Range in which a factor is sought by halving; a larger one counts as infinite."""

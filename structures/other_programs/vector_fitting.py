@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, nnls
 from scipy.signal import find_peaks
 
-from structures.one_thread import one_thread
+from structures.linear_algebra.one_thread import one_thread
 
 Vector = NDArray[np.float64]
 Complex = NDArray[np.complex128]

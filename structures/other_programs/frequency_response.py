@@ -8,16 +8,16 @@ import numpy as np
 from structures.caution import caution
 from structures.checks import each, one_of, positive
 from structures.described import described_as
-from structures.factor import numbers
-from structures.foreign_files import FOREIGN, read_foreign
-from structures.imported import MEMORY, source_of_argument
-from structures.imported_modes import oscillators
+from structures.linear_algebra.factor import numbers
 from structures.material import Material
-from structures.matrix_files import Vector, numbers_in
+from structures.other_programs.foreign_files import FOREIGN, read_foreign
+from structures.other_programs.imported import MEMORY, source_of_argument
+from structures.other_programs.imported_modes import oscillators
+from structures.other_programs.matrix_files import Vector, numbers_in
+from structures.other_programs.vector_fitting import Complex, fit_modes
 from structures.quantities import Count, Curvature, InFile, OneOf, Quantity
 from structures.structure import Structure
 from structures.surface import Surface
-from structures.vector_fitting import Complex, fit_modes
 
 QUANTITIES = {"receptance": 0, "mobility": 1, "accelerance": 2}
 """Displacement, velocity and acceleration for a unit force, and how often each is differentiated."""

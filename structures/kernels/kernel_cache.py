@@ -33,8 +33,8 @@ except (ValueError, RuntimeWarning) as error:
     reason = str(error).partition("\n")[0]
     raise ImportError(f"Numba does not start with {switches or 'this environment'} ({reason}); unset it") from error
 
-from structures.kernel_key import OURS, key_of
-from structures.kernel_linking import link_kernels
+from structures.kernels.kernel_key import OURS, key_of
+from structures.kernels.kernel_linking import link_kernels
 
 log = logging.getLogger("hertzlink.kernels")
 
@@ -154,9 +154,9 @@ def stamp(file: str) -> str:
 
     Numba itself looks at the file of the kernel only, and would not notice that one changed which it calls.
     """
-    root, digest = Path(__file__).parent.parent, sha256(numba.__version__.encode())
+    root, digest = Path(__file__).parents[2], sha256(numba.__version__.encode())
     sources = sorted(path for room in OURS for path in root.glob(f"{room}/kernels/*.py"))
-    for source in (*sources, Path(__file__).with_name("kernel_linking.py"), Path(file)):
+    for source in (*sources, Path(file)):
         digest.update(source.read_bytes())
     return digest.hexdigest()
 

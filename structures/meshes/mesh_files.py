@@ -5,9 +5,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from structures.abaqus_file import read_abaqus
-from structures.hdf5 import check_hdf5
-from structures.mesh_process import BY_GMSH
+from structures.meshes.abaqus_file import read_abaqus
+from structures.meshes.hdf5 import check_hdf5
+from structures.meshes.mesh_process import BY_GMSH
 from structures.reading_process import Unread, read_apart
 
 FORMATS = {

@@ -1,0 +1,1 @@
+"""Sparse symmetric matrices: factorisations, orders of elimination, checks, buckling loads."""

@@ -1,0 +1,1 @@
+"""Structures from matrices, modes and frequency responses that other programs or experiments give."""
