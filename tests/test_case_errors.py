@@ -463,6 +463,11 @@ SIGNALS = [
         "0,1\n1,2\n" * 20,
         "trace.csv: has columns 0 to 1, counted from 0, and no column 2; line 1 is '0,1'; where decimals ",
     ),
+    (
+        "Gerät;Oszi 3\nKraft 3;Kraft 5\n(V);(V)\n" + "0,1;0,2\n1,2;1,3\n" * 20,
+        "trace.csv: has columns 0 to 1 (Kraft 3, Kraft 5), counted from 0, and no column 2; line 4 is '0,1;0,2'; where "
+        "decimals have commas, columns need another delimiter; without times give interval=, and sensors from 0 on",
+    ),
     (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
     (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),

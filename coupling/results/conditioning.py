@@ -31,6 +31,13 @@ CLEAR_OF_ZERO = 0.1
 """A clipped level is at least this part of the range away from the quiet level."""
 
 
+ERROR_OF_MEDIAN = 2.0 * sqrt(0.5 * pi)
+"""Two standard errors of a median, in those of one sample over the root of their number: less is no offset."""
+
+EXACT = 1e-9
+"""Part of the peak that is rounding."""
+
+
 class Conditioned(NamedTuple):
     """A trace with NaN where it was clipped, its noise, what was done, and what may mislead."""
 
@@ -140,7 +147,7 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditione
         done.append(f"the offset and {text}")
     else:
         force, filled = force - quiet, filled - quiet
-        if lead:
+        if lead and abs(quiet) > ERROR_OF_MEDIAN * max(rough, step / sqrt(12.0), EXACT * float(np.abs(filled).max())) / sqrt(lead):
             done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {1e6 * seconds:.3g} µs)")
         if mains is not None:
             cautions.append(text)

@@ -29,6 +29,7 @@ def test_offset_and_noise() -> None:
     assert float(found.sensor_force.isel(time=slice(0, 200)).mean()) == pytest.approx(0.0, abs=0.15)
     assert float(hl.amplitude_ratio(found, 7)) == pytest.approx(0.6, abs=0.02)
     assert found.conditioning.startswith("Sensor 7: the offset, ")
+    assert "offset" not in hl.clean_signal(found).conditioning  # what is left is rounding
 
 
 @pytest.mark.parametrize("frequency", [50.0, 60.0])
