@@ -116,8 +116,8 @@ class Quantity:
         if size == 0.0 or low <= size <= high:
             return
         other = self.below if size < low else self.above
-        unit = self.counted_in or self.unit
-        caution(f"{owner} {name} = {value:g}: is read as {value:g} {unit}; is it in {other}?")
+        read = f"{value:g} {self.counted_in or self.unit}, which is improbable"
+        caution(f"{owner} {name} = {value:g}: is read as {read}; did you mean {value:g} {other}?")
 
 
 @dataclass(frozen=True)

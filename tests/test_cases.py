@@ -542,8 +542,9 @@ def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> No
     sweep = '[sweep]\n"chain.bead.diameter" = ["4.76 mm", "9.53 mm", 19.05]\n'
     Path("case.toml").write_text(template("wall").replace("[run]", f"{sweep}[run]").replace("1.5 ms", "0.1 ms"))
     said = command("check", "case.toml")
-    assert "warning: Sphere radius = 9.525: is read as 9.525 m; is it in mm?" in said
-    assert said.count("is it in mm?") == 1
+    half = "half of it is read as 9.525 m, which is improbable; did you mean 9.525 mm?"
+    assert f"warning: chain.bead.diameter: 19.05: {half}" in said
+    assert said.count("did you mean") == 1
 
 
 @pytest.mark.parametrize(

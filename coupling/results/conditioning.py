@@ -147,7 +147,8 @@ def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditione
         done.append(f"the offset and {text}")
     else:
         force, filled = force - quiet, filled - quiet
-        if lead and abs(quiet) > ERROR_OF_MEDIAN * max(rough, step / sqrt(12.0), EXACT * float(np.abs(filled).max())) / sqrt(lead):
+        scatter = max(rough, step / sqrt(12.0), EXACT * float(np.abs(filled).max()))
+        if lead and abs(quiet) > ERROR_OF_MEDIAN * scatter / sqrt(lead):
             done.append(f"the offset, {quiet:.4g} N, was removed (median of the quiet lead, {1e6 * seconds:.3g} µs)")
         if mains is not None:
             cautions.append(text)

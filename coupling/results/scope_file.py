@@ -330,9 +330,7 @@ class ScopeFile:
             last = f"columns 0 to {width - 1}" if width > 1 else "column 0 only"
             named = f" ({names[:LONGEST_LINE]})" if names else ""
             values = [_loose_number(_split(cells, delimiter)[0]) for cells in first[place:]]
-            way_out = (
-                "" if _rise(np.array(values)) else "; without times give interval=, and sensors from 0 on"
-            )
+            way_out = "" if _rise(np.array(values)) else "; without times give interval=, and sensors from 0 on"
             return f"has {last}{named}, counted from 0, and no column {beyond[0]}; line {i} is {shown}{comma}{way_out}"
         readable_columns = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
         return f"line {i}, {shown}, has numbers in {readable_columns} only; {wanted}, counted from 0{comma}"

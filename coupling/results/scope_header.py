@@ -127,7 +127,8 @@ class Header:
         """Return what the lines above the samples call a column; "" where they do not."""
         cells = (row[column] for row in reversed(self._rows[-NAMES_OF_LINES:]) if len(row) > column)
         named = [cell for cell in cells if cell and not _is_number(cell)]
-        return next((cell for cell in named if not _first_unit(cell.strip("()[] "), FORCE).name), named[0] if named else "")
+        words = (cell for cell in named if not _first_unit(cell.strip("()[] "), FORCE).name)
+        return next(words, named[0] if named else "")
 
     def counts_samples(self, column: int) -> bool:
         """Return whether a column is named as the number of the sample."""

@@ -13,6 +13,7 @@ from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.units import Unit
 from plates.laminate import OrthotropicMaterial
 from structures import quantities
+from structures.caution import caution, collected
 from structures.checks import positive
 from structures.material import Material
 
@@ -21,6 +22,9 @@ FILES = ("mesh",)
 
 PERHAPS_FILES = ("mass", "stiffness", "damping_matrix", "contact", "frequencies", "response")
 """Entries that name files where their text ends as a file's name does: "plate.mas", but not "2.5 g"."""
+
+OWNER = re.compile(r"^.* (?=[\w\[\]-]+ = )")
+"""What stands before the argument in a warning about its value: "Section thickness = 2: is read as 2 m"."""
 
 ENDING = re.compile(r"\.[A-Za-z]\w*$")
 
@@ -76,13 +80,34 @@ def made(part: Part, world: World, path: Path) -> Any:
     return located(part, path, lambda: part.make(world))
 
 
+class Remark(str):
+    """A warning about an entry of a case, as text, with the fault that it would be."""
+
+    fault: Fault
+
+
 def located(part: Part, path: Path, make: Callable[[], Any]) -> Any:
-    """Return what a function makes of a part; raise a Fault at its path, or at the entry that the message names."""
+    """Return what a function makes of a part; raise a Fault at its path, or at the entry that the message names.
+
+    Warnings about an argument name its entry too.
+    """
+
+    def at(inner: Fault) -> Fault:
+        return Fault((*path, *inner.path), inner.reason, inner.value)
+
+    said: list[str] = []
     try:
-        return make()
+        with collected() as said:
+            return make()
     except ValueError as error:
-        inner = error if isinstance(error, Fault) else part.fault(str(error))
-        raise Fault((*path, *inner.path), inner.reason, inner.value) from error
+        raise at(error if isinstance(error, Fault) else part.fault(str(error))) from error
+    finally:
+        for message in said:
+            fault = message.fault if isinstance(message, Remark) else part.fault(OWNER.sub("", message))
+            if fault.path:
+                message = Remark(at(fault))
+                message.fault = at(fault)
+            caution(message)
 
 
 def hint_of(model: type[BaseModel], name: str) -> str:
