@@ -237,8 +237,8 @@ def _widest_contact(bead: Bead, energy: float, wall: bool) -> float:
 
 def _radius(bead: Bead, force: Vector) -> Vector:
     """Return the radius of contacts, m, by Hertz's law; at a rigid wall it is the same."""
-    hertz, curvature = PowerLaw(hertz_stiffness(bead.surface, bead.surface)), _curvature(bead)
-    return np.sqrt(np.asarray(hertz.approach(force)) / curvature)
+    hertz = PowerLaw(hertz_stiffness(bead.surface, bead.surface))
+    return np.sqrt(np.asarray(hertz.approach(force)) / _curvature(bead))
 
 
 def _curvature(bead: Bead) -> float:

@@ -579,8 +579,9 @@ def pictures() -> Mapping[str, Any]:
     from matplotlib import pyplot
 
     run, found = struck(), {}
-    for name in ("traces", "contact_map", "energy", "spectrum", "setup"):
-        ax = getattr(hl.plots, name)(run)
+    shown = {"traces": "force", "contact_map": "contacts", "energy": "energy", "spectrum": "spectrum"}
+    for name in (*shown, "setup"):
+        ax = hl.plots.traces(run, show=shown[name]) if name in shown else hl.plots.setup(run)
         lines = [np.ravel(line.get_xydata()) for line in ax.lines]
         lines += [np.ravel(one.get_offsets()) for one in ax.collections] + [[len(ax.patches), len(ax.texts)]]
         found |= {f"{name} {n}": line for n, line in enumerate(lines)}

@@ -3,7 +3,7 @@
 import json
 import platform
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby, zip_longest
@@ -42,12 +42,17 @@ def as_text(inputs: Mapping[str, Any]) -> str:
 
 def folded(data: Any) -> Any:
     """Return the plain data in which equal neighbours among the beads of a chain stand once, with their count."""
+    return _with_beads(data, _rows)
+
+
+def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
+    """Return plain data in which each list of beads is changed."""
     if isinstance(data, Mapping):
         return {
-            name: _rows(value) if name == "beads" and isinstance(value, list) else folded(value)
+            name: change(value) if name == "beads" and isinstance(value, list) else _with_beads(value, change)
             for name, value in data.items()
         }
-    return [folded(value) for value in data] if isinstance(data, list | tuple) else data
+    return [_with_beads(value, change) for value in data] if isinstance(data, list | tuple) else data
 
 
 def _rows(beads: list[Any]) -> list[Any]:
@@ -58,12 +63,7 @@ def _rows(beads: list[Any]) -> list[Any]:
 
 def unfolded(data: Any) -> Any:
     """Return what `folded` was given; raise a ValueError for more beads than any chain has."""
-    if isinstance(data, Mapping):
-        return {
-            name: _all_beads(value) if name == "beads" and isinstance(value, list) else unfolded(value)
-            for name, value in data.items()
-        }
-    return [unfolded(value) for value in data] if isinstance(data, list) else data
+    return _with_beads(data, _all_beads)
 
 
 def _all_beads(rows: list[Any]) -> list[Any]:

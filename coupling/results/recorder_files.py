@@ -78,11 +78,8 @@ def _scope(path: str, segment: int) -> Recording:
 
     frame = segment - 1 if detect_model(path) == "Tek" else 0
     waveform = Wfm.from_file(path, frame=frame)
-    units = {
-        channel.name: UNITS_OF_RIGOLWFM.get(getattr(channel.unit, "name", "v"), "") for channel in waveform.channels
-    }
     channels = [
-        Channel(channel.name, units[channel.name], np.asarray(channel.volts), np.asarray(channel.times))
+        Channel(channel.name, _unit_of_rigolwfm(channel), np.asarray(channel.volts), np.asarray(channel.times))
         for channel in waveform.channels
         if channel.volts is not None and channel.times is not None
     ]
@@ -99,6 +96,10 @@ def _scope(path: str, segment: int) -> Recording:
         stated_unit, count = (_entry(content, name) for name in (rb'YUN(?:IT)?\s+"([^"]*)"', rb"NR_P(?:T)?\s+(\d+)"))
         return _parts(channels, stated_unit, 1, 1, int(count or 0))
     return Recording(channels, segments)
+
+
+def _unit_of_rigolwfm(channel: Any) -> str:
+    return UNITS_OF_RIGOLWFM.get(getattr(channel.unit, "name", "v"), "")
 
 
 def _entry(content: bytes, pattern: bytes) -> str:
@@ -185,12 +186,8 @@ def _sound(path: str, _: int) -> Recording:
     rate, samples = wavfile.read(path)
     columns = samples.reshape(samples.shape[0], -1)
     if columns.dtype.kind in "iu":
-        half = (
-            float(np.iinfo(columns.dtype).max // 2 + 1)
-            if columns.dtype.kind == "u"
-            else -float(np.iinfo(columns.dtype).min)
-        )
-        columns = (columns - half if columns.dtype.kind == "u" else columns) / half
+        least, span = float(np.iinfo(columns.dtype).min), 2.0 ** (8 * columns.dtype.itemsize)
+        columns = 2.0 * (columns - least) / span - 1.0
     time = np.arange(columns.shape[0]) / float(rate)
     channels = [Channel(f"channel {k + 1}", "", column, time) for k, column in enumerate(columns.T)]
     return Recording(channels, notes=("samples are parts of the full scale; calibration is N for the full scale",))
@@ -304,14 +301,8 @@ def _text(value: Any) -> str:
 
 
 READERS: dict[str, Callable[[str, int], Recording]] = {
-    "scope": _scope,
-    "tdms": _tdms,
-    "matlab": _matlab,
-    "hdf5": _hdf5,
-    "sound": _sound,
-    "universal": _universal,
-    "workbook": _workbook,
-    "parquet": _parquet,
+    function.__name__[1:]: function
+    for function in (_scope, _tdms, _matlab, _hdf5, _sound, _universal, _workbook, _parquet)
 }
 """Functions that read a file, by the name that the table of formats has for them."""
 

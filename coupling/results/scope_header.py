@@ -16,44 +16,25 @@ SI = {"s": TIME, "V": FORCE, "N": FORCE}
 NAMES_OF_LINES = 3
 """Lines directly above the samples that may name columns and their units."""
 
-INTERVALS = set(
-    """
-    increment xinc xincr xincrement timeincrement deltax dx deltat dt hresolution sampleinterval samplinginterval
-    sampleperiod samplingperiod sampletime samplingtime timestep timeinterval tinterval wfincrement horizinterval
-    horizontalinterval tinc timebaseinterval timeresolution
-    """.split()  # noqa: SIM905
-)
-RATES = {
-    "abtastrate",
-    "abtastfrequenz",
-    "samplerate",
-    "samplingrate",
-    "samplefrequency",
-    "samplingfrequency",
-    "samplingfreq",
-    "fs",
-    "sampfreq",
-}
-STARTS = set(
-    """
-    start xzero x0 xorigin xorg xstart hoffset starttime horizoffset horizontaloffset timestart tstart t0
-    """.split()  # noqa: SIM905
-)
-COUNTS = set(
-    """
-    recordlength segmentsize memorylength blocksize samplecount numberofsamples samples points npoints
-    numberofpoints numpoints recordsize noofsamples noofpoints
-    """.split()  # noqa: SIM905
-)
-TIME_UNITS = set(
-    """
-    horizontalunits horizontalunit xunits xunit xaxisunit hunit timeunit timeunits xunitlabel
-    """.split()  # noqa: SIM905
-)
-FORCE_UNITS = set(
-    """
-    verticalunits verticalunit yunits yunit yaxisunit vunit yunitlabel amplitudeunit signalunit unit units
-    """.split()  # noqa: SIM905
+INTERVALS, RATES, STARTS, COUNTS, TIME_UNITS, FORCE_UNITS = (
+    set(words.split())
+    for words in (
+        """
+        increment xinc xincr xincrement timeincrement deltax dx deltat dt hresolution sampleinterval samplinginterval
+        sampleperiod samplingperiod sampletime samplingtime timestep timeinterval tinterval wfincrement horizinterval
+        horizontalinterval tinc timebaseinterval timeresolution
+        """,
+        """
+        abtastrate abtastfrequenz samplerate samplingrate samplefrequency samplingfrequency samplingfreq fs sampfreq
+        """,
+        "start xzero x0 xorigin xorg xstart hoffset starttime horizoffset horizontaloffset timestart tstart t0",
+        """
+        recordlength segmentsize memorylength blocksize samplecount numberofsamples samples points npoints
+        numberofpoints numpoints recordsize noofsamples noofpoints
+        """,
+        "horizontalunits horizontalunit xunits xunit xaxisunit hunit timeunit timeunits xunitlabel",
+        "verticalunits verticalunit yunits yunit yaxisunit vunit yunitlabel amplitudeunit signalunit unit units",
+    )
 )
 KEYS = INTERVALS | RATES | STARTS | COUNTS | TIME_UNITS | FORCE_UNITS
 """Words of lines such as "Sample Interval,5e-07", without blanks and signs."""
@@ -317,9 +298,9 @@ def _unit_of(text: str, wanted: str) -> Unit | None:
         return None
     words = dict.fromkeys([word, word.lower(), word[:-1].lower() + word[-1].upper()])
     units = [
-        Unit(text, quantity_, si, size, is_unit(w))
+        Unit(text, quantity, si, size, is_unit(w))
         for w in words
-        for si, quantity_ in SI.items()
+        for si, quantity in SI.items()
         if (size := _size(w, si))
     ]
     if best := [unit for unit in units if unit.quantity == wanted]:

@@ -1,8 +1,9 @@
 """The model of a sensor bead: loss of charge, limited bandwidth, and the gauge's resonance."""
 
 from collections.abc import Callable, Iterable
+from functools import reduce
 from math import pi
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import scipy
@@ -86,8 +87,7 @@ class SensorModel:
         moments, signal = _pair(time, force)
         self._check_sampling(float(moments[1] - moments[0]))
         # The sensor is at rest under no force before the first sample; a first force is a step.
-        a, b, c, d = self._state_space()
-        _, seen, _ = scipy.signal.lsim((a, b, c, d), signal, moments - moments[0], interp=True)
+        _, seen, _ = scipy.signal.lsim(self._system(), signal, moments - moments[0], interp=True)
         return np.asarray(seen)
 
     def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
@@ -145,26 +145,20 @@ class SensorModel:
                     "leave it out, or sample more finely"
                 )
 
-    def _state_space(self) -> tuple[Vector, Vector, Vector, Vector]:
-        """Return the matrices of the stages in series, each with states of the size of the force."""
-        a, b = np.zeros((0, 0)), np.zeros(0)
-        c, d = np.zeros(0), 1.0
-        stages: list[tuple[Vector, Vector, Vector, float]] = []
+    def _system(self) -> Any:
+        """Return the stages in series, each with states of the size of the force."""
+        stages = []
         if self.resonance is not None:
             w = 2.0 * pi * self.resonance
-            oscillator = np.array([[0.0, w], [-w, -2.0 * self.damping * w]])
-            stages.append((oscillator, np.array([0.0, w]), np.array([1.0, 0.0]), 0.0))
+            stages.append(([[0.0, w], [-w, -2.0 * self.damping * w]], [[0.0], [w]], [[1.0, 0.0]], [[0.0]]))
         if self.bandwidth is not None:
             w = 2.0 * pi * self.bandwidth
-            stages.append((np.array([[-w]]), np.array([w]), np.array([1.0]), 0.0))
+            stages.append(([[-w]], [[w]], [[1.0]], [[0.0]]))
         if self.time_constant is not None:
             w = 1.0 / self.time_constant
-            stages.append((np.array([[-w]]), np.array([w]), np.array([-1.0]), 1.0))
-        for own_a, own_b, own_c, own_d in stages:
-            a = np.block([[a, np.zeros((len(a), len(own_a)))], [np.outer(own_b, c), own_a]])
-            b = np.concatenate([b, own_b * d])
-            c, d = np.concatenate([own_d * c, own_c]), own_d * d
-        return a, b[:, None], c[None, :], np.array([[d]])
+            stages.append(([[-w]], [[w]], [[-1.0]], [[1.0]]))
+        # In scipy the factor on the right comes first.
+        return reduce(lambda first, then: then * first, (scipy.signal.StateSpace(*stage) for stage in stages))
 
 
 def _gains(ratio: float) -> tuple[float, float]:

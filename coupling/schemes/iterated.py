@@ -243,24 +243,15 @@ class _LeastSquares(Search):
 
 
 def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tuple[Vector, Vector]]:
-    """Return which columns add to those before them, and Q and R of these: Gram–Schmidt, twice."""
-    size = columns[0].size if columns else 0
-    most = min(size, len(columns))
-    independent: list[int] = []
-    directions, upper = np.zeros((most, size)), np.zeros((most, most))
-    for i, column in enumerate(columns):
-        n = len(independent)
-        if n == most:
-            break
-        rest, shares = column, np.zeros(n)
-        # The second pass removes what rounding left of the first along almost parallel columns.
-        for _ in range(2):
-            part = directions[:n] @ rest
-            shares += part
-            rest = rest - part @ directions[:n]
-        length = float(np.linalg.norm(rest))
-        if length > filtering * float(np.linalg.norm(column)):
-            directions[n], upper[:n, n], upper[n, n] = rest / length, shares, length
-            independent.append(i)
-    n = len(independent)
-    return independent, (directions[:n].T, upper[:n, :n])
+    """Return which columns add to those before them, and Q and R of these."""
+    independent = list(range(len(columns)))
+    while independent:
+        matrix = np.array([columns[i] for i in independent]).T
+        directions, upper = np.linalg.qr(matrix)
+        added = np.zeros(len(independent))
+        added[: len(upper)] = abs(np.diagonal(upper))
+        little = np.flatnonzero(added <= filtering * np.linalg.norm(matrix, axis=0))
+        if not little.size:
+            return independent, (directions, upper)
+        del independent[little[0]]
+    return [], (np.zeros((0, 0)), np.zeros((0, 0)))

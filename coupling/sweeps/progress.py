@@ -6,7 +6,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sized
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -30,7 +30,6 @@ log = logging.getLogger("hertzlink.sweep")
 
 _shared: list["Progress"] = []
 """The progress that all others join, while `one_bar` lasts."""
-
 
 _labels: list[str] = []
 """What labels of progress say in addition, while `labelled` lasts."""
@@ -141,34 +140,30 @@ class Progress:
 
 
 @contextmanager
+def _within(those: list[Item], entry: Item) -> Iterator[None]:
+    """Hold an entry among those that last as long as a context."""
+    those.append(entry)
+    try:
+        yield
+    finally:
+        those.remove(entry)
+
+
+@contextmanager
 def one_bar(label: str, expected: int) -> Iterator[None]:
     """Count all sweeps within on one labelled bar of about so many points."""
-    with Progress(expected, label=label) as progress:
-        _shared.append(progress)
-        try:
-            yield
-        finally:
-            _shared.remove(progress)
+    with Progress(expected, label=label) as progress, _within(_shared, progress):
+        yield
 
 
-@contextmanager
-def labelled(words: str) -> Iterator[None]:
+def labelled(words: str) -> AbstractContextManager[None]:
     """All progress within says these words, too."""
-    _labels.append(words)
-    try:
-        yield
-    finally:
-        _labels.remove(words)
+    return _within(_labels, words)
 
 
-@contextmanager
-def silent() -> Iterator[None]:
+def silent() -> AbstractContextManager[None]:
     """No progress within is shown, as that of a part of what is counted already."""
-    _silent.append(True)
-    try:
-        yield
-    finally:
-        _silent.pop()
+    return _within(_silent, True)
 
 
 def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
