@@ -145,7 +145,6 @@ OTHER_NAMES = {
     "TOF": "time_of_flight",
     "animate": "plots.picture",
     "bead": "Sphere",
-    "contact_map": "plots.traces",
     "cosim": "CoSimulation",
     "energy": "energy_error",
     "force": "sensor_force",
@@ -157,7 +156,6 @@ OTHER_NAMES = {
     "run": "CoSimulation",
     "save_plot": "plots.report",
     "simulate": "CoSimulation",
-    "spectrum": "plots.traces",
     "trace": "plots.traces",
     "wall": "half_space",
 }

@@ -7,6 +7,9 @@ from coupling.plots.pictures import picture as picture
 from coupling.plots.pictures import write_vtu as write_vtu
 from coupling.plots.setup import setup as setup
 from coupling.plots.swept import swept as swept
+from coupling.plots.traces import contact_map as contact_map
+from coupling.plots.traces import energy as energy
+from coupling.plots.traces import spectrum as spectrum
 from coupling.plots.traces import traces as traces
 from hertzlink._help import offer as _offer
 from hertzlink.reports.of_results import report as report

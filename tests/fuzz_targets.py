@@ -900,12 +900,10 @@ def _plots() -> dict[str, Target]:
     of_run: dict[str, Any] = {"run": (run.drop_vars("velocity"), run.isel(time=[0, 1]), tapped(), xr.Dataset())}
     swept = xr.Dataset({"amplitude_ratio": ("length", [0.5, np.nan])}, {"length": [0.1, 0.2]})
     return {
-        "plots.traces": Target(
-            plots.traces,
-            {"run": run, "sensors": [3], "show": "force", "ax": None, "spreads": None},
-            closed,
-            of_run | {"show": ("contacts", "energy", "spectrum")},
-        ),
+        "plots.traces": Target(plots.traces, {"run": run, "sensors": [3], "ax": None, "spreads": None}, closed, of_run),
+        "plots.contact_map": Target(plots.contact_map, {"run": run, "ax": None}, closed, of_run),
+        "plots.spectrum": Target(plots.spectrum, {"run": run, "sensor": 3, "ax": None}, closed, of_run),
+        "plots.energy": Target(plots.energy, {"run": run, "ax": None}, closed, of_run),
         "plots.setup": Target(plots.setup, {"run": run, "ax": None}, closed, of_run),
         "plots.swept": Target(
             plots.swept,

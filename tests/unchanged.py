@@ -579,9 +579,8 @@ def pictures() -> Mapping[str, Any]:
     from matplotlib import pyplot
 
     run, found = struck(), {}
-    shown = {"traces": "force", "contact_map": "contacts", "energy": "energy", "spectrum": "spectrum"}
-    for name in (*shown, "setup"):
-        ax = hl.plots.traces(run, show=shown[name]) if name in shown else hl.plots.setup(run)
+    for name in ("traces", "contact_map", "energy", "spectrum", "setup"):
+        ax = getattr(hl.plots, name)(run)
         lines = [np.ravel(line.get_xydata()) for line in ax.lines]
         lines += [np.ravel(one.get_offsets()) for one in ax.collections] + [[len(ax.patches), len(ax.texts)]]
         found |= {f"{name} {n}": line for n, line in enumerate(lines)}

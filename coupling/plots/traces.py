@@ -1,6 +1,6 @@
 """Plots of one run or signal: forces with their waves, the chain over time, the spectrum and the energies."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energies, energy_error, sensor_force
 from coupling.results.reading import Reading
-from structures.checks import instance, one_of, positive, short, whole
+from structures.checks import instance, positive, short, whole
 from structures.structure import Vector
 from structures.units import handy
 
@@ -42,42 +42,32 @@ ENERGIES = {
 
 
 def traces(
-    run: xr.Dataset, sensors: int | Iterable[int] | None = None, show: str = "force", ax: "Axes | None" = None,
+    run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None,
     spreads: Mapping[str, float] | None = None,
 ) -> "Axes":  # fmt: skip
-    """Draw one run or signal: the force at sensors with its waves, its spectrum, all contacts, or the energies.
+    """Draw the force at sensors over time, with its waves marked, and AR and TOF in words.
 
     Parameters
     ----------
     run : Dataset
-        One run, or a measured signal; for "contacts" a run of one chain.
+        One run, or a measured signal.
     sensors : int or sequence of int, optional
-        Beads of "force" and "spectrum", 1 to N from the struck end; by default the middle bead of a run, all of a
-        signal. A spectrum is that of the first.
-    show : {"force", "spectrum", "contacts", "energy"}
-        What to draw; see Returns.
+        Beads, 1 to N from the struck end; by default the middle bead of a run, all of a signal.
     ax : Axes, optional
         Where to draw; by default on a new figure.
     spreads : mapping, optional
-        For "force" of a run of `sensitivities`: the standard uncertainty of each parameter, in SI units. A band shows
-        the standard uncertainty of the force that follows.
+        Of a run of `sensitivities`: the standard uncertainty of each parameter, in SI units. A band shows the standard
+        uncertainty of the force that follows.
 
     Returns
     -------
     Axes
-        "force": time in µs, force above the preload in N, waves marked; the legend states AR and TOF, and why a wave is
-        missing. "spectrum": frequency in kHz, and ``|∫ F exp(-2πi f t) dt|`` in N/kHz, without a window, up to where it
-        has fallen to a hundredth of its peak. "contacts": the forces of all contacts over time, from the struck end at
-        the top to the structure at the bottom, as colours; each wave is an oblique line. "energy": where the energy of
-        all chains and structures is over time; the legend states by how much the sum changes. Work of a piston or a
-        force history is part of the sum. If the energy of a structure is unknown, the work done on it replaces its
-        energy.
+        Time in µs, force above the preload in N. A missing wave is named in the legend, with the reason.
 
     Raises
     ------
     ValueError
-        For a sweep, a sensor that the Dataset does not hold, parameters by which it has no derivatives, and a signal
-        where contacts or energies are drawn; for unequal steps of time and clipped samples (NaN) where a spectrum is.
+        For a sweep, a sensor that the Dataset does not hold, and parameters by which it has no derivatives.
 
     Examples
     --------
@@ -85,24 +75,12 @@ def traces(
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
-    >>> for show in ("force", "spectrum", "contacts", "energy"):
-    ...     print(hl.plots.traces(run, show=show).get_ylabel())
-    force above the preload (N)
-    amplitude of the force (N/kHz)
-    contact, 1 at the struck end
-    energy (µJ)
+    >>> axes = hl.plots.traces(run, sensors=8)
+    >>> print(axes.get_xlabel(), axes.get_ylabel(), sep="; ")
+    time (µs); force above the preload (N)
     """
-    one_of("show", show, ("force", "spectrum", *OF_ALL))
-    if spreads is not None and show != "force":
-        raise ValueError(f"spreads = {short(spreads)}: must be None for {show!r}; they belong to the force")
     reading = Reading(run)
-    if show in OF_ALL:
-        if sensors is not None:
-            raise ValueError(f"sensors = {short(sensors)}: must be None for {show!r}, which is of all contacts")
-        return OF_ALL[show](reading, ax)
     numbers = sensors_of(reading, sensors)
-    if show == "spectrum":
-        return _spectrum(reading, numbers[0], ax)
     forces = [_one_force(reading, number) for number in numbers]
     ax = axes_for(ax)
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
@@ -121,18 +99,46 @@ def traces(
     return ax
 
 
-def _contacts(reading: Reading, ax: "Axes | None") -> "Axes":
-    """Draw the forces of all contacts of a chain over time."""
-    from matplotlib.colors import PowerNorm
-    from matplotlib.ticker import MaxNLocator
+def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
+    """Draw the forces of all contacts of a chain over time: each wave is an oblique line.
 
+    Parameters
+    ----------
+    run : Dataset
+        One run of one chain.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, contacts from the struck end at the top to the structure at the bottom; a colour bar, N.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, a signal and a run of several chains.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> hl.plots.contact_map(run).get_ylabel()
+    'contact, 1 at the struck end'
+    """
+    reading = Reading(run)
     reading.dynamic_force()
     reading.check_one_chain("contact_force")
     reading.check_every_contact()
-    force = reading.data.contact_force.transpose("contact", "time").sel(contact=sorted(reading.kept))
+    force = run.contact_force.transpose("contact", "time").sel(contact=sorted(reading.kept))
     values, time = force.values, reading.time
     every = max(1, -(-time.size // MAP_COLUMNS))
     starts = np.arange(0, time.size, every)
+    from matplotlib.colors import PowerNorm
+    from matplotlib.ticker import MaxNLocator
+
     ax = axes_for(ax)
     mesh = ax.pcolormesh(
         1e6 * time[starts], force.contact.values, np.maximum.reduceat(values, starts, axis=1), cmap="magma_r",
@@ -148,19 +154,51 @@ def _contacts(reading: Reading, ax: "Axes | None") -> "Axes":
     return ax
 
 
-def _spectrum(reading: Reading, sensor: int, ax: "Axes | None") -> "Axes":
-    """Draw the amplitude spectrum of the force at a sensor."""
-    force = _one_force(reading, sensor)
+def spectrum(run: xr.Dataset, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw the amplitude spectrum of the force at a sensor.
+
+    Parameters
+    ----------
+    run : Dataset
+        One run, or a measured signal.
+    sensor : int, optional
+        A bead, 1 to N from the struck end; by default the middle bead of a run, the first of a signal.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Frequency in kHz, and ``|∫ F exp(-2πi f t) dt|`` in N/kHz, without a window. It ends where it has fallen to a
+        hundredth of its peak.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, a sensor that the Dataset does not hold, unequal steps of time, and clipped samples (NaN).
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> hl.plots.spectrum(run, sensor=8).get_xlabel()
+    'frequency (kHz)'
+    """
+    reading = Reading(run)
+    number = sensors_of(reading, sensor)[0]
+    force = _one_force(reading, number)
     time, values = force.time.values, force.values
     if time.size < 4 or not np.allclose(np.diff(time), (time[-1] - time[0]) / (time.size - 1), rtol=1e-3):
         raise ValueError("run: needs four times or more at equal steps for a spectrum")
     if not np.isfinite(values).all():
-        raise ValueError(f"run: sensor {sensor} has clipped samples (NaN); a spectrum needs all of them")
+        raise ValueError(f"run: sensor {number} has clipped samples (NaN); a spectrum needs all of them")
     step = float(time[-1] - time[0]) / (time.size - 1)
     count = FINER * time.size
     amplitude, frequency = step * np.abs(np.fft.rfft(values, count)), np.fft.rfftfreq(count, step)
     ax = axes_for(ax)
-    ax.plot(1e-3 * frequency, 1e3 * amplitude, color=COLOURS[0], linewidth=1.1, label=f"force at bead {sensor}")
+    ax.plot(1e-3 * frequency, 1e3 * amplitude, color=COLOURS[0], linewidth=1.1, label=f"force at bead {number}")
     loud = np.flatnonzero(amplitude > SPECTRUM_ENDS * amplitude.max(initial=0.0))
     ax.set_xlim(0.0, 1e-3 * frequency[loud[-1] if loud.size and loud[-1] else -1])
     ax.set_ylim(bottom=0.0)
@@ -169,10 +207,38 @@ def _spectrum(reading: Reading, sensor: int, ax: "Axes | None") -> "Axes":
     return ax
 
 
-def _energy(reading: Reading, ax: "Axes | None") -> "Axes":
-    """Draw the energies of a run over time, and their sum."""
-    run = reading.data
-    change, parts = energy_error(run), energies(run)
+def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
+    """Draw where the energy of a run is over time, and its sum.
+
+    Parameters
+    ----------
+    run : Dataset
+        One run with all its chains and structures, which are summed up.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, energies in mJ or another handy unit. The legend states by how much the sum changes. Work of a
+        piston or a force history is part of the sum. If the energy of a structure is unknown, the work done on it
+        replaces its energy.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, and a Dataset without energies.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> print(hl.plots.energy(run).get_ylabel())
+    energy (µJ)
+    """
+    change, parts, reading = energy_error(run), energies(run), Reading(run)
     reading.check_one_run("contact_force")
     complete, total = bool(run.structure_energy.notnull().all()), sum(parts.values())
     del parts["driven"]
@@ -188,10 +254,6 @@ def _energy(reading: Reading, ax: "Axes | None") -> "Axes":
     styled(ax, "time (µs)", f"energy ({unit})")
     legend_below(ax)
     return ax
-
-
-OF_ALL: dict[str, Callable[[Reading, "Axes | None"], "Axes"]] = {"contacts": _contacts, "energy": _energy}
-"""What draws all contacts of a run."""
 
 
 def _one_force(reading: Reading, sensor: int) -> xr.DataArray:

@@ -31,8 +31,8 @@ axes.minorticks_off()
 axes.legend(frameon=False)""",
     "edge_from_a_tap": "",
     "hidden_delamination": "hl.plots.traces(run, sensors=10)",
-    "layered_rod": "hl.plots.traces(hl.CoSimulation(chain, hl.rod(layers)).run(until=1.5e-3), show='contacts')",
-    "mixed_chain": "hl.plots.traces(run, show='contacts')",
+    "layered_rod": "hl.plots.contact_map(hl.CoSimulation(chain, hl.rod(layers)).run(until=1.5e-3))",
+    "mixed_chain": "hl.plots.contact_map(run)",
     "own_structure": "hl.plots.traces(run, sensors=7)",
     "plate_edge_law": "hl.plots.setup(hl.CoSimulation(chain, plate.at(0.03, 0.45)))",
     "plate_wave": """import matplotlib.pyplot as plt

@@ -38,7 +38,7 @@ def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
     if is_run and "kinetic_energy" in data:
         change = f"The energy changes by {float(energy_error(data)):.1g} of the impact energy."
         words = "Where the energy is over time. The sum must not change."
-        picture = drawn("energy", words, lambda ax: traces.traces(data, show="energy", ax=ax))
+        picture = drawn("energy", words, lambda ax: traces.energy(data, ax))
         return summary, [*sections, Section("Record and energy", [record, change], pictures=[picture])]
     return summary, [*sections, Section("Record", [record])]
 
@@ -52,13 +52,13 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
         return drawn("-".join([kind, *who.split()]), f"Of {who}: {words}" if who else words, draw)
 
     words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
-    pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax=ax))]
+    pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax))]
     if kind_of(data) == RUN and not Reading(data).at_sensors:
         words = "Force at each contact over time: waves run down the chain, and back from the structure."
-        pictures.append(shown("map", words, lambda ax: traces.traces(data, show="contacts", ax=ax)))
+        pictures.append(shown("map", words, lambda ax: traces.contact_map(data, ax)))
     words = f"Amplitude spectrum of the force at bead {numbers[0]}."
     with suppress(ValueError):  # of clipped samples, of which the table tells
-        pictures.append(shown("spectrum", words, lambda ax: traces.traces(data, numbers, "spectrum", ax)))
+        pictures.append(shown("spectrum", words, lambda ax: traces.spectrum(data, numbers[0], ax)))
     title = f"Waves of {who}" if who else "Waves"
     tables = [table(f"AR and TOF at the sensors{' of ' * bool(who)}{who}", head, rows)]
     if budgets := json.loads(data.attrs.get(UNCERTAINTY, "{}")):

@@ -101,7 +101,7 @@ def test_a_signal_shows_all_its_sensors_and_names_a_clipped_peak() -> None:
 
 
 def test_map_keeps_the_peaks_of_long_records() -> None:
-    ax = hl.plots.traces(run(), show="contacts")
+    ax = hl.plots.contact_map(run())
     mesh = ax.collections[0]
     shown = np.asarray(mesh.get_array())
     assert shown.shape[0] == run().sizes["contact"]
@@ -114,7 +114,7 @@ def test_map_keeps_the_peaks_of_long_records() -> None:
 def test_spectrum_of_a_gaussian_pulse_is_the_closed_form() -> None:
     time, width, peak = np.linspace(0.0, 1e-3, 4001), 2e-5, 40.0
     force = peak * np.exp(-0.5 * ((time - 4e-4) / width) ** 2)
-    ax = hl.plots.traces(hl.as_signal(time, {5: force}), show="spectrum")
+    ax = hl.plots.spectrum(hl.as_signal(time, {5: force}))
     frequency, amplitude = line(ax, "force at bead 5")
     exact = peak * width * np.sqrt(2.0 * np.pi) * np.exp(-2.0 * (np.pi * 1e3 * frequency * width) ** 2)
     np.testing.assert_allclose(amplitude, 1e3 * exact, atol=1e-8 * 1e3 * exact[0])
@@ -123,7 +123,7 @@ def test_spectrum_of_a_gaussian_pulse_is_the_closed_form() -> None:
 
 
 def test_energies_add_up_to_the_impact_energy() -> None:
-    ax = hl.plots.traces(run(), show="energy")
+    ax = hl.plots.energy(run())
     assert ax.get_ylabel() == "energy (µJ)"
     parts = [line(ax, one)[1] for one in ("motion", "contacts", "lost in the chain", "in the structure")]
     _, total = line(ax, "sum")
@@ -184,16 +184,16 @@ def test_labels_of_axes_are_words(name: str, attrs: dict[str, str], label: str) 
 
 def test_map_shows_weak_echoes() -> None:
     """A hundredth of the greatest force takes a tenth of the scale."""
-    assert hl.plots.traces(run(), show="contacts").collections[0].norm(
-        0.01 * float(run().contact_force.max())
-    ) == pytest.approx(0.1)
+    assert hl.plots.contact_map(run()).collections[0].norm(0.01 * float(run().contact_force.max())) == pytest.approx(
+        0.1
+    )
 
 
 def test_of_chains_of_different_lengths_each_map_has_its_contacts() -> None:
     """The shorter one is padded with NaN, which became the scale of its colours."""
     chains = [hl.Chain([BEAD] * count, BEAD, 0.3) for count in (6, 3)]
     both = hl.CoSimulation(chains, [WALL, hl.half_space(hl.PTFE)]).run(until=1e-4)
-    mesh = hl.plots.traces(both.isel(chain=1), show="contacts").collections[0]
+    mesh = hl.plots.contact_map(both.isel(chain=1)).collections[0]
     force = both.contact_force.isel(chain=1).values[:, :4]
     np.testing.assert_allclose(np.asarray(mesh.get_array()).max(axis=1), force.max(axis=0))
     assert mesh.norm.vmax == force.max() > 10.0
@@ -353,7 +353,7 @@ def test_correlations_are_written_in_the_matrix() -> None:
 
 def test_given_axes_are_used_and_keep_their_size() -> None:
     figure, ax = pyplot.subplots(figsize=(5.0, 3.0))
-    for draw, given in (("traces", run()), ("setup", run()), ("identified", found())):
+    for draw, given in (("traces", run()), ("setup", run()), ("energy", run()), ("identified", found())):
         assert getattr(hl.plots, draw)(given, ax=ax) is ax
     assert tuple(figure.get_size_inches()) == (5.0, 3.0)
 
@@ -364,15 +364,12 @@ BAD: list[tuple[str, Callable[[], Any], str]] = [
     ("no sensors", lambda: hl.plots.traces(run(), []), "sensors = "),
     ("text", lambda: hl.plots.traces(run(), "7"), "sensors = '7'"),
     ("trace of a sweep", lambda: hl.plots.traces(sweep(2e-5), 7), "modulus"),
-    ("no axes", lambda: hl.plots.traces(run(), show="energy", ax="here"), "ax = 'here'"),
-    ("unknown picture", lambda: hl.plots.traces(run(), show="map"), "show = 'map'"),
-    ("sensors of all", lambda: hl.plots.traces(run(), 7, "contacts"), "sensors = 7: must be None for 'contacts'"),
-    ("spread of a map", lambda: hl.plots.traces(run(), show="contacts", spreads={}), "spreads = {}: must be None"),
-    ("map of a signal", lambda: hl.plots.traces(signal(), show="contacts"), "signal"),
-    ("map of a sweep", lambda: hl.plots.traces(sweep(2e-5), show="contacts"), "modulus"),
-    ("energy of a signal", lambda: hl.plots.traces(signal(), show="energy"), "signal"),
-    ("energy of a sweep", lambda: hl.plots.traces(sweep(2e-5), show="energy"), "modulus"),
-    ("clipped", lambda: hl.plots.traces(signal().where(signal().time > 1e-5), show="spectrum"),
+    ("no axes", lambda: hl.plots.energy(run(), ax="here"), "ax = 'here'"),
+    ("map of a signal", lambda: hl.plots.contact_map(signal()), "signal"),
+    ("map of a sweep", lambda: hl.plots.contact_map(sweep(2e-5)), "modulus"),
+    ("energy of a signal", lambda: hl.plots.energy(signal()), "signal"),
+    ("energy of a sweep", lambda: hl.plots.energy(sweep(2e-5)), "modulus"),
+    ("clipped", lambda: hl.plots.spectrum(signal().where(signal().time > 1e-5)),
      "clipped"),
     ("one run swept", lambda: hl.plots.swept(run(), 7), "none; must have one or two"),
     ("which sensor", lambda: hl.plots.swept(sweep(2e-5)), "sensor = None"),

@@ -96,10 +96,10 @@ KEPT = "run: keeps sensors only, and holds no {}; run it by CoSimulation.run wit
     ("call", "message"),
     [
         (lambda: hl.energy_error(run(7)), KEPT.format("kinetic_energy and structure_work")),
-        (lambda: hl.plots.traces(run(7), show="energy"), KEPT.format("kinetic_energy and structure_work")),
+        (lambda: hl.plots.energy(run(7)), KEPT.format("kinetic_energy and structure_work")),
         (lambda: hl.contact_events(run(7)), KEPT.format("surface_displacement")),
         (lambda: hl.follow_waves(run(7, 14)), "run: keeps sensors only, and not the forces of all contacts;"),
-        (lambda: hl.plots.traces(run(7), None, "contacts"), "run: keeps sensors only, and not the forces of all"),
+        (lambda: hl.plots.contact_map(run(7)), "run: keeps sensors only, and not the forces of all contacts;"),
         (lambda: hl.contact_time(run(7)), "run: keeps contacts up to 8; give the last bead, 14, among its sensors"),
         (lambda: hl.amplitude_ratio(run(7), 3), "sensor = 3: was not kept; must be one of 7$"),
         (lambda: hl.amplitude_ratio(run(1, 2), 3), "sensor = 3: was not kept; must be one of 1, 2$"),
@@ -120,7 +120,7 @@ def test_what_sensors_do_not_hold_is_named(call: Callable[[], object], message: 
 
 @pytest.mark.parametrize(
     "picture",
-    [hl.plots.setup, hl.plots.traces, lambda one: hl.plots.traces(one, 7, "spectrum")],
+    [hl.plots.setup, hl.plots.traces, lambda one: hl.plots.spectrum(one, 7)],
 )
 def test_pictures_of_sensors(picture: Callable[[xr.Dataset], Any]) -> None:
     assert picture(run(7)) is not None
