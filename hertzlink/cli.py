@@ -21,7 +21,7 @@ from hertzlink.commands.explore_command import explore_case
 from hertzlink.commands.precice_command import precice_case
 from hertzlink.commands.signal_command import show_signal
 from hertzlink.commands.study_command import Studies, folder_options
-from hertzlink.output_folder import check_output, write_folder
+from hertzlink.output_folder import check_output, forget, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import QUICK, Written, read_study
@@ -120,8 +120,7 @@ def run_study(
     attributes = provenance(inputs | ({"own": dict(parameters)} if parameters else {}))
     data = with_warnings(found.data.assign_attrs(attributes), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
-    if isinstance(chosen, LongStudy):
-        chosen.forget(parts)
+    forget(parts)
     show(found.shown)
     written(folder)
 

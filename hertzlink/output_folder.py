@@ -88,3 +88,11 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
         write(temporary)
         lines = [f"{_sum_of(path)}  {path.name}\n" for path in sorted(temporary.iterdir())]
         (temporary / LISTING).write_text("".join(lines), encoding="utf-8")
+
+
+def forget(parts: Path) -> None:
+    """Remove the parts of a result that a store kept, and its folder if nothing else lies in it."""
+    for file in [*parts.glob("*.point"), *parts.glob(".*.lock")]:
+        file.unlink()
+    if parts.is_dir() and not any(parts.iterdir()):
+        parts.rmdir()

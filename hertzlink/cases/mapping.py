@@ -89,14 +89,6 @@ def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> xr.Dataset:
     )
 
 
-def forget(keep: Path) -> None:
-    """Remove the kept answers, and the folder if nothing else lies in it."""
-    for file in [*keep.glob("*.point"), *keep.glob(".*.lock")]:
-        file.unlink()
-    if keep.is_dir() and not any(keep.iterdir()):
-        keep.rmdir()
-
-
 def text_of(data: xr.Dataset) -> tuple[str, dict[str, str]]:
     """Return the text for the terminal, and files by name."""
     head, rows = rows_of(data)

@@ -226,7 +226,8 @@ def map_case(
     [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
     from which the same command continues; answers of points that did not fail stay there until all points have one.
     """
-    from hertzlink.cases.mapping import forget, grid_of, map_of, text_of
+    from hertzlink.cases.mapping import grid_of, map_of, text_of
+    from hertzlink.output_folder import forget
     from hertzlink.reports.of_maps import all_identified
 
     folder = output or Path(f"{Path(name).stem}-map")

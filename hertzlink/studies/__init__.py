@@ -70,10 +70,6 @@ class LongStudy(Study, Protocol):
         """Run as a Study. keep: a folder for the parts; a later run takes those that it finds there."""
         ...
 
-    def forget(self, folder: Path) -> None:
-        """Remove the kept parts."""
-        ...
-
     def summary(self, data: xr.Dataset) -> str:
         """Return what the terminal shows in place of the table."""
         ...

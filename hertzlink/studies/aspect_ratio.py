@@ -11,9 +11,9 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.on_plates import DIAMETERS, IMPACT_SPEED, THICKNESSES, OnPlate, theirs
+from hertzlink.studies.results import with_units
 from hertzlink.studies.table import Named, Row, Rows
 from hertzlink.studies.verdicts import printed
-from hertzlink.studies.waves import with_units
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.theory.impact import THESIS_IMPACT
 

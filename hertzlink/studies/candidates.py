@@ -14,7 +14,7 @@ import xarray as xr
 import hertzlink as hl
 from coupling.inference.numerical_error import TIGHTER, halved
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies import waves
+from hertzlink.studies.results import named, over
 from hertzlink.studies.struck_cylinders import BEADS, THESIS, UNTIL
 from particles.bead import STANDARD_GRAVITY
 from structures.fineness import finer
@@ -62,26 +62,19 @@ def changes() -> dict[str, dict[str, Any]]:
     }
 
 
-def on_ptfe(rods: Rods, seen: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def on_ptfe(rods: Rods) -> xr.Dataset:
     """Return AR, TOF and the last bead's motion on PTFE for each candidate, and where all steps and cells are halved.
 
-    rods: the layers of a material. seen: runs on rods by their names, of which the contact's duration is read.
+    rods: the layers of a material.
     """
     runs = {name: chain_on(**{"rods": rods} | change).run(UNTIL) for name, change in changes().items()}
     with finer(2, TIGHTER):
         fine = chain_on(rods)
     plan = fine.plan(UNTIL)
     runs[REFINED] = halved(fine, plan).run(UNTIL, plan.interval / 2.0)
-    found = xr.concat([struck.measure(run) for run in runs.values()], "candidate")
-    found = waves.named(found.assign_coords(candidate=list(runs)), "tried")
-    durations = [readings(run) for run in seen.values()]
-    found["tried_duration"] = (("wall", "reading"), [list(said.values()) for said in durations], {"units": "s"})
-    found["tried_displacement"] = xr.concat([displacements(run) for run in seen.values()], "wall").assign_attrs(
-        units="m"
-    )
+    data = named(over(lambda candidate: struck.measure(runs[candidate]), candidate=list(runs)), "tried")
     hard = chain_on(rods, material=hl.STEEL_440C, stiffness=STIFFER * THESIS.wall(hl.STEEL_440C)).run(UNTIL)
-    found["tried_on_steel"] = struck.measure(hard).largest_displacement
-    return found.assign_coords(wall=list(seen), reading=list(durations[0]))
+    return data.assign(tried_on_steel=struck.measure(hard).largest_displacement)
 
 
 def chain_on(
@@ -110,7 +103,7 @@ def at_higher_speed(bead: hl.Sphere, speed: float, until: float, interval: float
         return simulation.run(until, interval / finer)
 
     usual = run()
-    found = {
+    speeds = {
         BASE: hl.wave_speed(usual, *SENSORS),
         REFINED: hl.wave_speed(run(finer=2.0), *SENSORS),
         "gravity along the chain": hl.wave_speed(run(gravity=STANDARD_GRAVITY), *SENSORS),
@@ -119,7 +112,7 @@ def at_higher_speed(bead: hl.Sphere, speed: float, until: float, interval: float
         "arrivals at half of it": _speed_of_arrivals(usual, bead.size, 0.5),
         "beads 2 and 5": hl.wave_speed(usual, 2, 5),
     }
-    return xr.DataArray(list(found.values()), {"candidate": list(found)}, "candidate", attrs={"units": "m/s"})
+    return _by_name(speeds, "candidate", "m/s")
 
 
 def _speed_of_arrivals(run: xr.Dataset, size: float, level: float) -> float:
@@ -136,29 +129,36 @@ def _speed_of_arrivals(run: xr.Dataset, size: float, level: float) -> float:
 def displacements(run: xr.Dataset) -> xr.DataArray:
     """Return other readings of the last bead's displacement, m, by their names."""
     moved = run.displacement.sel(bead=BEADS)
-    found = {
+    readings = {
         "above the cylinder's surface": (moved - run.surface_displacement).max(),
         "less that at the end": moved.max() - moved[-1],
         f"at {DEEPEST * 1e6:g} µs": moved.sel(time=DEEPEST, method="nearest"),
         "of bead 19": run.displacement.sel(bead=BEADS - 1).max(),
     }
-    return xr.DataArray([float(value) for value in found.values()], {"place": list(found)}, "place")
+    return _by_name(readings, "place", "m")
 
 
-def readings(run: xr.Dataset) -> dict[str, float]:
+def durations(run: xr.Dataset) -> xr.DataArray:
     """Return how long the last bead touches the structure, s, by several readings; NaN for one that does not end."""
     time, moved = run.time.values, run.displacement.sel(bead=BEADS).values
     force, before = (run.contact_force.isel(contact=i).values for i in (-1, -2))
     force = force - float(run.static_force[-1])
-    found = {f"above {100 * level:g} % of the greatest force": _above(time, force, level) for level in (0.1, 0.5)}
-    found["displaced by more than 1 %"] = _above(time, moved, 0.01)
-    begin = float(time[(moved > 0.01 * moved.max()).argmax()])
-    deepest = int(moved.argmax())
+    begin, deepest = float(time[(moved > 0.01 * moved.max()).argmax()]), int(moved.argmax())
     hits = np.flatnonzero((before[deepest + 1 :] > 0.0) & (before[deepest:-1] <= 0.0)) + deepest + 1
-    ends = [float(time[i]) - begin for i in hits[:2]]
-    for name, end in zip(("first", "second"), [*ends, np.nan, np.nan], strict=False):
-        found[f"from then to the {name} collision"] = end
-    return found
+    first, second, *_ = [*(float(time[i]) - begin for i in hits), np.nan, np.nan]
+    readings = {
+        "above 10 % of the greatest force": _above(time, force, 0.1),
+        "above 50 % of the greatest force": _above(time, force, 0.5),
+        "displaced by more than 1 %": _above(time, moved, 0.01),
+        "from then to the first collision": first,
+        "from then to the second collision": second,
+    }
+    return _by_name(readings, "reading", "s")
+
+
+def _by_name(values: Mapping[str, Any], axis: str, unit: str) -> xr.DataArray:
+    """Return values along an axis of their names."""
+    return xr.DataArray([float(value) for value in values.values()], {axis: list(values)}, axis, attrs={"units": unit})
 
 
 def _above(time: Vector, values: Vector, level: float) -> float:

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, waves
+from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import Named, Row, Rows, span
 from plates.additions import Addition
 from structures.caution import collected
@@ -90,7 +91,7 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
     middles = list(zip(speeds, limits.amplitude_ratio.mean("limit").values.tolist(), strict=True))
     half = [np.nan] * len(speeds) if quick else [half_way(*of_speed) for of_speed in watched(middles)]
     data["half_way"] = ("impact_speed", half, {"units": "m", "long_name": "opening whose AR lies half-way"})
-    return waves.with_units(data.merge(waves.named(limits, "limit")), impact_speed="m/s", opening="m")
+    return with_units(data.merge(named(limits, "limit")), impact_speed="m/s", opening="m")
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:

@@ -12,6 +12,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
+from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import MEASURED, Row, Rows
 from particles.bead import STANDARD_GRAVITY
 from particles.solitary import CONTACT_TO_CENTRE_FORCE
@@ -90,7 +91,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     data = data.rename(curve="angle", striker="impact_speed")
     data = data.assign_coords(angle=list(ANGLES), impact_speed=list(speeds))
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    return waves.with_units(data.merge(waves.named(cases, "case")), angle="degree", impact_speed="m/s")
+    return with_units(data.merge(named(cases, "case")), angle="degree", impact_speed="m/s")
 
 
 def cylinder(angle: float) -> hl.Cylinder:

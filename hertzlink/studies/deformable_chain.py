@@ -5,6 +5,7 @@ explicitly, which is slow. A rigid wall ends the thesis's chain; waves are read 
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from time import process_time
 
 import joblib
@@ -13,8 +14,8 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import candidates, draw, waves
+from hertzlink.studies.results import named, over, scalars, with_units
 from hertzlink.studies.table import SIMULATED, Row, Rows
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
@@ -57,39 +58,28 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     every = 4 if quick else 1
     # Compile here, so that no time below includes it.
     hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
-    explicit = _explicit(SPACINGS[::every], jobs)
     spacings, modes = LAW_SPACINGS[::every], MODES_TRIED[::every]
-    by_law = _together([by_modes(size) for size in watched(spacings)], "law_spacing", spacings)
-    tried = _together([by_modes(spacings[-1], count) for count in watched(modes)], "modes", modes)
+    # The longest run starts first.
+    explicit = over(by_elements, jobs or joblib.cpu_count(), spacing=SPACINGS[::every][::-1])
+    explicit = explicit.sortby("spacing", ascending=False)
+    by_law = over(by_modes, law_spacing=spacings)
+    tried = over(partial(by_modes, spacings[-1]), modes=modes)
     points = timed(lambda: hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
-    outer = dict.fromkeys((explicit.sizes["spacing"] - 1, 0))
-    named = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in outer}
-    ends = [points, by_law.isel(law_spacing=-1, drop=True), *named.values()]
-    models = _together(ends, "model", [*MODELS, *named])
+    outer = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in (-1, 0)}
+    ends = [points, by_law.isel(law_spacing=-1, drop=True), *outer.values()]
+    models = xr.concat(ends, "model").assign_coords(model=[*MODELS, *outer])
     # The explicit chain counts the contacts' strain as vibration.
     models["vibration_share"] = models.vibration_share.sel(model="modes", drop=True)
     kept = ["peak_force", "wave_speed", "seconds", "cells"]
-    series = [waves.named(s[kept], name) for s, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
+    series = [named(s[kept], name) for s, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
     data = xr.merge([models, *series, shape(), over_speed(IMPACT_SPEEDS[::every])])
     data["tried_wave_speed"] = candidates.at_higher_speed(BEAD, SHAPE_SPEED, UNTIL, UNTIL / INTERVALS)
-    return waves.with_units(data, spacing="m", law_spacing="m", impact_speed="m/s", shape_time="s")
-
-
-def _explicit(spacings: Sequence[float], jobs: int | None) -> xr.Dataset:
-    """Return the explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
-    parallel = joblib.Parallel(jobs or -1, return_as="generator")
-    finished = parallel(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
-    return _together(list(watched(finished, len(spacings)))[::-1], "spacing", spacings)
+    return with_units(data, spacing="m", law_spacing="m", impact_speed="m/s", shape_time="s")
 
 
 def explicit_name(spacing: float) -> str:
     """Return the name of the model whose elements have this size, m, where beads touch."""
     return f"explicit, {spacing * 1e6:.3g} µm"
-
-
-def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float | str]) -> xr.Dataset:
-    """Return runs along an axis."""
-    return xr.concat(runs, axis).assign_coords({axis: list(values)})
 
 
 def by_elements(spacing: float) -> xr.Dataset:
@@ -125,23 +115,14 @@ def timed(computed: Callable[[], xr.Dataset]) -> xr.Dataset:
     share = (vibration / run.impact_energy).assign_attrs(units="1", long_name="vibration of a bead over the impact")
     mean = hl.sensor_force(run, SENSORS[0])
     section = run.section_force.sel(bead=SENSORS[0]) if "section_force" in run else mean
-    values = {
-        "seconds": (seconds, "s", "time of the processor"),
-        "inertia": (inertia(run), "1", "kinetic over potential energy of the deformation, at most"),
-        "section_apart": (
-            float(abs(section - mean).max() / mean.max()),
-            "1",
-            "difference of the section's force from the contacts' mean, bead 10",
-        ),
-        "cells": (run.attrs.get("cells", 0), "1", "explicit elements in all beads"),
-    }
-    data = measure(run).assign(contact_force=run.contact_force, vibration_share=share).assign(_scalars(values))
+    apart = float(abs(section - mean).max() / mean.max())
+    data = measure(run).assign(contact_force=run.contact_force, vibration_share=share).assign(scalars(
+        seconds=(seconds, "s", "time of the processor"),
+        inertia=(inertia(run), "1", "kinetic over potential energy of the deformation, at most"),
+        section_apart=(apart, "1", "difference of the section's force from the contacts' mean, bead 10"),
+        cells=(run.attrs.get("cells", 0), "1", "explicit elements in all beads"),
+    ))  # fmt: skip
     return data.drop_vars(["impact_energy", "static_force", "centre"], errors="ignore")
-
-
-def _scalars(values: dict[str, tuple[float, str, str]]) -> dict[str, xr.DataArray]:
-    """Return variables from value, units and long name."""
-    return {n: xr.DataArray(value, attrs={"units": u, "long_name": said}) for n, (value, u, said) in values.items()}
 
 
 def inertia(run: xr.Dataset) -> float:
@@ -171,40 +152,40 @@ def measure(run: xr.Dataset) -> xr.Dataset:
     fit = Polynomial.fit(time[near], last[near], 4)
     peak = float(fit(np.linspace(float(fit.domain[0]), float(fit.domain[1]), 1001)).max())
     speed = (CONTACTS[1] - CONTACTS[0]) * BEAD.size / (second - first)
-    values = {
-        "peak_force": (peak, "N", "peak force between beads 15 and 16"),
-        "wave_speed": (speed, "m/s", "wave speed between contacts 10 and 16"),
-        "energy_error": (hl.energy_error(run), "1", "energy error"),
-    }
-    return xr.Dataset(_scalars(values))
+    return scalars(
+        peak_force=(peak, "N", "peak force between beads 15 and 16"),
+        wave_speed=(speed, "m/s", "wave speed between contacts 10 and 16"),
+        energy_error=(float(hl.energy_error(run)), "1", "energy error"),
+    )
 
 
 def shape() -> xr.Dataset:
     """Return section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
-    runs = [hl.CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS]
-    measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
-    data = waves.named(xr.concat(measured, "beads"), "shape")
-    sensed = [xr.concat([hl.sensor_force(run, sensor) for sensor in SENSORS], "sensor") for run in runs]
-    data["sensor_force"] = xr.concat(sensed, "beads").assign_attrs(units="N", long_name="mean of a bead's contacts")
-    data["section_force"] = runs[1].section_force.sel(bead=list(SENSORS)).rename(bead="sensor").reset_coords(drop=True)
-    return data.assign_coords(beads=list(MODELS), sensor=list(SENSORS)).rename(time="shape_time")
+
+    def struck(beads: str) -> xr.Dataset:
+        run = hl.CoSimulation(chain(beads, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS)
+        data = named(measure(run.sel(time=slice(None, UNTIL))), "shape")
+        data["sensor_force"] = waves.sensor_forces(run, SENSORS)
+        if "section_force" in run:
+            data["section_force"] = run.section_force.sel(bead=list(SENSORS)).rename(bead="sensor")
+        return data.reset_coords(drop=True).rename(time="shape_time")
+
+    data = over(struck, beads=MODELS)
+    return data.assign(section_force=data.section_force.sel(beads="modes", drop=True))
 
 
 def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
     """Return figure 3.5: peak force and wave speed of both models over the striker speed, m/s, and by equation 1.10."""
 
-    def measured(model: str, speed: float) -> xr.Dataset:
-        until = UNTIL * (MESH_SPEED / speed) ** 0.2  # times in a Hertzian chain go as the striker speed to the −1/5
-        return measure(hl.CoSimulation(chain(model, speed), None).run(until, until / INTERVALS))
+    def measured(beads: str, impact_speed: float) -> xr.Dataset:
+        # Times in a Hertzian chain go as the striker speed to the −1/5.
+        until = UNTIL * (MESH_SPEED / impact_speed) ** 0.2
+        return measure(hl.CoSimulation(chain(beads, impact_speed), None).run(until, until / INTERVALS))
 
-    models = [
-        _together([measured(model, speed) for speed in impact_speeds], "impact_speed", impact_speeds)
-        for model in MODELS
-    ]
-    data = _together(models, "beads", MODELS).drop_vars("energy_error")
+    data = over(measured, beads=MODELS, impact_speed=impact_speeds).drop_vars("energy_error")
     label = {"units": "m/s", "long_name": "wave speed, equation 1.10"}
     data["theory"] = (data.peak_force.dims, by_force(data.peak_force.values), label)
-    return waves.named(data, "speed")
+    return named(data, "speed")
 
 
 def by_force(force: Vector) -> Vector:
@@ -362,13 +343,11 @@ def _figure_of_section(
 
 
 def _figure_of_sensors(data: xr.Dataset) -> draw.Figure:
-    labels = draw.Look(titles=NAMES, xlabel="time (µs)", ylabels=["mean of the contacts (N)"])
-    figure, axes = draw.panels(2, width=3.4, **labels)
-    for axis, model in zip(axes, MODELS, strict=True):
-        for sensor, style in zip(data.sensor.values, ("-", "--"), strict=True):
-            force = data.sensor_force.sel(beads=model, sensor=sensor)
-            axis.plot(data.shape_time * 1e6, force, style, label=f"bead {sensor}")
-    draw.legend_above(figure, axes[0], 2)
+    labels = draw.Look(xlabel="time (µs)", ylabels=["mean of the contacts (N)"])
+    figure, panels = draw.each(data, "beads", dict(zip(MODELS, NAMES, strict=True)).__getitem__, **labels)
+    for axis, model in panels:
+        draw.lines(axis, model.sensor_force, "shape_time", "sensor", "bead {}", 1e6, ("-", "--"))
+    draw.legend_above(figure, panels[0][0], 2)
     return figure
 
 
@@ -393,18 +372,18 @@ def _figure_of_speeds(data: xr.Dataset) -> draw.Figure:
 def _figure_of_contacts(data: xr.Dataset) -> draw.Figure:
     """Return the forces of all contacts, one of them marked; a quick study has one mesh."""
     marked = CONTACTS[1]
+    label = f"contact {marked}, between beads {marked - 1} and {marked}"
     shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
     shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
     labels = draw.Look(xlabel="time (µs)", ylabels=["contact force (N)"])
     figure, axes = draw.panels(len(shown), width=2.9, titles=shown.values(), **labels)
+    time, look = data.time * 1e6, draw.Look(linestyle="-", marker="")
     for axis, model in zip(axes, shown, strict=True):
-        for contact in data.contact.values:
-            force = data.contact_force.sel(model=model, contact=contact)
-            colour, width = (draw.COLOURS[1], 1.2) if contact == marked else (draw.COLOURS[0], 0.6)
-            axis.plot(data.time * 1e6, force, "-", color=colour, linewidth=width)
-        axis.set_xlim(0.0, float(data.time[-1]) * 1e6)
+        forces = data.contact_force.sel(model=model).transpose("time", "contact")
+        axis.plot(time, forces, color=draw.COLOURS[0], linewidth=0.6, **look)
+        axis.plot(time, forces.sel(contact=marked), color=draw.COLOURS[1], linewidth=1.2, label=label, **look)
+        axis.set_xlim(0.0, float(time[-1]))
     axes[0].lines[0].set_label("each contact")
-    axes[0].lines[marked - 1].set_label(f"contact {marked}, between beads {marked - 1} and {marked}")
     draw.legend_above(figure, axes[0], 2)
     return figure
 

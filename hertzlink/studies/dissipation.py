@@ -14,6 +14,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, SPEED
+from hertzlink.studies.results import with_units
 from hertzlink.studies.table import Named, Row, Rows
 from particles.moving import STEPS_PER_CONTACT
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
@@ -121,7 +122,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
     parts = [table_4_1(step, jobs), over_corners(step, jobs), over_speeds(speeds, step, jobs), *asides(jobs)]
     data = xr.merge(parts, join="outer", combine_attrs="override")
-    return waves.with_units(data, shown_speed="m/s", striker_speed="m/s", dashpot="N s/m")
+    return with_units(data, shown_speed="m/s", striker_speed="m/s", dashpot="N s/m")
 
 
 def simulation(
@@ -227,10 +228,9 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
 
 def with_history(run: xr.Dataset) -> xr.Dataset:
     """Return the peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
-    force = xr.concat([hl.sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
     contacts = run.contact_force.max("time").reset_coords(drop=True)
     return peaks(run).assign(
-        force=force.assign_coords(shown=list(SHOWN_SENSORS)).assign_attrs(units="N", long_name="force at the sensor"),
+        force=waves.sensor_forces(run, SHOWN_SENSORS).rename(sensor="shown"),
         contact_peak=contacts.assign_attrs(units="N", long_name="greatest force between bead n - 1 and bead n"),
     )
 

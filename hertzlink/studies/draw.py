@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
+from itertools import cycle, repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,6 +68,21 @@ def each(
     values = data[name].values
     figure, axes = panels(len(values), titles=map(title, values), **how)
     return figure, [(axis, data.sel({name: value})) for axis, value in zip(axes, values, strict=True)]
+
+
+def lines(
+    axis: Axes, values: xr.DataArray, over: str, by: str, label: str | Callable[[Any], str] = "{}",
+    factor: float = 1.0, styles: Iterable[str] = (), **look: Any,
+) -> None:  # fmt: skip
+    """Draw a variable over one of its coordinates, a line for each value of another one.
+
+    label: of a line, with the place of the value or as a function of it. factor: of the coordinate, such as 1e6 for µs.
+    styles: of the lines, in turn; look: of all.
+    """
+    name = label.format if isinstance(label, str) else label
+    formats = cycle(styles) if styles else repeat("")
+    for value, style in zip(values[by].values, formats, strict=False):
+        axis.plot(factor * values[over], values.sel({by: value}), style, label=name(value), **look)
 
 
 def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
@@ -321,8 +337,7 @@ def displacements(axis: Axes, displacement: xr.DataArray, thick: int) -> None:
 
 def histories(axis: Axes, force: xr.DataArray) -> None:
     """Draw force (N) over time (µs) at each sensor."""
-    for sensor in force.sensor.values:
-        axis.plot(force.time * 1e6, force.sel(sensor=sensor), "-", label=f"at bead {sensor}")
+    lines(axis, force, "time", "sensor", "at bead {}", 1e6, "-")
     axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
 
 

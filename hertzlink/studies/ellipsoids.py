@@ -11,6 +11,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, FORCE, WrongValue
+from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import SIMILAR, Row, Rows
 from particles.bead import STANDARD_GRAVITY
 
@@ -78,8 +79,8 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
         run = run[["wave_speed", "peak_force", "width", "theory"]].rename(curve=name, striker="aimed_force")
         each.append(run.assign_coords({name: list(curves), "aimed_force": list(forces)}))
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    data = each[0].merge(waves.named(each[1], "size")).merge(waves.named(cases, "case"))
-    return waves.with_units(data, aimed_force="N", diameter="m")
+    data = each[0].merge(named(each[1], "size")).merge(named(cases, "case"))
+    return with_units(data, aimed_force="N", diameter="m")
 
 
 def struck_by_its_like(label: str, bead: hl.Bead, forces: tuple[float, ...]) -> waves.Curve:

@@ -10,6 +10,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import conditions, draw, waves
 from hertzlink.studies.conditions import BEAD, FORCE
+from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import SIMILAR, SIMULATED, Row, Rows
 from particles.bead import STANDARD_GRAVITY
 
@@ -81,7 +82,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     label = {"units": "N", "long_name": "contact law of hertzlink"}
     data["force"] = (("ratio", "approach"), [THESIS.law(ratio).force(APPROACHES) for ratio in TABLE_5_1], label)
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
-    return waves.with_units(data.merge(waves.named(cases, "case")), ratio="1", aimed_force="N")
+    return with_units(data.merge(named(cases, "case")), ratio="1", aimed_force="N")
 
 
 def case_of_the_thesis(case: str) -> hl.CoSimulation:

@@ -12,12 +12,11 @@ import joblib
 import numpy as np
 import xarray as xr
 
-from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
 from hertzlink.studies.identifiable_cases import BLIND, CHECKED, DISTANCES, FEATURES, Conditions
+from hertzlink.studies.results import over, with_units
 from hertzlink.studies.table import Named, Row, Rows
-from hertzlink.studies.waves import with_units
 from structures.checks import whole
 from structures.structure import Vector
 
@@ -52,29 +51,23 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     """
     distances, thicknesses = (QUICK_DISTANCES, QUICK_THICKNESSES) if quick else (DISTANCES, THICKNESSES)
     near, bonds = (QUICK_NEAR, (QUICK_UPPERS, QUICK_BONDS)) if quick else (NEAR, (UPPER_THICKNESSES, BOND_STIFFNESSES))
-    count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    parallel = joblib.Parallel(1 if quick and jobs is None else count, return_as="generator")
+    jobs = 1 if quick and jobs is None else joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     of = Conditions.of(parameters)
     if of.own:
-        data = edges(parallel, of.few("distance", distances), of.thickness, of.bead, of)
+        data = edges(jobs, of.few("distance", distances), of.thickness, of.bead, of)
         return of.marked(data.drop_vars(["edge_error_of_steps", "step"]))
-    data = edges(parallel, distances, thicknesses)
-    return data.merge(near_edge(parallel, near)).merge(bonded(parallel, *bonds))
+    data = edges(jobs, distances, thicknesses)
+    return data.merge(near_edge(jobs, near)).merge(bonded(jobs, *bonds))
 
 
-def _over(parallel: joblib.Parallel, computed: Callable[..., xr.Dataset], **axes: Sequence[float | str]) -> xr.Dataset:
-    """Return what is computed at each combination of the values of some axes."""
-    grid = list(product(*axes.values()))
-    parts = list(watched(parallel(joblib.delayed(computed)(*case) for case in grid), len(grid)))
-    for name, values in reversed(axes.items()):
-        rows = [parts[i : i + len(values)] for i in range(0, len(parts), len(values))]
-        parts = [xr.concat(row, name).assign_coords({name: list(values)}) for row in rows]
-    units = {name: unit for name, unit in cases.UNITS.items() if name in parts[0].coords}
-    return with_units(parts[0], **units)
+def _over(jobs: int, compute: Callable[..., xr.Dataset], **axes: Sequence[float | str]) -> xr.Dataset:
+    """Return what is computed over some axes, which get their units."""
+    data = over(compute, jobs, **axes)
+    return with_units(data, **{name: unit for name, unit in cases.UNITS.items() if name in data.coords})
 
 
 def edges(
-    parallel: joblib.Parallel, distances: Sequence[float], thicknesses: Sequence[float],
+    jobs: int, distances: Sequence[float], thicknesses: Sequence[float],
     diameters: Sequence[float] = DIAMETERS, of: Conditions = cases.THESIS,
 ) -> xr.Dataset:  # fmt: skip
     """Return the half-widths over the distance, the thickness, the beads and what is measured."""
@@ -84,23 +77,23 @@ def edges(
         steps = cases.STEPS if distance in tested else cases.STEPS[:1]
         return cases.edge_errors(diameter, distance, thickness, steps, of)
 
-    widths = _over(parallel, errors, diameter=diameters, distance=distances, thickness=thicknesses).half_width
+    widths = _over(jobs, errors, diameter=diameters, distance=distances, thickness=thicknesses).half_width
     return xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
 
 
-def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Dataset:
+def near_edge(jobs: int, distances: Sequence[float]) -> xr.Dataset:
     """Return combinations of distance, thickness and modulus, the best first, where the contact is known or is not."""
 
     def combinations(contact: str, distance: float) -> xr.Dataset:
         return cases.combinations_near_edge(MAIN_DIAMETER, distance, MAIN_THICKNESS, contact)
 
-    return _over(parallel, combinations, contact=(cases.KNOWN, cases.OF_PLATE), near=distances)
+    return _over(jobs, combinations, contact=(cases.KNOWN, cases.OF_PLATE), near=distances)
 
 
-def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
+def bonded(jobs: int, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
     """Return the half-widths of the bond and the upper layer."""
     axes = Named(upper=list(cases.UPPERS), upper_thickness=uppers, bond_stiffness=stiffnesses)
-    return _over(parallel, cases.bond_errors, **axes)
+    return _over(jobs, cases.bond_errors, **axes)
 
 
 def table(data: xr.Dataset) -> list[Row]:

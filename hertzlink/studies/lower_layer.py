@@ -1,7 +1,6 @@
 """Thesis section 6.1.4: PTFE below a thin steel cylinder. A thicker PTFE layer delays the secondary wave."""
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.table import MEASURED, Row, Rows
-from hertzlink.studies.upper_layer import THESIS, TwoLayers, theory_lines
+from hertzlink.studies.upper_layer import OF_FREE_MASS, THESIS, TwoLayers, layers_figures
 from structures.structure import Vector
 
 row = Rows("lower_layer")
@@ -29,25 +28,28 @@ class Conditions(TwoLayers):
     upper: Annotated[float, LENGTH, "Thickness of the upper layer"] = UPPER
     lower: Annotated[tuple[float, ...], LENGTH, "Thickness of the lower layer"] = LOWERS
 
-    def longest(self) -> list[hl.Layer]:
-        """Return the cylinder with the thickest lower layer."""
-        return self.layers(self.upper, max(self.lower))
+    swept = "lower"
+
+    def stack(self, length: float) -> list[hl.Layer]:
+        """Return the cylinder with this thickness of the lower layer, m."""
+        return self.layers(self.upper, length)
+
+    def expected(self, lengths: Vector) -> xr.Dataset:
+        """Return theory over the thickness of the lower layer, m."""
+        return self.theory(np.full(len(lengths), self.upper), lengths)
 
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
-    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
-    lowers = sorted(set(of.few("lower", [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS)))
-    solid_lowers = struck.chosen(lowers) if of.own else SOLID_LOWERS[::3] if quick else SOLID_LOWERS
-    return of.marked(struck.over_lengths(partial(of.layers, of.upper), lowers, solid_lowers, jobs, of))
+    few = sorted({*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]}), SOLID_LOWERS[::3]
+    return struck.over_lengths(Conditions.of(parameters), quick, jobs, *(few if quick else (LOWERS, SOLID_LOWERS)))
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 6.1.4, compared with ours, and the secondary wave's delay, with theory."""
     of = Conditions.read(data)
     if of.own:
-        sizes = np.full(data.sizes["solid_length"], of.upper)
-        return of.own_rows(data, "lower layer", of.theory(sizes, data.solid_length.values))
+        return struck.own_rows(data, of, "lower layer", OF_FREE_MASS)
     middle, primary = data.sel(dashpot=struck.DASHPOT), data.sel(wave="primary")
     ratios, flights = middle.amplitude_ratio.sel(wave="primary"), middle.time_of_flight.sel(wave="primary") * 1e6
     thick = ratios.where(data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9))
@@ -80,9 +82,4 @@ def _delay(data: xr.Dataset, length: float) -> Row:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force map (6.12)."""
     of = Conditions.read(data)
-
-    def lines(axis: draw.Axes, name: str, wave: str, lengths: Vector) -> None:
-        theory_lines(axis, name, wave, lengths, of.theory(np.full(lengths.size, of.upper), lengths))
-
-    name = of.lower_material.name if of.own else "PTFE"
-    return struck.layers_figures(data, f"thickness of the {name} layer (mm)", lines)
+    return layers_figures(data, of, of.lower_material.name if of.own else "PTFE")

@@ -12,8 +12,9 @@ import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, plate_edges
 from hertzlink.studies.on_plates import BEADS, DIAMETERS, SENSOR, SIDE, THICKNESSES, UNTIL, OnPlate, theirs
+from hertzlink.studies.results import with_units
 from hertzlink.studies.table import WORDS, Named, Row, Rows, bracketed
-from hertzlink.studies.waves import contact_time, with_units
+from hertzlink.studies.waves import contact_time
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.reduced import Range, covers
 from plates.section import point_rigidity

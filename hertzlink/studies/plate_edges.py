@@ -9,8 +9,8 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
+from hertzlink.studies.results import with_units
 from hertzlink.studies.table import Named, Row, Rows
-from hertzlink.studies.waves import with_units
 
 row = Rows("plate_edges")
 # The support of the edge at the distance, besides clamped; at the corner a clamped and a free edge have this distance.

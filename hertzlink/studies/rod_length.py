@@ -1,6 +1,5 @@
 """Thesis section 6.1.2: clamped steel cylinders of 6 to 610 mm return the same wave, except for a few percent."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.table import MEASURED, Row, Rows
+from structures.structure import Vector
 
 row = Rows("rod_length")
 RADIUS = 9.53e-3
@@ -20,20 +20,23 @@ SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3
 
 
 @dataclass(frozen=True)
-class Conditions(struck.Striking):
+class Conditions(struck.OverLength):
     """Parameters that can be changed."""
 
     material: Annotated[hl.Material, "Material of the cylinder"] = hl.STEEL_440C
     radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
     length: Annotated[tuple[float, ...], LENGTH, "Length of the cylinder"] = LENGTHS
 
-    def layers(self, length: float) -> list[hl.Layer]:
+    swept = "length"
+
+    def stack(self, length: float) -> list[hl.Layer]:
         """Return the cylinder."""
         return [hl.Layer(self.material, length, self.radius)]
 
-    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
-        """Return the longest cylinder."""
-        return [self.layers(max(self.length))]
+    def expected(self, lengths: Vector) -> xr.Dataset:
+        """Return TOF, s, by equation 6.20, without losses and preload; it is the same for all lengths."""
+        flight = float(self.time_of_flight(self.wall(self.material)))
+        return xr.Dataset({"time_of_flight": ("length", np.full(len(lengths), flight))})
 
     def theory_length(self) -> float:
         """Return the characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
@@ -42,24 +45,17 @@ class Conditions(struck.Striking):
 
 def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
-    of = Conditions.of(parameters)
-    few = [SOLID_LENGTHS[0], 101.6e-3, SOLID_LENGTHS[-1]]
-    lengths = of.few("length", LENGTHS[::4] if quick else LENGTHS)
-    solid_lengths = struck.chosen(lengths) if lengths == of.length != LENGTHS else few if quick else SOLID_LENGTHS
-    # Starting processes would take longer than the quick runs.
-    return of.marked(struck.over_lengths(of.layers, lengths, solid_lengths, 1 if quick and jobs is None else jobs, of))
+    few = LENGTHS[::4], (SOLID_LENGTHS[0], 101.6e-3, SOLID_LENGTHS[-1])
+    return struck.over_lengths(Conditions.of(parameters), quick, jobs, *(few if quick else (LENGTHS, SOLID_LENGTHS)))
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
     of = Conditions.read(data)
-    if not of.own:
-        return [*_amplitudes(data), *_flights(data), *_others(data)]
-
-    def theory(length: float) -> tuple[float, float | str, str]:
-        return float(of.time_of_flight(of.wall(of.material))), "", "equation 6.20, without losses and preload"
-
-    return [*struck.own_rows(data, "rod of", theory), row("own characteristic length", of.theory_length() * 1e3)]
+    if of.own:
+        length = row("own characteristic length", of.theory_length() * 1e3)
+        return [*struck.own_rows(data, of, "rod of", "theory: equation 6.20, without losses and preload; "), length]
+    return [*_amplitudes(data), *_flights(data), *_others(data)]
 
 
 def _amplitudes(data: xr.Dataset) -> list[Row]:

@@ -10,6 +10,7 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import candidates, conditions, draw, waves
 from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies.results import named, over, scalars, with_units
 from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
 from hertzlink.studies.table import Row, Rows
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
@@ -84,10 +85,9 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     data = hl.sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
     rods = hl.sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)
     solids = hl.sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)
-    for kind, measures in (("material", rods), ("solid", solids)):
-        data = data.assign(waves.named(measures, kind).data_vars)
+    data = data.assign(named(rods, "material").data_vars).assign(named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
-    waves.with_units(data, youngs_modulus="Pa", dashpot="N s/m")
+    with_units(data, youngs_modulus="Pa", dashpot="N s/m")
     return of.marked(data.merge(walls(of), combine_attrs="override"))
 
 
@@ -95,34 +95,26 @@ def walls(of: Conditions) -> xr.Dataset:
     """Return the motion of beads on the stiffest and the softest rod, the force at the sensors, and the energies."""
     shown = of.walls()
 
-    def against(wall: str, dashpot: float | None = None) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(dashpot), of.slender(of.layers(shown[wall])))
-
-    runs = hl.sweep(against, of.until, 1, wall=list(shown))
-    each = [runs.sel(wall=name) for name in shown]
-    seen = [hl.reflections(struck.high_pass(run, TIME_CONSTANT), SENSOR).primary for run in each]
-    filtered = [wave.amplitude_ratio if wave else np.nan for wave in seen]
-    stored = xr.concat([_wall_energy(run, of.wall(m)) for run, m in zip(each, shown.values(), strict=True)], "wall")
-    energy = runs.kinetic_energy + runs.contact_energy + runs.structure_energy
-    last = {"units": "N", "long_name": "force between the last two beads"}
-    share = {"units": "1", "long_name": "energy of the last contact / energy left"}
-    behind = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
-    data = xr.Dataset(
-        {
-            "wall_displacement": runs.displacement,
-            "wall_last_force": runs.contact_force.sel(contact=BEADS, drop=True).assign_attrs(last),
-            "wall_sensor_force": xr.concat([struck.with_forces(run).sensor_force for run in each], "wall"),
-            "wall_energy_share": (stored / energy).isel(time=stored.argmax("time")).assign_attrs(share),
-            "wall_speed_ratio": ("wall", [_speed_ratio(run) for run in each], {"units": "1"}),
-            "wall_filtered_ratio": ("wall", filtered, behind),
-        }
-    )
-    if not of.own:
-        data = data.assign_coords(wall=list(shown)).merge(
-            candidates.on_ptfe(of.layers, dict(zip(shown, each, strict=True)))
+    def against(wall: str) -> xr.Dataset:
+        run = hl.CoSimulation(of.chain(), of.slender(of.layers(shown[wall]))).run(of.until)
+        behind = hl.reflections(struck.high_pass(run, TIME_CONSTANT), SENSOR).primary
+        stored = _wall_energy(run, of.wall(shown[wall]))
+        share = stored / (run.kinetic_energy + run.contact_energy + run.structure_energy)
+        last = run.contact_force.sel(contact=BEADS, drop=True).assign_attrs(
+            long_name="force between the last two beads"
         )
-    data = data.drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
-    return data.assign_coords(wall=list(shown))
+        data = scalars(
+            energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
+            speed_ratio=(_speed_ratio(run), "1", "speed of the primary wave / that of the incident one"),
+            filtered_ratio=(behind.amplitude_ratio if behind else np.nan, "1", "AR behind the sensor's high-pass"),
+        )
+        if not of.own:
+            data = data.assign(durations=candidates.durations(run), displacements=candidates.displacements(run))
+        force = waves.sensor_forces(run, struck.SENSORS)
+        return data.assign(displacement=run.displacement, sensor_force=force, last_force=last).reset_coords(drop=True)
+
+    data = named(over(against, wall=list(shown)), "wall")
+    return data if of.own else data.merge(candidates.on_ptfe(of.layers))
 
 
 def _wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
@@ -237,7 +229,7 @@ def _timed(data: xr.Dataset, theory: list[float]) -> Iterable[Row]:
 
 def _contacts(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
-    tried = f"{candidates.spoken(data.tried_duration)}. {candidates.listed(data.tried_contact_time, 1e6)}"
+    tried = f"{candidates.spoken(data.wall_durations)}. {candidates.listed(data.tried_contact_time, 1e6)}"
     durations = []
     for wall in WALLS:
         moved = data.wall_displacement.sel(wall=wall, bead=BEADS).values
@@ -248,7 +240,7 @@ def _contacts(data: xr.Dataset) -> Iterable[Row]:
 
 def _displaced(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's displacement, with equation 6.6 and what the candidates do on PTFE."""
-    said = candidates.spoken(data.tried_displacement, ".1f")
+    said = candidates.spoken(data.wall_displacements, ".1f")
     tried = f"{said}. {candidates.listed(data.tried_largest_displacement, 1e6, '.1f')}"
     energy = 0.5 * THESIS.sphere.mass * (PARTICLE_TO_STRIKER_SPEED * THESIS.speed) ** 2
     deepest = [1e6 * (2.5 * energy / THESIS.wall(wall)) ** 0.4 for wall in WALLS.values()]
@@ -343,8 +335,9 @@ def _over_modulus(data: xr.Dataset) -> draw.Figure:
 
 
 def _histories(data: xr.Dataset) -> draw.Figure:
-    labels = draw.Look(width=3.9, height=3.0, ylabels=["force above the preload (N)"])
-    figure, panels = draw.each(data, "wall", "against {}".format, **labels)
+    figure, panels = draw.each(
+        data, "wall", "against {}".format, width=3.9, height=3.0, ylabels=["force above the preload (N)"]
+    )
     for axis, wall in panels:
         draw.histories(axis, wall.wall_sensor_force)
     panels[0][0].legend()

@@ -1,10 +1,10 @@
 """The studies of section 6.1: parameters of the vertical chain, the cylinders that it strikes, and what a run gives."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -13,6 +13,7 @@ import hertzlink as hl
 from coupling.inference.prediction import high_passed
 from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
+from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import Row, Rows
 from hertzlink.studies.verdicts import NOT_GIVEN
 from particles.bead import STANDARD_GRAVITY
@@ -130,6 +131,25 @@ class Striking(Conditions):
         return hl.reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)
 
 
+@dataclass(frozen=True)
+class OverLength(Striking):
+    """Parameters of a study over a length of the cylinder: that of the parameter `swept`."""
+
+    swept: ClassVar[str]
+
+    def stack(self, length: float) -> list[hl.Layer]:
+        """Return the cylinder, with this length, m."""
+        raise NotImplementedError
+
+    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
+        """Return the longest cylinder."""
+        return [self.stack(max(getattr(self, self.swept)))]
+
+    def expected(self, lengths: Vector) -> xr.Dataset:
+        """Return what theory says over the lengths, m: at least TOF."""
+        raise NotImplementedError
+
+
 THESIS = Striking()
 DASHPOT = THESIS.middle
 
@@ -163,38 +183,38 @@ def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF, and the force at both sensors over time."""
-    force = xr.concat([hl.sensor_force(run, sensor) for sensor in SENSORS], "sensor")
-    force = force.assign_attrs(units="N", long_name="force at the sensor, above the preload")
-    measures = measure(run)[["amplitude_ratio", "time_of_flight"]].assign_coords(sensor=list(SENSORS))
-    return measures.assign(sensor_force=force)
+    measures = measure(run)[["amplitude_ratio", "time_of_flight"]]
+    return measures.assign(sensor_force=waves.sensor_forces(run, SENSORS))
 
 
 def over_lengths(
-    layers: Callable[[float], list[hl.Layer]], lengths: Iterable[float], solid_lengths: Iterable[float],
-    jobs: int | None, of: Striking,
-) -> xr.Dataset:  # fmt: skip
+    of: OverLength, quick: bool, jobs: int | None, lengths: Sequence[float], solid_lengths: Sequence[float]
+) -> xr.Dataset:
     """Return AR and TOF over a length (m): rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
-    The force at the sensors is that of the rods, for the middle dashpot.
+    The force at the sensors is that of the rods, for the middle dashpot. lengths, solid_lengths: the thesis's; of a
+    user's own cylinders those that are solid are chosen.
     """
     of.check_meshes()
+    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
+    lengths = of.few(of.swept, lengths)
 
     def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(dashpot), of.slender(layers(length)))
+        return hl.CoSimulation(of.chain(dashpot), of.slender(of.stack(length)))
 
     def against_cylinder(solid_length: float) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(), of.solid(layers(solid_length)))
+        return hl.CoSimulation(of.chain(), of.solid(of.stack(solid_length)))
 
     data = hl.sweep(against_rod, of.until, jobs, with_forces, length=lengths, dashpot=of.dashpot)
+    solid_lengths = chosen(lengths) if of.own else solid_lengths
     solids = hl.sweep(against_cylinder, of.until, jobs, measure, solid_length=solid_lengths)
     data["sensor_force"] = data.sensor_force.sel(dashpot=of.middle, drop=True)
-    for name in ("amplitude_ratio", "time_of_flight"):
-        data[f"solid_{name}"] = solids[name]
+    data = data.assign(named(solids[["amplitude_ratio", "time_of_flight"]], "solid").data_vars)
     if not of.own:
         ends = data.length.values[[0, -1]].tolist()
         free = hl.sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
-        data["undamped_time_of_flight"], data["undamped_amplitude_ratio"] = free.time_of_flight, free.amplitude_ratio
-    return waves.with_units(data, length="m", solid_length="m", dashpot="N s/m")
+        data = data.assign(named(free[["amplitude_ratio", "time_of_flight"]], "undamped").data_vars)
+    return of.marked(with_units(data, length="m", solid_length="m", dashpot="N s/m"))
 
 
 def ratio(values: xr.DataArray, wave: str = "primary") -> float:
@@ -236,8 +256,15 @@ def interval(values: xr.DataArray, factor: float = 1.0) -> str:
 
 def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
     """Return the results with the other dashpots."""
-    low, high = values.sel(dashpot=[DASHPOTS[0], DASHPOTS[-1]]).fillna(0.0).values * factor
-    return f"γ is not given; {low:.3g} and {high:.3g} for γ = 4 and 6 N s/m"
+    return f"γ is not given; {band(values, factor)}"
+
+
+def band(values: xr.DataArray, factor: float = 1.0) -> str:
+    """Return the results with the least and the greatest dashpot."""
+    if values.sizes["dashpot"] == 1:
+        return f"γ = {float(values.dashpot[0]):g} N s/m"
+    (low, high), (least, most) = values.fillna(0.0).values[[0, -1]] * factor, values.dashpot.values[[0, -1]]
+    return f"{low:.3g} and {high:.3g} for γ = {least:g} and {most:g} N s/m"
 
 
 def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
@@ -255,44 +282,35 @@ def undamped(data: xr.Dataset) -> str:
     return f"without losses {interval(flights, 1e6)}, but then AR is {interval(ratios)}"
 
 
-def band(values: xr.DataArray, factor: float = 1.0) -> str:
-    """Return the results with the least and the greatest dashpot, if there are several."""
-    if values.sizes["dashpot"] == 1:
-        return ""
-    ends = values.isel(dashpot=[0, -1])
-    low, high = ends.fillna(0.0).values * factor
-    least, most = ends.dashpot.values
-    return f"; {low:.4g} and {high:.4g} for γ = {least:g} and {most:g} N s/m"
-
-
 def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
     """Return at most so many of the lengths, evenly among them, with the first and the last one."""
     places = np.unique(np.linspace(0, len(lengths) - 1, min(most, len(lengths))).round().astype(int))
     return tuple(lengths[i] for i in places)
 
 
-def own_rows(
-    data: xr.Dataset, what: str, theory: Callable[[float], tuple[float, float | str, str]], secondary: bool = False
-) -> list[Row]:
-    """Return AR and TOF over the length, m, of a user's own chain and cylinder.
-
-    theory: TOF, s, AR or nothing, and the equations, for a length. secondary: whether its delay is a row too.
-    """
-    rows = []
-    for length in data.solid_length.values:
-        rods, solids = data.sel(length=length, method="nearest"), data.sel(solid_length=length)
-        at, label = rods.isel(dashpot=rods.sizes["dashpot"] // 2), f"{what} {length * 1e3:.4g} mm"
-        tof, expected, source = theory(float(length))
-        measures = (("AR", "amplitude_ratio", 1.0, expected), ("TOF", "time_of_flight", 1e6, tof * 1e6))
-        for name, variable, factor, predicted in measures:
-            wide, spread = solids[f"solid_{variable}"].sel(wave="primary"), rods[variable].sel(wave="primary")
-            said = f"theory: {source}; " if predicted != "" else "", factor * float(wide), band(spread, factor)
+def own_rows(data: xr.Dataset, of: OverLength, what: str, equations: str) -> list[Row]:
+    """Return AR and TOF over the length of a user's own chain and cylinder, with theory. equations: of AR and TOF."""
+    rows, theory = [], of.expected(data.solid_length.values)
+    for i, length in enumerate(data.solid_length.values):
+        rods, solids, expected = (
+            data.sel(length=length, method="nearest"),
+            data.isel(solid_length=i),
+            theory.isel(length=i),
+        )
+        at, label = rods.sel(dashpot=of.middle), f"{what} {length * 1e3:.4g} mm"
+        for name, variable, factor in (("AR", "amplitude_ratio", 1.0), ("TOF", "time_of_flight", 1e6)):
+            wide, spread = (part.sel(wave="primary") for part in (solids[f"solid_{variable}"], rods[variable]))
+            predicted = factor * float(expected[variable]) if variable in expected else ""
+            said = equations if variable in expected else "", factor * float(wide), band(spread, factor)
             value = known(factor * float(at[variable].sel(wave="primary")))
             rows.append(row(name, value, *said, theory=predicted, cylinder=label))
-        later = delay(at.time_of_flight)
-        seen = f"{later:.4g} µs after the primary one" if np.isfinite(later) else "none is seen"
-        if secondary or np.isfinite(later):
+        later, layered = delay(at.time_of_flight), "delay" in expected
+        if layered or np.isfinite(later):
+            seen = f"{later:.4g} µs after the primary one" if np.isfinite(later) else "none is seen"
             rows.append(row("AR, secondary", ratio(at.amplitude_ratio, "secondary"), seen, cylinder=label))
+        if layered:
+            lighter, heavier = 1e6 * float(expected.delay), 1e6 * float(expected.delay_with_lower_mass)
+            rows.append(row("delay", known(later), heavier, theory=lighter, cylinder=label))
     return rows
 
 
@@ -311,22 +329,3 @@ def force_intensity(data: xr.Dataset, xlabel: str) -> draw.Figure:
     """Return the force at bead 7 over time and a length."""
     force = data.sensor_force.sel(sensor=SENSOR).transpose("length", "time").values
     return draw.intensity_map(data.time.values, data.length.values, force, xlabel, 1e3)
-
-
-def layers_figures(
-    data: xr.Dataset, xlabel: str, theory: Callable[[draw.Axes, str, str, Vector], None]
-) -> dict[str, draw.Figure]:
-    """Return AR and TOF of both waves over the thickness of a layer, and the force-intensity map.
-
-    theory: draws the theory lines; its arguments are axis, measure, wave, thicknesses in m.
-    """
-    drawn, lengths = {}, np.geomspace(float(data.length.min()), float(data.length.max()), 200)
-    for name, label in (("time_of_flight", "TOF (µs)"), ("amplitude_ratio", "AR")):
-        drawn[name], axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
-        for axis, wave in zip(axes, WAVES, strict=True):
-            against_length(axis, data, name, wave, f"{label}, {wave} wave", xlabel)
-            theory(axis, name, wave, lengths)
-            if name == "amplitude_ratio":
-                axis.set_ylim(bottom=0.0)
-            axis.legend()
-    return {**drawn, "force_intensity": force_intensity(data, xlabel)}

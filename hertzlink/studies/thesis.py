@@ -5,7 +5,8 @@ It runs the studies of its chapters, and judges their rows by the rules of `verd
 
 import json
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from textwrap import fill
@@ -14,11 +15,11 @@ from typing import Any
 import joblib
 import numpy as np
 import xarray as xr
-from joblib.externals.loky import get_reusable_executor
 
-from coupling.files.writing import write_whole
 from coupling.results.provenance import versions
-from coupling.sweeps.progress import Stopped, watched
+from coupling.sweeps.processes import Outcome, Work, in_processes
+from coupling.sweeps.store import Point, Store
+from coupling.sweeps.sweep import outcomes_of
 from hertzlink.studies import draw, study, verdicts
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import WIDTH, Row, number
@@ -60,6 +61,23 @@ FARTHEST = 5  # Differences that the summary names.
 LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
 
 
+@dataclass(frozen=True)
+class Parts(Work):
+    """The work at each part: `build` returns its rows, which are kept as text."""
+
+    build: Callable[..., Any]
+
+    def run(self, point: Point) -> xr.Dataset:
+        """Return the rows of the part."""
+        rows = self.build(point["part"], point["quick"])
+        texts = [json.dumps(_plain(row), ensure_ascii=False) for row in rows]
+        return xr.Dataset({"row": ("entry", texts)})
+
+    def finish(self, point: Point, elsewhere: bool, wait: bool = False) -> Outcome:
+        """Keep the rows; an error ends the study."""
+        return self.keep(point, self.run_elsewhere(point) if elsewhere else self.run(point))
+
+
 def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **parameters: Any) -> xr.Dataset:
     """Return the rows of all parts, and a verdict on each number of the thesis.
 
@@ -67,35 +85,18 @@ def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, 
     run of the same version takes it.
     """
     Conditions.of(parameters)
-    finished = {name: rows for name in PARTS if (rows := _kept(keep, name, quick)) is not None}
-    order = sorted((name for name in PARTS if name not in finished), key=lambda name: name not in LONGEST_FIRST)
-    try:
-        for name, rows in watched(_in_processes(order, quick, jobs), len(order)):
-            finished[name] = rows
-            _keep(keep, name, quick, rows)
-    except KeyboardInterrupt:
-        if keep is None or not finished:
-            raise
-        raise Stopped(f"{len(finished)} of {len(PARTS)} parts kept in {keep}; run again to continue") from None
-    return _dataset([(name, row) for name in PARTS for row in finished[name]])
-
-
-def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[tuple[str, list[Row]]]:
-    """Yield each part and its rows, as they are finished."""
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    parallel = joblib.Parallel(min(count, len(PARTS)), return_as="generator_unordered")
-    # A worker whose memory has grown is replaced between two parts; nothing is lost, so nobody need read of it.
-    warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-    done = parallel(joblib.delayed(lambda part: (part, rows_of(part, quick)))(part) for part in parts)
-    try:
-        yield from done
-    except BaseException:
-        with warnings.catch_warnings():
-            # joblib warns of tasks that it cancels, which is what is wanted here.
-            warnings.simplefilter("ignore")
-            done.close()
-            get_reusable_executor().shutdown(wait=True, kill_workers=True)
-        raise
+    if keep is not None:
+        keep.mkdir(exist_ok=True)
+    work = Parts(rows_of, 0.0, store=None if keep is None else Store(keep))
+    order = sorted(PARTS, key=lambda part: part not in LONGEST_FIRST)
+    points: list[Point] = [{"part": part, "quick": quick, "versions": json.dumps(versions())} for part in order]
+    with warnings.catch_warnings():
+        # A worker whose memory has grown is replaced between two parts; nothing is lost, so nobody need read of it.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
+        done = outcomes_of(work.store, points, order, lambda batches: in_processes(work, batches, count))
+    texts = {part: done[i].row.values.tolist() for i, part in enumerate(order)}  # type: ignore[union-attr]
+    return _dataset([(part, Row(**json.loads(text))) for part in PARTS for text in texts[part]])
 
 
 def rows_of(part: str, quick: bool) -> list[Row]:
@@ -112,41 +113,6 @@ def rows_of(part: str, quick: bool) -> list[Row]:
 def source(part: str) -> str:
     """Return the command that repeats a part."""
     return f"hertzlink study {STUDIED.get(part, 'thesis')}"
-
-
-def _kept(folder: Path | None, part: str, quick: bool) -> list[Row] | None:
-    """Return the rows of a part that an earlier run of this version kept."""
-    if folder is None or not (file := _file(folder, part)).is_file():
-        return None
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-        return [Row(**values) for values in data["rows"]] if data["made"] == _made(part, quick) else None
-    except (ValueError, KeyError, TypeError):
-        return None  # what is damaged is computed again
-
-
-def _keep(folder: Path | None, part: str, quick: bool, rows: list[Row]) -> None:
-    if folder is not None:
-        folder.mkdir(exist_ok=True)
-        data = {"made": _made(part, quick), "rows": [_plain(row) for row in rows]}
-        write_whole(_file(folder, part), json.dumps(data, ensure_ascii=False).encode())
-
-
-def forget(folder: Path) -> None:
-    """Remove the kept parts, and the folder if nothing else lies in it."""
-    for part in PARTS:
-        _file(folder, part).unlink(missing_ok=True)
-    if folder.is_dir() and not any(folder.iterdir()):
-        folder.rmdir()
-
-
-def _file(folder: Path, part: str) -> Path:
-    words = "".join(letter if letter.isalnum() else " " for letter in part.partition("(")[0]).split()
-    return folder / f"{'-'.join(words)}.json"
-
-
-def _made(part: str, quick: bool) -> dict[str, Any]:
-    return {"part": part, "quick": quick, "versions": versions()}
 
 
 def _plain(row: Row) -> dict[str, Any]:

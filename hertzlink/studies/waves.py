@@ -49,6 +49,13 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     )
 
 
+def sensor_forces(run: xr.Dataset, sensors: Sequence[int]) -> xr.DataArray:
+    """Return the force over time, N, at several sensors."""
+    force = xr.concat([hl.sensor_force(run, sensor) for sensor in sensors], "sensor")
+    label = {"units": "N", "long_name": "force at the sensor, above the preload"}
+    return force.assign_coords(sensor=list(sensors)).assign_attrs(label)
+
+
 def duration(time: Vector, force: Vector, peak: int, least: float) -> float:
     """Return the time, s, for which the pulse with a peak at this sample exceeds a force; NaN without rise or fall."""
     if not (force[:peak] < least).any() or not (force[peak:] < least).any():
@@ -62,18 +69,6 @@ def of_mass(bead: Any, mass: float) -> Any:
     """Return the bead of a material that gives it this mass, kg."""
     material = replace(bead.material, density=bead.material.density * mass / bead.mass, name="")
     return replace(bead, material=material)
-
-
-def named(data: xr.Dataset, prefix: str) -> xr.Dataset:
-    """Return the variables under names with a prefix."""
-    return data.rename({name: f"{prefix}_{name}" for name in data.data_vars})
-
-
-def with_units(data: xr.Dataset, **units: str) -> xr.Dataset:
-    """Return the Dataset after giving units to its axes."""
-    for name, unit in units.items():
-        data[name].attrs["units"] = unit
-    return data
 
 
 def long_waves(bead: hl.Bead, stiffness: float | None = None, exponent: float = 1.5) -> hl.theory.UniformChain:

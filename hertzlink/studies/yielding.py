@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
-from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, waves
+from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness
 from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies.results import named, over, scalars, with_units
 from hertzlink.studies.table import Row, Rows
 from structures.caution import collected
 
@@ -73,23 +73,17 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     quick: every fourth speed. jobs: always one process, because runs take some 20 ms.
     """
-    speeds, struck_bodies = SPEEDS[::4] if quick else SPEEDS, impacts()
+    speeds, of_thesis = SPEEDS[::4] if quick else SPEEDS, {impact.section: impact for impact in impacts()}
 
-    def swept(beads: hl.Material, body: hl.Material) -> xr.Dataset:
-        wall = hl.half_space(body)
-        struck = [Impact("", spheres(RADIUS, beads, BEADS, speed), wall, LONG) for speed in speeds]
-        return xr.concat([_by_law(impact).drop_vars("force") for impact in struck], "impact_speed")
+    def struck_by(pair: str, impact_speed: float, law: str) -> xr.Dataset:
+        beads, wall = PAIRS[pair]
+        impact = Impact(pair, spheres(RADIUS, beads, BEADS, impact_speed), hl.half_space(wall), LONG)
+        return _measured(impact, LAWS[law]).drop_vars("force")
 
     with collected():  # that elastic contacts are beyond yield is what the table says
-        results = xr.concat([_by_law(impact) for impact in watched(struck_bodies)], "impact")
-        over = xr.concat([swept(*pair) for pair in watched(PAIRS.values())], "pair")
-    data = results.assign_coords(impact=[impact.section for impact in struck_bodies], law=list(LAWS))
-    over = over.assign_coords(pair=list(PAIRS), law=list(LAWS), impact_speed=list(speeds))
-    return data.merge(waves.named(waves.with_units(over, impact_speed="m/s"), "swept"))
-
-
-def _by_law(impact: Impact) -> xr.Dataset:
-    return xr.concat([_measured(impact, law) for law in LAWS.values()], "law")
+        data = over(lambda impact, law: _measured(of_thesis[impact], LAWS[law]), impact=list(of_thesis), law=list(LAWS))
+        pairs = over(struck_by, pair=list(PAIRS), impact_speed=speeds, law=list(LAWS))
+    return data.merge(named(with_units(pairs, impact_speed="m/s"), "swept"))
 
 
 def _measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
@@ -105,20 +99,17 @@ def _measured(impact: Impact, law: hl.laws.YieldingLaw | None) -> xr.Dataset:
     times = np.arange(0.0, LONGEST + 0.5 * SAVED, SAVED)
     force = np.interp(times, result.time.values, hl.sensor_force(result, SENSOR).values, right=np.nan)
     first, back = seen.incident, seen.primary
-    values = {
-        "amplitude_ratio": (back.amplitude_ratio if back else np.nan, "1"),
-        "time_of_flight": (back.time_of_flight if back else np.nan, "s"),
-        "incident": (first.amplitude if first else np.nan, "N"),
-        "first_yield": (chain.speed * float((peaks / limits).max()) ** (-5.0 / 6.0), "m/s"),
-        "speed": (chain.speed, "m/s"),
-        "dent": (float(result.dent.max()) if "dent" in result else 0.0, "m"),
-        "lost": (float(result.dissipated_energy[-1] / result.impact_energy), "1"),
-    }
-    return xr.Dataset(
-        {name: ((), value, {"units": unit}) for name, (value, unit) in values.items()}
-        | {"force": ("time", force, {"units": "N", "long_name": "force at bead 7"})},
-        coords={"time": ("time", times, {"units": "s"})},
+    measures = scalars(
+        amplitude_ratio=(back.amplitude_ratio if back else np.nan, "1", "amplitude ratio"),
+        time_of_flight=(back.time_of_flight if back else np.nan, "s", "time of flight"),
+        incident=(first.amplitude if first else np.nan, "N", "incident force"),
+        first_yield=(chain.speed * float((peaks / limits).max()) ** (-5.0 / 6.0), "m/s", "speed of first yield"),
+        speed=(chain.speed, "m/s", "impact speed"),
+        dent=(float(result.dent.max()) if "dent" in result else 0.0, "m", "greatest dent"),
+        lost=(float(result.dissipated_energy[-1] / result.impact_energy), "1", "part of the energy that is lost"),
     )
+    measures["force"] = ("time", force, {"units": "N", "long_name": "force at bead 7"})
+    return measures.assign_coords(time=("time", times, {"units": "s"}))
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -168,8 +159,7 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     labels = draw.Look(width=3.7, sharey=False, xlabel="time (µs)", ylabels=["force at bead 7 (N)"])
     figure, shown_impacts = draw.each(data.isel(impact=[2, 7]), "impact", lambda s: s.rpartition(" (")[0], **labels)
     for axis, impact in shown_impacts:
-        for width, (law, style) in zip((2.0, 1.6, 1.2), styles.items(), strict=True):  # curves lie on one another
-            axis.plot(1e6 * data.time, impact.force.sel(law=law), style, linewidth=width, label=law)
+        draw.lines(axis, impact.force, "time", "law", factor=1e6, styles=("-", "--", ":"))
         axis.set_xlim(0.0, 900.0)
     shown_impacts[0][0].legend()
     return {"speed": over, "waves": figure}

@@ -2,7 +2,6 @@
 
 from math import inf
 
-import joblib
 import numpy as np
 import pytest
 import xarray as xr
@@ -151,7 +150,7 @@ def test_table_and_figures(quick: xr.Dataset) -> None:
 
 
 def test_a_tiny_grid_has_all_axes() -> None:
-    data = study.edges(joblib.Parallel(1), (0.06,), (4.83e-3,), (BEADS,))
+    data = study.edges(1, (0.06,), (4.83e-3,), (BEADS,))
     assert data.edge_error.shape == (1, 1, 1, 2, 5, 3, 3)
     assert np.isfinite(data.edge_error.sel(measured="bead 7", free="all")).all()
     assert np.isnan(data.edge_error.sel(free="distance", unknown="thickness")).all()

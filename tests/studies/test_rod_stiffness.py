@@ -86,7 +86,7 @@ def test_candidates_for_ptfe_do_what_the_table_says(quick: xr.Dataset) -> None:
     assert near.size == 2
     assert (ratio.sel(candidate=near) < 0.3).all()
     assert float(abs(moved / 16.66 - 1.0).min()) > 0.05
-    for read, printed in ((quick.tried_duration, (85.0, 241.0)), (quick.tried_displacement, (4.39, 16.66))):
+    for read, printed in ((quick.wall_durations, (85.0, 241.0)), (quick.wall_displacements, (4.39, 16.66))):
         steel, soft = (
             read.sel(wall=name) * 1e6 / value - 1.0 for name, value in zip(study.WALLS, printed, strict=True)
         )

@@ -1,17 +1,16 @@
 """The study of the whole thesis: nothing is left out, each verdict can be repeated, finished parts are kept."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import pytest
 from matplotlib import pyplot
 
 import hertzlink as hl
 from coupling.sweeps.progress import Stopped
+from hertzlink.output_folder import forget
 from hertzlink.studies import STUDIES, LongStudy, corrected_equations, rod_stiffness, study, thesis
 from hertzlink.studies.table import Row, Rows, expected
 from hertzlink.studies.verdicts import INPUT_ONLY, READING, REPRODUCED, VERDICTS, counted, verdict
@@ -306,51 +305,36 @@ def test_figures_show_all_entries() -> None:
 @pytest.mark.usefixtures("small")
 def test_finished_parts_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C after the first part; the next run computes the second one alone, and forgets both."""
-    keep, asked = tmp_path / "thesis.parts", list[str]()
+    keep, asked, computed = tmp_path / "thesis.parts", list[str](), thesis.rows_of
 
-    def interrupted(parts: list[str], quick: bool, jobs: int | None) -> Any:
-        asked.append(parts[0])
-        yield parts[0], thesis.rows_of(parts[0], quick)
-        raise KeyboardInterrupt
+    def watched(part: str, quick: bool) -> list[Row]:
+        asked.append(part)
+        if len(asked) == 2:
+            raise KeyboardInterrupt
+        return computed(part, quick)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(thesis, "_in_processes", interrupted)
-        with pytest.raises(Stopped, match=r"^1 of 2 parts kept in .*thesis.parts; run again to continue$"):
-            THESIS.run(quick=True, keep=keep)
-
-    whole = thesis._in_processes
-
-    def watched(parts: list[str], quick: bool, jobs: int | None) -> Any:
-        asked.extend(parts)
-        return whole(parts, quick, 1)
-
-    monkeypatch.setattr(thesis, "_in_processes", watched)
-    data = THESIS.run(quick=True, keep=keep)
-    assert sorted(asked) == sorted(SMALL)
+    monkeypatch.setattr(thesis, "rows_of", watched)
+    with pytest.raises(Stopped, match=r"^1 of 2 points kept in .*thesis.parts; run again to continue$"):
+        THESIS.run(quick=True, jobs=1, keep=keep)
+    data = THESIS.run(quick=True, jobs=1, keep=keep)
+    assert asked == [*SMALL, list(SMALL)[1]]
     assert data.identical(THESIS.run(quick=True, jobs=1))
     asked.clear()
-    THESIS.run(quick=False, keep=keep)
-    assert len(asked) == 2, "a quick part is none of a whole run"
-    thesis.forget(keep)
+    asked.append("a quick part is none of a whole run")
+    with pytest.raises(Stopped, match=r"^0 of 2 points"):
+        THESIS.run(quick=False, jobs=1, keep=keep)
+    forget(keep)
     assert not keep.exists()
 
 
-DAMAGES: list[Callable[[str], str]] = [
-    lambda text: text[:50],
-    lambda text: text.replace('"rows"', '"row"'),
-    lambda text: json.dumps(json.loads(text) | {"made": {}}),
-    lambda text: text.replace('"quantity"', '"quality"'),
-]
-
-
 @pytest.mark.usefixtures("small")
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_part_is_computed_again(damage: Callable[[str], str], tmp_path: Path) -> None:
+def test_a_damaged_part_is_named(tmp_path: Path) -> None:
     keep = tmp_path / "kept"
-    data = THESIS.run(quick=True, jobs=1, keep=keep)
-    file = next(iter(sorted(keep.iterdir())))
-    file.write_text(damage(file.read_text(encoding="utf-8")), encoding="utf-8")
-    assert data.identical(THESIS.run(quick=True, jobs=1, keep=keep))
+    THESIS.run(quick=True, jobs=1, keep=keep)
+    file = next(iter(sorted(keep.glob("*.point"))))
+    file.write_bytes(file.read_bytes()[:50])
+    with pytest.raises(ValueError, match="damaged; take it away, and its point is run again"):
+        THESIS.run(quick=True, jobs=1, keep=keep)
 
 
 def test_a_row_travels_through_a_file() -> None:
