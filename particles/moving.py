@@ -1,11 +1,11 @@
 """A chain in motion: the participant that faces a surface, and its state."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, is_dataclass
-from functools import cached_property
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property, wraps
 from math import ceil, inf, pi, sqrt
 from types import NoneType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.special import gamma
@@ -64,6 +64,19 @@ OURS = "hertzlink", "particles", "structures"
 
 _CHAINS: dict[Any, tuple[Any, dict[str, Any]]] = {}
 """Parts of the last chains, and their facts: a batch has thousands that differ in the speed only."""
+
+T = TypeVar("T")
+
+
+def fact(make: Callable[[Any], T]) -> cached_property[T]:
+    """Return a property that is made once for chains that differ in the impact speed only; as a decorator."""
+
+    @wraps(make)
+    def of_chain(chain: "MovingChain") -> T:
+        made: T = chain.once(make.__name__, lambda: make(chain))
+        return made
+
+    return cached_property(of_chain)
 
 
 def _never_changes(part: Any) -> bool:
@@ -129,13 +142,6 @@ class MovingChain:
     behind_flexibility: float = 0.0
     impact_energy: float | None = None
     fineness: float = 1.0
-    laws: tuple[ContactLaw | None, ...] = field(init=False)
-    yielding: tuple[YieldingContact | None, ...] | None = field(init=False)
-    mass: Vector = field(init=False)
-    static_force: Vector = field(init=False)
-    preload: Vector = field(init=False)
-    rest: Vector = field(init=False)
-    shared: dict[str, Any] = field(init=False)
 
     def __post_init__(self) -> None:
         instance("chain", self.chain, Chain, "a Chain")
@@ -143,26 +149,14 @@ class MovingChain:
             instance("surface", self.surface, Surface, "a Surface(material), or None")
         if isinstance(self.chain.law, ContactLaw):
             object.__setattr__(self, "chain", self.chain.with_law(unchanging(self.chain.law)))
-        chain = self.chain
         finite("flexibility", self.flexibility, "m/N")
         self._check_behind()
         if self.impact_energy is not None:
             positive("impact_energy", self.impact_energy, "J")
         positive("fineness", self.fineness)
-        object.__setattr__(self, "shared", self._alike())
-        facts = self.shared.setdefault("facts", {})
-        if "rest" not in facts:
-            for name, make in (
-                ("static_force", self._static_forces),
-                ("mass", self._masses),
-                ("laws", lambda: contacts.laws_of(chain, self.pairs, self._found_law)),
-                ("yielding", lambda: contacts.yielding_of(chain, self.pairs, self.laws)),
-                ("preload", lambda: self.approach(self.static_force)),
-                ("rest", self._at_rest),
-            ):
-                object.__setattr__(self, name, make())
-                facts[name] = getattr(self, name)
-        vars(self).update(facts)
+        vars(self).update(self.shared)
+        # The static equilibrium refuses what is wrong with loads, laws and bodies.
+        _ = self.rest
         self._check_flexibility()
         self._check_step()
 
@@ -172,9 +166,9 @@ class MovingChain:
             self.shared[name] = make()
         return self.shared[name]
 
-    def _alike(self) -> dict[str, Any]:
-        """Return the facts of an earlier chain with the same parts and loads; empty where there is none, or parts may
-        change.
+    @cached_property
+    def shared(self) -> dict[str, Any]:
+        """The facts of an earlier chain with the same parts and loads; empty where there is none, or parts may change.
 
         Only parts of our own never change. A user's bead, law or loss may.
         """
@@ -196,14 +190,33 @@ class MovingChain:
             _CHAINS[key] = parts, facts
         return facts
 
-    def _masses(self) -> Vector:
+    @fact
+    def mass(self) -> Vector:
+        """The masses of striker and beads, kg; infinite where a structure, a piston or a force replaces the striker."""
         body = self.chain.body
         return np.array([body.mass if body else inf, *(bead.mass for bead in self.chain.beads)])
 
-    def _static_forces(self) -> Vector:
+    @fact
+    def static_force(self) -> Vector:
+        """The static force of each contact, N."""
         static = statics.static_forces(self.chain, self.behind is not None)
         statics.check_support(self.chain, self.surface, static)
         return static
+
+    @fact
+    def laws(self) -> tuple[ContactLaw | None, ...]:
+        """The law of each contact; None where there is no contact."""
+        return contacts.laws_of(self.chain, self.pairs, self._found_law)
+
+    @fact
+    def yielding(self) -> tuple[YieldingContact | None, ...] | None:
+        """How each contact yields; None where none does."""
+        return contacts.yielding_of(self.chain, self.pairs, self.laws)
+
+    @fact
+    def preload(self) -> Vector:
+        """The static approach of each contact, m."""
+        return self.approach(self.static_force)
 
     def __repr__(self) -> str:
         facing = short(self.surface) if self.behind is None else f"{short(self.surface)}, behind={short(self.behind)}"
@@ -230,19 +243,21 @@ class MovingChain:
     @cached_property
     def _contact_times(self) -> Vector:
         """That time of each contact, s; zero where there is none."""
-        if powers := self.once("powers", self._powers):
-            collision = self.once("collisions", lambda: self._collisions(1.0)) * self.speed ** powers[0]
-        else:
+        if self._speed_powers is None:
             collision = self._collisions(self.speed)
-        times: Vector = np.minimum(collision, self.once("swings", self._swings))
+        else:
+            collision = self.once("collisions", lambda: self._collisions(1.0)) * self.speed**self._speed_powers
+        times: Vector = np.minimum(collision, self._swings)
         return times
 
-    def _powers(self) -> list[Vector]:
-        """Return power of the speed that the time of each collision follows where all laws are powers; else nothing."""
+    @fact
+    def _speed_powers(self) -> Vector | None:
+        """The power of the speed that the time of each collision follows; None where not all laws are powers."""
         if any(type(law) is not PowerLaw for law in self._groups):
-            return []
+            return None
         exponent = self._over_contacts(lambda law, i: np.full(i.size, law.exponent))  # type: ignore[attr-defined]
-        return [(1.0 - exponent) / (1.0 + exponent)]
+        powers: Vector = (1.0 - exponent) / (1.0 + exponent)
+        return powers
 
     def _collisions(self, speed: float) -> Vector:
         """Return the time of a free collision at a speed (m/s) of each contact, s; zero where there is none."""
@@ -253,8 +268,9 @@ class MovingChain:
         times: Vector = deepest / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
         return times
 
+    @fact
     def _swings(self) -> Vector:
-        """Return a half-swing of each contact under its preload, s; zero where there is no contact."""
+        """A half-swing of each contact under its preload, s; zero where there is no contact."""
         tangent = self._over_contacts(lambda law, i: law.tangent(self.preload[i]))
         there = self._over_contacts(lambda law, i: np.ones(i.size))
         return there * pi / np.sqrt(np.maximum(tangent / self.reduced_mass, UNDERFLOW))
@@ -380,13 +396,9 @@ class MovingChain:
         """Return the rows of numbers that the compiled loops write to."""
         return np.zeros((kernels.WORK_ROWS, self.rest.size))
 
-    @property
+    @fact
     def model(self) -> kernels.ChainModel:
         """The chain as the compiled loops take it."""
-        model: kernels.ChainModel = self.once("model", self._model)
-        return model
-
-    def _model(self) -> kernels.ChainModel:
         chain, drive = self.chain, self.chain.excitation.drive
         preload = statics.dead_load(chain, self.behind is not None)
         piece: Any = Free()
@@ -443,13 +455,9 @@ class MovingChain:
             raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; give {cure}")
         return max(1, ceil(count))
 
-    @property
+    @fact
     def reduced_mass(self) -> Vector:
         """Reduced masses of the N + 1 contacts, kg; a structure, a piston or a force counts as immovable."""
-        reduced: Vector = self.once("reduced_mass", self._reduced_masses)
-        return reduced
-
-    def _reduced_masses(self) -> Vector:
         inverse = np.append(1.0 / self.mass, 0.0)
         reduced: Vector = 1.0 / (inverse[:-1] + inverse[1:])
         return reduced
@@ -475,20 +483,18 @@ class MovingChain:
         """True if the force of a contact depends on the approach of its two bodies alone."""
         return isinstance(self.model.loss, NoLoss) and self.yielding is None and isinstance(self._vibrations, Rigid)
 
-    @property
+    @fact
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
         """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""
-        pairs: tuple[contacts.Pair | None, ...] = self.once(
-            "pairs", lambda: contacts.pairs_of(self.chain, self.surface, self.behind)
-        )
-        return pairs
+        return contacts.pairs_of(self.chain, self.surface, self.behind)
 
     def _found_law(self, bead: Bead, facing: Bead | Surface) -> ContactLaw:
         """Return the law of two bodies where the user gives none."""
         return contact_law(bead, facing)
 
-    def _at_rest(self) -> Vector:
-        """Return the positions in static equilibrium, m, and behind them what contacts that yield remember."""
+    @fact
+    def rest(self) -> Vector:
+        """The positions in static equilibrium, m, and behind them what contacts that yield remember."""
         places = statics.places_at_rest(self.preload, self.static_force, self._springs())
         if self.yielding is None:
             return places
@@ -505,13 +511,9 @@ class MovingChain:
             values[which] = of(law, which)
         return values
 
-    @property
+    @fact
     def _groups(self) -> contacts.Groups:
         """The different laws and their contacts."""
-        groups: contacts.Groups = self.once("groups", self._grouped)
-        return groups
-
-    def _grouped(self) -> contacts.Groups:
         groups = contacts.grouped(self.laws)
         if not groups:
             raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")

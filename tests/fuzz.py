@@ -209,7 +209,7 @@ def attempt(target: Target, changes: Mapping[str, Any], names: Iterable[str]) ->
 
 
 DOCUMENTED = (
-    *("NoWaveError", "NotConverged", "ActiveSetNotConverged", "PressuresNotConverged", "FloatingPointError"),
+    *("NoWaveError", "NotConverged", "ContactNotConverged", "FloatingPointError"),
     "ImportError",
 )
 """Exceptions that a docstring names, and an optional package that is missing. An OSError names

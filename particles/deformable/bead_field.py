@@ -15,9 +15,8 @@ from skfem import ElementQuad2, MeshQuad, MeshQuad2
 
 from particles.bead import Bead
 from particles.deformable.vibration import Half, Section, lowest_modes, lowest_rate, mode_spacing, vibration
-from particles.laws.axisymmetric import WIDEST_CONTACT
 from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, Spheroid, body_of
-from particles.laws.compliance import INTEGRATION_ORDER
+from particles.laws.compliance import INTEGRATION_ORDER, WIDEST_CONTACT
 from structures.bodies.elastic_field import ElasticSampler
 from structures.field import Grid
 from structures.linear_algebra.factor import factorise

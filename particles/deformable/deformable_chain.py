@@ -306,8 +306,9 @@ class MovingDeformableChain(MovingChain):
         static = self.chain.preload + abs(self.chain.gravity_along) * beads
         return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
 
-    def _at_rest(self) -> Vector:
-        """Return the positions and amplitudes in static equilibrium."""
+    @cached_property
+    def rest(self) -> Vector:
+        """The positions and amplitudes in static equilibrium."""
         force, vibrations = self.static_force, self.vibrations
         behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
         rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)

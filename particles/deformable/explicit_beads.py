@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import eigsh
-from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
+from skfem import Basis, ElementQuad2, MeshQuad, MeshQuad2
 
 from particles.bead import Bead
 from particles.deformable.explicit_kernels import TOGETHER
 from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, Whole, body_of, half_plane
-from particles.laws.compliance import INTEGRATION_ORDER
+from particles.laws.compliance import INTEGRATION_ORDER, motions
 from structures.bodies.elasticity import part_stiffnesses
 from structures.checks import instance
 from structures.material import Material
@@ -101,8 +101,7 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
 
 def _stiffness(mesh: Any, material: Material) -> sparse.csr_array:
     """Return the stiffness of a half, 2n × 2n, N/m: a node's motions across and along the axis follow each other."""
-    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
-    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    basis, across, along = motions(mesh)
     order = np.column_stack([across, along]).ravel()
     owner = np.zeros(mesh.nelements, dtype=np.int64)
     return sparse.csr_array(part_stiffnesses(basis, [material], owner)[0][order][:, order])

@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from particles.bead import Sphere
-from particles.deformable.vibration import Vibration, of_modes
+from particles.deformable.vibration import Vibration, drift, nearest_modes, of_modes, squeeze
 from particles.laws.solid import QUARTERS
 from particles.laws.solid_mesh import MIDPLANES, Eighth, SolidEighth, even_eighth, supported, turning
 from structures.bodies.elasticity import shear_speed
 from structures.checks import instance, positive, whole
-from structures.linear_algebra.factor import factorise
 
 CELLS = 5
 """Over the radius of a sphere that vibrates."""
@@ -49,8 +47,9 @@ def vibration_of_solid(bead: Sphere, modes: int, spacing: float | None = None) -
     part = even_eighth(bead, size if spacing is None else positive("spacing", spacing, "m"))
     opposite, together = (supported(part, midplane) for midplane in MIDPLANES)
     pole = int(np.flatnonzero(part.box.max(axis=0) == 0.0)[0])
-    between = 0.5 * (_drift(together, pole) - _squeeze(opposite, pole))
-    return of_modes(_lowest_round(part, opposite, together, pole, modes), between)
+    between = drift(together.stiffness, together.weight, together.motions[2, pole])
+    between -= squeeze(opposite.stiffness, opposite.motions[2, pole])
+    return of_modes(_lowest_round(part, opposite, together, pole, modes), 0.5 * between / QUARTERS)
 
 
 def _lowest_round(part: Eighth, opposite: SolidEighth, together: SolidEighth, pole: int, modes: int) -> Rows:
@@ -79,9 +78,7 @@ def _round(half: SolidEighth, turned: Any, pole: int, count: int, shift: float) 
 
     shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
     """
-    inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
-    start = np.random.default_rng(0).normal(size=half.weight.size)
-    squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
+    squares, shapes = nearest_modes(half.mass, half.stiffness, count, shift)
     changes, turns = np.linalg.eigh(shapes.T @ (turned[half.kept][:, half.kept] @ shapes))
     round_ones = turns[:, changes < CHANGED]
     squares_of_rings, mixture = np.linalg.eigh(round_ones.T @ (squares[:, None] * round_ones))
@@ -90,21 +87,3 @@ def _round(half: SolidEighth, turned: Any, pole: int, count: int, shift: float) 
     shapes *= np.where(shapes[half.motions[2, pole]] < 0.0, -1.0, 1.0)
     momenta = QUARTERS * (half.weight @ shapes)
     return np.stack([squares_of_rings, shapes[half.motions[2, pole]], momenta], axis=1), float(squares.max())
-
-
-def _squeeze(half: SolidEighth, pole: int) -> float:
-    """Return the motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is
-    refined."""
-    force, place = np.zeros(half.weight.size), half.motions[2, pole]
-    force[place] = 1.0 / QUARTERS
-    return float(factorise(half.stiffness)(force)[place])
-
-
-def _drift(half: SolidEighth, pole: int) -> float:
-    """Return the motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
-
-    In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
-    """
-    held = np.delete(np.arange(half.weight.size), half.motions[2, pole])
-    sag = factorise(half.stiffness[held][:, held])(half.weight[held])
-    return float(half.weight[held] @ sag) / float(half.weight.sum()) ** 2 / QUARTERS

@@ -11,16 +11,17 @@ under point forces, their difference is not; in modes, b = Σ struck far/ω².
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, pi, sqrt
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
-from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
+from skfem import MeshQuad, MeshQuad2
 
 from particles.bead import Bead, check_bead
 from particles.laws.axisymmetric_mesh import MOST_CELLS, Spheroid, body_of
-from particles.laws.compliance import INTEGRATION_ORDER
+from particles.laws.compliance import motions
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.checks import positive, whole
 from structures.linear_algebra.factor import factorise
@@ -90,9 +91,14 @@ def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
     if modes > together.weight.size // 2:
         raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
     shift = lowest_rate(body)  # type: ignore[arg-type]
-    modes_found = [(*mode, -1.0) for mode in _lowest(opposite, modes, shift)]
-    modes_found += [(*mode, 1.0) for mode in _lowest(together, modes + 1, shift)[1:]]
-    return of_modes(np.array(sorted(modes_found)[:modes]).reshape(-1, 4), 0.5 * (_drift(together) - _squeeze(opposite)))
+    rows = []
+    for half, rigid, sign in ((opposite, 0, -1.0), (together, 1, 1.0)):
+        squares, shapes = lowest_modes(half, modes + rigid, shift)
+        rows += [
+            *np.column_stack([squares, shapes[half.pole], half.weight @ shapes, np.full_like(squares, sign)])[rigid:]
+        ]
+    between = drift(together.stiffness, together.weight, together.pole) - squeeze(opposite.stiffness, opposite.pole)
+    return of_modes(np.array(sorted(rows, key=itemgetter(0))[:modes]).reshape(-1, 4), 0.5 * between)
 
 
 def of_modes(modes: Vector, between: float) -> Vibration:
@@ -147,10 +153,7 @@ class Section:
 
     def __init__(self, mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> None:
         self.angle = angle
-        basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
-        self.across, self.along = (
-            np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1)
-        )
+        basis, self.across, self.along = motions(mesh)
         self.centre, self.pole = depth == 1.0, int(np.flatnonzero((self.angle == 0.0) & (depth == 0.0))[0])
         unscaled, self.stiffness = body_matrices(basis, [material], np.zeros(mesh.nelements, dtype=np.int64))
         self.mass = unscaled * (0.5 * mass / unscaled[self.along][:, self.along].sum())
@@ -188,13 +191,6 @@ def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
     return replace(flat, doflocs=places), angle, depth
 
 
-def _lowest(half: Half, count: int, shift: float) -> list[tuple[float, float, float]]:
-    """Return the lowest modes of the whole bead in this half: ω², motion of the pole, momentum of the half."""
-    squares, shapes = lowest_modes(half, count, shift)
-    momenta = half.weight @ shapes
-    return list(zip(squares.tolist(), shapes[half.pole].tolist(), momenta.tolist(), strict=True))
-
-
 def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
     """Return ω² of the lowest modes of the whole bead in this half, ascending, and their shapes, n × count,
     mass-normalised.
@@ -203,9 +199,7 @@ def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
     """
     if count == 0:
         return np.zeros(0), np.zeros((half.along.size, 0))
-    inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
-    start = np.random.default_rng(0).normal(size=half.weight.size)
-    squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
+    squares, shapes = nearest_modes(half.mass, half.stiffness, count, shift)
     rising = np.argsort(squares)
     squares, shapes = squares[rising], shapes[:, rising]
     # The whole bead has twice the mass of the half that eigsh normalises.
@@ -213,19 +207,27 @@ def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
     return squares, shapes
 
 
-def _squeeze(half: Half) -> float:
+def nearest_modes(mass: Any, stiffness: Any, count: int, shift: float) -> tuple[Vector, Vector]:
+    """Return ω² nearest to −shift, 1/s², and their shapes, n × count, mass-normalised."""
+    inverse = LinearOperator(mass.shape, matvec=factorise(stiffness + shift * mass), dtype=float)
+    start = np.random.default_rng(0).normal(size=mass.shape[0])
+    squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, OPinv=inverse, v0=start)
+    return squares, shapes
+
+
+def squeeze(stiffness: Any, pole: int) -> float:
     """Return the motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is
     refined."""
-    force = np.zeros(half.weight.size)
-    force[half.pole] = 1.0
-    return float(factorise(half.stiffness)(force)[half.pole])
+    force = np.zeros(stiffness.shape[0])
+    force[pole] = 1.0
+    return float(factorise(stiffness)(force)[pole])
 
 
-def _drift(half: Half) -> float:
+def drift(stiffness: Any, weight: Vector, pole: int) -> float:
     """Return the motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
 
     In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
     """
-    held = np.delete(np.arange(half.weight.size), half.pole)
-    sag = factorise(half.stiffness[held][:, held])(half.weight[held])
-    return float(half.weight[held] @ sag) / float(half.weight.sum()) ** 2
+    held = np.delete(np.arange(weight.size), pole)
+    sag = factorise(stiffness[held][:, held])(weight[held])
+    return float(weight[held] @ sag) / float(weight.sum()) ** 2

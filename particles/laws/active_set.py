@@ -14,8 +14,8 @@ ROUNDING = 1e-10
 Nodes = NDArray[np.bool_]
 
 
-class ActiveSetNotConverged(RuntimeError):
-    """The nodes in contact were not found. approach, m: where."""
+class ContactNotConverged(RuntimeError):
+    """The nodes in contact, or the pressures, were not found. approach, m: where."""
 
     def __init__(self, message: str, approach: float) -> None:
         super().__init__(message)
@@ -28,7 +28,7 @@ def contact_forces(compliance: Vector, gap: Vector, approach: float, touching: N
     compliance: of both bodies together, m × m, m/N; gap: between the undeformed surfaces, m numbers, m; touching: which
     nodes to begin with, best those of an approach nearby. No node pulls, none overlaps (Hintermüller, Ito and Kunisch,
     SIAM J. Optim. 13 (2002) 865).
-    Raises ActiveSetNotConverged.
+    Raises ContactNotConverged.
     """
     for _ in range(MOST_CHANGES):
         forces = np.zeros(gap.size)
@@ -40,7 +40,7 @@ def contact_forces(compliance: Vector, gap: Vector, approach: float, touching: N
         if np.array_equal(changed, touching):
             return forces, touching
         touching = changed
-    raise ActiveSetNotConverged(
+    raise ContactNotConverged(
         f"approach = {approach:.4g} m: the set of nodes in contact still changed after {MOST_CHANGES} trials; "
         "try another spacing",
         approach,
@@ -50,7 +50,7 @@ def contact_forces(compliance: Vector, gap: Vector, approach: float, touching: N
 def forces_of_steps(compliance: Vector, gap: Vector, approaches: Vector) -> Vector:
     """Return the force at each of ascending approaches, N, m; each active set begins with the last.
 
-    Raises ActiveSetNotConverged.
+    Raises ContactNotConverged.
     """
     touching, total = gap < 0.5 * approaches[0], []
     touching[0] = True

@@ -9,9 +9,9 @@ from math import sqrt
 import numpy as np
 
 from particles.bead import Bead, HollowSphere, check_bead, check_body
-from particles.laws.active_set import edge_approach, forces_of_steps
-from particles.laws.axisymmetric_mesh import Spheroid, body_of, half_plane
-from particles.laws.compliance import MIDPLANES, surface_compliance
+from particles.laws.active_set import edge_approach
+from particles.laws.axisymmetric_mesh import body_of
+from particles.laws.compliance import MIDPLANES, condensed, forces_at_corners
 from particles.laws.computed import ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
@@ -31,9 +31,6 @@ MOST, COARSE = 200, 5.0
 
 LARGE_ERROR = 0.01
 """Relative error of the force, above which a law carries a caution."""
-
-WIDEST_CONTACT = 0.5
-"""Radius of a contact over that of a body, beyond which half a bead pressed along its axis is no model."""
 
 THIN = 0.1
 """Approach over the thickness of a wall, from which its rotations count."""
@@ -128,17 +125,15 @@ class _Contact(ComputedContact):
         size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
         """
         compliance, gap, _ = self._wide_enough(approach, size, coarser)
-        edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
-        rising = edges[edges >= np.maximum.accumulate(edges)]
-        needed = max(int(np.searchsorted(rising, approach)) + 1, 2)
-        return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+        return forces_at_corners(compliance, gap, fewest, approach)
 
     def _wide_enough(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
         """Return the compliance and gap of a mesh that lets the bodies touch as far as they do at an approach, and how
         far, m."""
         reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
-            compliance, gap = self._condensed(reach, size, coarser)
+            bodies = [body_of(bead, reach, name) for name, bead in self.beads]
+            compliance, gap = condensed(bodies, reach, size, coarser, self.midplane)
             if edge_approach(compliance, gap, gap.size - 1) >= approach:
                 return compliance, gap, reach
             reach *= WIDENING
@@ -159,20 +154,6 @@ class _Contact(ComputedContact):
             f"spacing = {size:.3g} m: leaves the radius of the widest contact fewer than {FEWEST} cells; "
             f"{self.widest(approach) / ELEMENTS:.3g} m is a good one"
         )
-
-    def _condensed(self, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
-        """Return compliance of both bodies together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
-        compliances, drops = {}, []
-        for name, bead in self.beads:
-            body = body_of(bead, reach, name)
-            if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
-                raise ValueError(f"{name} = {bead!r}: is too small for a contact of {reach:.3g} m radius; ask for less")
-            plane = half_plane(body, reach, size, coarser)
-            drops.append(body.drop(plane.along[plane.surface]))
-            if body not in compliances:
-                compliances[body] = surface_compliance(body, plane, self.midplane)
-        compliance, compliance_of_second = (compliances[body_of(bead, reach, name)] for name, bead in self.beads)
-        return compliance + compliance_of_second, drops[0] + drops[1]
 
     def _doubts(self, approach: float) -> list[str]:
         """Return where strains or turns are no longer small."""

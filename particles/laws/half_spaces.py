@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
 from particles.bead import Bead, Cylinder, Sphere, check_bead
+from particles.laws.active_set import ContactNotConverged
 from particles.laws.computed import ORDER, ComputedContact, ComputedLaw, Points
 from particles.laws.formulas import MOST_ELONGATED, SMALL_CONTACT, sharpest_curvatures
 from particles.laws.law import PowerLaw
@@ -49,14 +50,6 @@ MOST_ITERATIONS = 2000
 
 SOFTEST = 0.5
 """The share of the half-spaces' tangent compliance that a correction may take off."""
-
-
-class PressuresNotConverged(RuntimeError):
-    """The pressures in a contact were not found. approach, m: where."""
-
-    def __init__(self, message: str, approach: float) -> None:
-        super().__init__(message)
-        self.approach = approach
 
 
 @dataclass(frozen=True)
@@ -295,7 +288,7 @@ def unilateral_pressures(coefficients: Vector, gap: Vector, approach: float, beg
     coefficients: displacement of each cell by a unit pressure on the first, m/Pa; gap: between the undeformed
     surfaces, m; begin: pressures to begin with, Pa. Conjugate gradients, projected on pressures that do not pull
     (Polonsky and Keer, Wear 231 (1999) 206), at a given approach, so that no force need be balanced.
-    Raises PressuresNotConverged.
+    Raises ContactNotConverged.
     """
     displaced = displacements(coefficients)
     pressures, direction = begin.copy(), np.zeros_like(begin)
@@ -315,7 +308,7 @@ def unilateral_pressures(coefficients: Vector, gap: Vector, approach: float, beg
         pressures[overlapping] -= step * opening[overlapping]
         # Cells that come into contact belong to no former direction.
         conjugacy, before = 0.0 if overlapping.any() else 1.0, square
-    raise PressuresNotConverged(
+    raise ContactNotConverged(
         f"approach = {approach:.4g} m: pressures still changed after {MOST_ITERATIONS} iterations; try another number "
         "of cells",
         approach,

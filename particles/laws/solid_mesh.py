@@ -5,21 +5,19 @@ The planes of symmetry are x = 0, y = 0 and the mid-plane z = 0; the chain runs 
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, log1p, pi, sqrt
+from math import ceil, pi, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, Dofs, ElementTetP2, ElementVector, MeshHex, MeshTet2
 from skfem.helpers import dot
 
 from particles.bead import Bead, Cylinder, Sphere
+from particles.laws.axisymmetric_mesh import Whole, graded
 from structures.bodies.elasticity import Cells, part_stiffnesses
 from structures.checks import short
 from structures.structure import Vector
-
-Whole = NDArray[np.int64]
 
 ELEMENT = ElementVector(ElementTetP2())
 
@@ -124,7 +122,7 @@ def contact_eighth(bead: Cylinder | Sphere, reach: float, spacing: float, coarse
     if isinstance(bead, Cylinder):
         turns = np.linspace(0.0, 0.5 * pi, ceil(CELLS_ALONG / coarser) + 1)
         along = 0.5 * bead.length * np.sin(turns)
-    return eighth(bead, across, along, graded(bead.radius, spacing, GROWTH_OUTSIDE, coarser))
+    return eighth(bead, across, along, graded(bead.radius, spacing, coarser, GROWTH_OUTSIDE, 1))
 
 
 def even_eighth(bead: Sphere, spacing: float) -> Eighth:
@@ -140,22 +138,13 @@ def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth
     across = _from_the_pole(bead.radius * CORNER, radius, size, coarser)
     end = 0.5 * bead.length if isinstance(bead, Cylinder) else bead.radius * CORNER
     along = _from_the_pole(end, min(radius, 0.5 * end), size, coarser)
-    return eighth(bead, across, along, graded(bead.radius, size, GROWTH_OUTSIDE, coarser))
-
-
-def graded(length: float, first: float, growth: float, coarser: float = 1.0) -> Vector:
-    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance)."""
-    cells = log1p(growth * length / first)
-    count = ceil(cells / growth / coarser)
-    nodes: Vector = first / growth * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
-    nodes[-1] = length
-    return nodes
+    return eighth(bead, across, along, graded(bead.radius, size, coarser, GROWTH_OUTSIDE, 1))
 
 
 def _from_the_pole(length: float, reach: float, spacing: float, coarser: float) -> Vector:
     """Return the nodes from 0 to a length, m, by the growth inside up to the reach and by that outside beyond."""
-    inside = graded(reach, spacing, GROWTH_INSIDE, coarser)
-    outside = graded(length - reach, spacing + GROWTH_INSIDE * reach, GROWTH_OUTSIDE, coarser)
+    inside = graded(reach, spacing, coarser, GROWTH_INSIDE, 1)
+    outside = graded(length - reach, spacing + GROWTH_INSIDE * reach, coarser, GROWTH_OUTSIDE, 1)
     return np.append(inside, reach + outside[1:])
 
 

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2
 
 import hertzlink as hl
-from particles.laws.active_set import ActiveSetNotConverged, contact_forces, edge_approach, forces_of_steps
+from particles.laws.active_set import ContactNotConverged, contact_forces, edge_approach, forces_of_steps
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.axisymmetric_mesh import Body, HalfPlane, body_of, half_plane
 from particles.laws.compliance import supported_stiffness, surface_compliance
@@ -379,6 +379,6 @@ def test_cautions(ratio: float, approach: float, spacing: float, words: str) -> 
 def test_active_set_that_does_not_converge_is_named() -> None:
     """Two nodes whose forces pull each other apart are never at rest."""
     compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
-    with pytest.raises(ActiveSetNotConverged, match="nodes in contact") as caught:
+    with pytest.raises(ContactNotConverged, match="nodes in contact") as caught:
         contact_forces(compliance, np.zeros(2), 1e-6, np.array([True, True]))
     assert caught.value.approach == 1e-6

@@ -12,7 +12,7 @@ import hertzlink as hl
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.computed import ComputedLaw
 from particles.laws.half_spaces import (
-    PressuresNotConverged,
+    ContactNotConverged,
     contact_law_bem,
     contact_pressures,
     displacements,
@@ -353,7 +353,7 @@ def test_cautions(degrees: float, asked: dict[str, float], words: str) -> None:
 def test_pressures_that_do_not_converge_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three iterations are too few; the error reports the approach of the first load step."""
     monkeypatch.setattr("particles.laws.half_spaces.MOST_ITERATIONS", 3)
-    with pytest.raises(PressuresNotConverged, match="pressures still changed after 3 iterations") as caught:
+    with pytest.raises(ContactNotConverged, match="pressures still changed after 3 iterations") as caught:
         contact_law_bem(cylinder(), cylinder(30.0), max_approach=1e-6)
     assert caught.value.approach == pytest.approx(1.02e-9)
 

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 import hertzlink as hl
 from particles.laws.active_set import contact_forces, edge_approach, forces_of_steps
-from particles.laws.axisymmetric_mesh import Spheroid, half_plane
+from particles.laws.axisymmetric_mesh import Disc, half_plane
+from particles.laws.compliance import surface_compliance
 from particles.laws.computed import ComputedLaw
 from particles.laws.formulas import line_force
-from particles.laws.plane import STATES, contact_law_plane, section_compliance
+from particles.laws.plane import STATES, contact_law_plane
 from structures.structure import Vector
 
 STEEL, ALUMINIUM = hl.STEEL_316, hl.ALUMINIUM_6061
@@ -102,10 +103,10 @@ def test_wide_contacts_leave_the_theory() -> None:
 
 def pressed_nodes(reach: float, spacing: float, coarser: float = 1.0) -> tuple[Vector, Vector, Vector]:
     """Places of the nodes up to `reach`, m; compliance and gap of two cylinders on the mesh of `half_plane`."""
-    disc = Spheroid(STEEL, RADIUS, RADIUS)
+    disc = Disc(STEEL, RADIUS, RADIUS, length=LENGTH)
     plane = half_plane(disc, reach, spacing, coarser)
     along = plane.along[plane.surface]
-    return along, 2.0 * section_compliance(STEEL, plane, "strain", LENGTH), 2.0 * disc.drop(along)
+    return along, 2.0 * surface_compliance(disc, plane, "roller"), 2.0 * disc.drop(along)
 
 
 @pytest.mark.thorough
