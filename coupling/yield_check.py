@@ -14,6 +14,7 @@ import numpy as np
 from coupling.recording.frames import Motion, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.waves_of_runs import Series, find_waves
+from particles.contacts import once_per_pair
 from particles.deformable.deformable_chain import DeformableChain
 from particles.laws.yielding import JacksonGreen
 from particles.moving import MovingChain
@@ -72,19 +73,12 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
     """
     if isinstance(chain.chain, DeformableChain) or chain.chain.law is not None:
         return None
-    law, by_pair, forces = JacksonGreen(), dict[tuple[int, int], float](), np.full(len(chain.pairs), inf)
-    for i, (pair, elastic) in enumerate(zip(chain.pairs, chain.laws, strict=True)):
-        if pair is None or elastic is None:
-            continue
-        key = id(pair[0]), id(pair[1])
-        if key not in by_pair:
-            try:
-                contact = law.of_law(*pair, elastic)
-            except ValueError:  # bodies that do not touch in a circle
-                return None
-            by_pair[key] = inf if contact is None or contact.overlap == inf else contact.yield_force
-        forces[i] = by_pair[key]
-    return forces
+    law, pairs, laws = JacksonGreen(), chain.pairs, chain.laws
+    try:
+        contacts = once_per_pair(pairs, lambda pair, i: law.of_law(*pair, laws[i]))  # type: ignore[arg-type]
+    except ValueError:  # bodies that do not touch in a circle
+        return None
+    return np.array([contact.yield_force if contact and contact.overlap < inf else inf for contact in contacts])
 
 
 def _change(chain: MovingChain, motion: Motion, times: Vector) -> str | None:

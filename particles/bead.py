@@ -76,8 +76,19 @@ class Bead(Protocol):
         """Material and curvatures at its contacts."""
 
 
+class _Round(Bead, Protocol):
+    """A body that is round about an axis across the chain."""
+
+    radius: float
+
+    @property
+    def size(self) -> float:
+        """Extent along the chain, m."""
+        return 2.0 * self.radius
+
+
 @described
-class Sphere(Bead):
+class Sphere(_Round):
     """A solid sphere.
 
     Parameters
@@ -108,18 +119,13 @@ class Sphere(Bead):
         return 4.0 / 3.0 * pi * self.radius**3 * self.material.density
 
     @property
-    def size(self) -> float:
-        """Extent along the chain, m."""
-        return 2.0 * self.radius
-
-    @property
     def surface(self) -> Surface:
         """Material and curvature 1/R."""
         return Surface(self.material, 1.0 / self.radius)
 
 
 @described
-class HollowSphere(Bead):
+class HollowSphere(_Round):
     """A spherical shell.
 
     Parameters
@@ -160,11 +166,6 @@ class HollowSphere(Bead):
     def mass(self) -> float:
         """4/3 π (R³ − Rᵢ³) ρ, kg."""
         return 4.0 / 3.0 * pi * (self.radius**3 - self.inner_radius**3) * self.material.density
-
-    @property
-    def size(self) -> float:
-        """Extent along the chain, m."""
-        return 2.0 * self.radius
 
     @property
     def surface(self) -> Surface:
@@ -245,7 +246,7 @@ class Ellipsoid(Bead):
 
 
 @described
-class Cylinder(Bead):
+class Cylinder(_Round):
     """A solid cylinder that lies across the chain.
 
     Parameters
@@ -287,11 +288,6 @@ class Cylinder(Bead):
     def mass(self) -> float:
         """π R² L ρ, kg."""
         return pi * self.radius**2 * self.length * self.material.density
-
-    @property
-    def size(self) -> float:
-        """Extent along the chain, m."""
-        return 2.0 * self.radius
 
     @property
     def surface(self) -> Surface:

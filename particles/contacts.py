@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import inf
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from structures.structure import Vector
 from structures.surface import Surface
 from structures.units import readable
 
+T = TypeVar("T")
 Pair = tuple[Bead, Bead | Surface]
 Laws = Sequence[ContactLaw | None]
 Groups = dict[ContactLaw, Vector]
@@ -38,6 +39,15 @@ def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> t
     elif faced is not None:
         first = chain.beads[0], faced
     return (first, *pairwise(chain.beads), None if surface is None else (chain.beads[-1], surface))
+
+
+def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) -> list[T | None]:
+    """Return of(pair, contact) of each contact, found once for those of the same two bodies; None where nothing is."""
+    found: dict[tuple[int, int], T] = {}
+    for i, pair in enumerate(pairs):
+        if pair is not None and (id(pair[0]), id(pair[1])) not in found:
+            found[id(pair[0]), id(pair[1])] = of(pair, i)
+    return [None if pair is None else found[id(pair[0]), id(pair[1])] for pair in pairs]
 
 
 def laws_of(
@@ -71,16 +81,13 @@ def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple
     chain_law = chain.law
     if not isinstance(chain_law, YieldingLaw):
         return None
-    by_pair: dict[tuple[int, int], YieldingContact | None] = {}
-    for pair, law in zip(pairs, laws, strict=True):
-        if pair is not None and law is not None and (id(pair[0]), id(pair[1])) not in by_pair:
-            by_pair[id(pair[0]), id(pair[1])] = chain_law.of_law(*pair, law)
-    if not any(by_pair.values()):
+    yielding = once_per_pair(pairs, lambda pair, i: chain_law.of_law(*pair, laws[i]))  # type: ignore[arg-type]
+    if not any(yielding):
         raise ValueError(
             f"law = {chain_law!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) "
             "or the law's own yield_strength"
         )
-    return tuple(None if pair is None else by_pair[id(pair[0]), id(pair[1])] for pair in pairs)
+    return tuple(yielding)
 
 
 def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:

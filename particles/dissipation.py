@@ -5,6 +5,7 @@ pull. The drag and the thesis's form of the power law act on single bodies and d
 """
 
 from abc import ABC, abstractmethod
+from dataclasses import fields
 from inspect import getattr_static
 from math import cos, cosh
 from typing import Annotated, Any, cast
@@ -87,6 +88,14 @@ class Dissipation(ABC):
         return rates if self.piece == "drag" else rates / mass
 
 
+class _Even(Dissipation):
+    """A loss that has the same coefficient everywhere, its first number."""
+
+    def coefficients(self, mass: Vector) -> Vector:
+        """Return this number at each contact, or on each body."""
+        return np.full_like(mass, getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
+
+
 def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
     """Return the loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
     coefficients, piece = coefficients_of(loss, mass), cast(Any, loss.piece)
@@ -144,7 +153,7 @@ def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
 
 
 @described
-class LinearDashpot(Dissipation):
+class LinearDashpot(_Even):
     """A force γ dδ/dt in addition to the elastic one while beads touch.
 
     Parameters
@@ -173,13 +182,9 @@ class LinearDashpot(Dissipation):
     coefficient: Annotated[float, Quantity("N s/m", "a coefficient", "5 N s/m", or_zero=True)]
     piece = "dashpot"
 
-    def coefficients(self, mass: Vector) -> Vector:
-        """Return γ at each contact."""
-        return np.full_like(mass, self.coefficient)
-
 
 @described
-class PowerDashpot(Dissipation):
+class PowerDashpot(_Even):
     """A viscous force that grows as a power of a rate.
 
     The form "pairwise" acts between touching beads, γ |dδ/dt|^α against the approach rate. It keeps momentum, and for
@@ -226,13 +231,9 @@ class PowerDashpot(Dissipation):
         """Form of the force."""
         return "dashpot" if self.form == "pairwise" else "bodies"
 
-    def coefficients(self, mass: Vector) -> Vector:
-        """Return γ at each contact, or on each body."""
-        return np.full_like(mass, self.coefficient)
-
 
 @described
-class MassProportional(Dissipation):
+class MassProportional(_Even):
     """A drag −α₁ m v on every bead and the striker, Rayleigh's mass-proportional damping. Momentum is lost.
 
     Parameters
@@ -259,13 +260,9 @@ class MassProportional(Dissipation):
     rate: Annotated[float, Quantity("1/s", "a rate", "6900 1/s", or_zero=True)]
     piece = "drag"
 
-    def coefficients(self, mass: Vector) -> Vector:
-        """Return α₁ on each body."""
-        return np.full_like(mass, self.rate)
-
 
 @described
-class KuwabaraKono(Dissipation):
+class KuwabaraKono(_Even):
     """Viscoelastic spheres: a force τ dF/dt in addition to the elastic F, so 3/2 k τ √δ dδ/dt for Hertz's contacts.
 
     Parameters
@@ -291,10 +288,6 @@ class KuwabaraKono(Dissipation):
 
     time: Time
     piece = "tangent"
-
-    def coefficients(self, mass: Vector) -> Vector:
-        """Return τ at each contact."""
-        return np.full_like(mass, self.time)
 
 
 @described

@@ -222,8 +222,51 @@ class SpringLoaded(Excitation):
         return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.left**2
 
 
+class _History(Excitation):
+    """An excitation by a curve through points over time. A subclass names what its values are, and their unit."""
+
+    time: Sequence[float]
+    kind: int
+    values: str
+    unit: str
+
+    def __post_init__(self) -> None:
+        columns = {}
+        for column, unit in (("time", "s"), (self.values, self.unit)):
+            numbers = getattr(self, column)
+            if not isinstance(numbers, Sequence | np.ndarray) or getattr(numbers, "ndim", 1) != 1 or len(numbers) < 2:
+                raise ValueError(f"{column}: must be a list of two numbers or more")
+            columns[column] = tuple(finite(column, number, unit) for number in numbers)
+            object.__setattr__(self, column, columns[column])
+        times, values = columns["time"], columns[self.values]
+        if len(times) != len(values):
+            raise ValueError(f"{self.values}: {len(values)} values for {len(times)} times; must be as many")
+        if times[0] != 0.0 or min(np.diff(times)) <= 0.0:
+            raise ValueError("time: must increase from 0 s")
+        Likely.TIME.warn(type(self).__name__, "time[-1]", times[-1])
+
+    @property
+    def history(self) -> tuple[Vector, Vector, Vector]:
+        """Times, values and rates, of monotone cubics."""
+        from scipy.interpolate import PchipInterpolator
+
+        values = getattr(self, self.values)
+        rates = PchipInterpolator(self.time, values)(self.time, 1)
+        return np.asarray(self.time, float), np.asarray(values, float), rates
+
+    @property
+    def duration(self) -> float:  # type: ignore[override]
+        """The length of the history, s."""
+        return self.time[-1]
+
+    @property
+    def drive(self) -> Drive:
+        """The history."""
+        return Drive(self.kind, np.array(self.history))
+
+
 @described
-class PushedBead(Excitation):
+class PushedBead(_History):
     """A force history on the first bead in place of a striker.
 
     Monotone cubics run between the points, and the last force stays. Contact 1 of the results is this force, or, with a
@@ -252,29 +295,15 @@ class PushedBead(Excitation):
     time: Sequence[Moment]
     force: Sequence[Force]
     allows_structure_behind = True
+    kind, values, unit = PUSHED, "force", "N"
 
     def __post_init__(self) -> None:
-        _check_history(self, "force", "N")
+        super().__post_init__()
         if not isfinite(self.energy(1.0, 0.0)):
             raise ValueError(f"force = {short(self.force)}: must be smaller; its work is not finite")
 
     def __repr__(self) -> str:
         return f"PushedBead({len(self.time)} points up to {self.time[-1]:.4g} s, {max(map(abs, self.force)):.4g} N)"
-
-    @property
-    def history(self) -> tuple[Vector, Vector, Vector]:
-        """Times, values and rates."""
-        return _history(self.time, self.force)
-
-    @property
-    def duration(self) -> float:  # type: ignore[override]
-        """The length of the history, s."""
-        return self.time[-1]
-
-    @property
-    def drive(self) -> Drive:
-        """The force history."""
-        return Drive(PUSHED, np.array(self.history))
 
     def energy(self, mass: float, gravity: float) -> float:
         """Return ½ J²/m of the history's impulse J, J."""
@@ -285,7 +314,7 @@ class PushedBead(Excitation):
 
 
 @described
-class Piston(Excitation):
+class Piston(_History):
     """A rigid piston with a prescribed motion that presses on the first bead.
 
     At rest it holds a preloaded chain in its place. Monotone cubics run between the points, and the last place is kept.
@@ -317,30 +346,17 @@ class Piston(Excitation):
     displacement: Sequence[Coordinate] = (0.0, 0.0)
     surface: Surface | None = None
     bears_preload = True
+    kind, values, unit = MOVED, "displacement", "m"
 
     def __post_init__(self) -> None:
-        _check_history(self, "displacement", "m")
+        super().__post_init__()
+        Likely.WAY.warn("Piston", "max |displacement|", max(map(abs, self.displacement)))
         if self.displacement[0] != 0.0:
             raise ValueError(f"displacement: must start from 0 m, not {self.displacement[0]!r}")
-
-    @property
-    def history(self) -> tuple[Vector, Vector, Vector]:
-        """Times, values and rates."""
-        return _history(self.time, self.displacement)
 
     def __repr__(self) -> str:
         stroke = f"{max(map(abs, self.displacement)):.4g} m"
         return f"Piston({len(self.time)} points up to {self.time[-1]:.4g} s, {stroke}, surface={self.surface!r})"
-
-    @property
-    def duration(self) -> float:  # type: ignore[override]
-        """The length of the history, s."""
-        return self.time[-1]
-
-    @property
-    def drive(self) -> Drive:
-        """The motion."""
-        return Drive(MOVED, np.array(self.history))
 
     def energy(self, mass: float, gravity: float) -> float:
         """Return that of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
@@ -387,27 +403,3 @@ def _check_drive(name: str, drive: Drive) -> None:
         raise ValueError(f"{name}.history[0] = {short(history[0])}: must be times, s, that increase from 0")
     not_negative(f"{name}.spring", drive.spring, "N/m")
     not_negative(f"{name}.left", drive.left, "m")
-
-
-def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
-    columns = {}
-    for column, its_unit in (("time", "s"), (name, unit)):
-        values = getattr(of, column)
-        if not isinstance(values, Sequence | np.ndarray) or getattr(values, "ndim", 1) != 1 or len(values) < 2:
-            raise ValueError(f"{column}: must be a list of two numbers or more")
-        columns[column] = tuple(finite(column, value, its_unit) for value in values)
-        object.__setattr__(of, column, columns[column])
-    if len(columns["time"]) != len(columns[name]):
-        raise ValueError(f"{name}: {len(columns[name])} values for {len(columns['time'])} times; must be as many")
-    if columns["time"][0] != 0.0 or min(np.diff(columns["time"])) <= 0.0:
-        raise ValueError("time: must increase from 0 s")
-    Likely.TIME.warn(type(of).__name__, "time[-1]", columns["time"][-1])
-    if unit == "m":
-        Likely.WAY.warn(type(of).__name__, f"max |{name}|", max(map(abs, columns[name])))
-
-
-def _history(time: Sequence[float], values: Sequence[float]) -> tuple[Vector, Vector, Vector]:
-    from scipy.interpolate import PchipInterpolator
-
-    curve = PchipInterpolator(time, values)
-    return np.asarray(time, float), np.asarray(values, float), curve(time, 1)

@@ -199,9 +199,7 @@ class MovingChain:
     @fact
     def static_force(self) -> Vector:
         """The static force of each contact, N."""
-        static = statics.static_forces(self.chain, self.behind is not None)
-        statics.check_support(self.chain, self.surface, static)
-        return static
+        return statics.static_forces(self.chain, self.surface, self.behind is not None)
 
     @fact
     def laws(self) -> tuple[ContactLaw | None, ...]:
@@ -221,11 +219,6 @@ class MovingChain:
     def __repr__(self) -> str:
         facing = short(self.surface) if self.behind is None else f"{short(self.surface)}, behind={short(self.behind)}"
         return f"{type(self).__name__}({self.chain!r}, {facing})"
-
-    @property
-    def ends(self) -> int:
-        """The number of structures that the chain faces, an absent one counted at the last end: 1 or 2."""
-        return 1 if self.behind is None else 2
 
     @cached_property
     def energy(self) -> float:
@@ -495,7 +488,9 @@ class MovingChain:
     @fact
     def rest(self) -> Vector:
         """The positions in static equilibrium, m, and behind them what contacts that yield remember."""
-        places = statics.places_at_rest(self.preload, self.static_force, self._springs())
+        approach = self.preload.copy()
+        approach[[0, -1]] += self._springs() * self.static_force[[0, -1]]
+        places: Vector = np.cumsum(approach[::-1])[::-1].copy()
         if self.yielding is None:
             return places
         return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))

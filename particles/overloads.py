@@ -2,17 +2,20 @@
 
 from functools import lru_cache
 from math import inf, pi, sqrt
-from typing import Any
 
 import numpy as np
 
 from particles.bead import Bead, Cylinder
+from particles.contacts import once_per_pair
 from particles.moving import MovingChain
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
 
 Side = Bead | Surface
+
+NO_PRESSURE = 0.0, 1.0, inf
+"""Factor, power and limit of a contact whose pressure is not known, or leaves nothing out."""
 
 OF_HERTZ = 1.0 / 3.0
 """Power of the force in the pressure of a round or elliptic contact."""
@@ -28,16 +31,11 @@ def overloads(chain: MovingChain, force: Vector) -> Vector:
 
 def _pressures(chain: MovingChain) -> Vector:
     """Return the factor and the power of each contact's force in the pressure, and the pressure at which it yields."""
-    pressures, by_pair = np.tile([[0.0], [1.0], [inf]], len(chain.pairs)), dict[tuple[int, int], Any]()
-    for i, pair in enumerate(chain.pairs):
-        # Contacts whose law yields leave nothing out.
-        if pair is None or (chain.yielding is not None and chain.yielding[i] is not None):
-            continue
-        key = id(pair[0]), id(pair[1])
-        if key not in by_pair:
-            by_pair[key] = _pressure(*pair)
-        pressures[:, i] = by_pair[key]
-    return pressures
+    # Contacts whose law yields leave nothing out.
+    yields = [*map(bool, chain.yielding or [None] * len(chain.pairs))]
+    elastic = [None if beyond else pair for pair, beyond in zip(chain.pairs, yields, strict=True)]
+    pressures = once_per_pair(elastic, lambda pair, _: _pressure(*pair))
+    return np.array([pressure or NO_PRESSURE for pressure in pressures]).T
 
 
 def unknown_strengths(chain: MovingChain) -> list[str]:
@@ -95,12 +93,11 @@ def _pressure_of_surfaces(surface: Surface, facing: Surface, length: float) -> t
     """Return these of two surfaces; length, m, of a line contact. Stored, as thousands of runs have the same beads."""
     limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
     if limit == inf:
-        return 0.0, 1.0, inf
+        return NO_PRESSURE
     try:
         flat, sharp = relative_curvatures(surface, facing)
     except ValueError:
-        # Bodies that conform have a law of the user's own, and no pressure of Hertz's.
-        return 0.0, 1.0, inf
+        return NO_PRESSURE  # bodies that conform have a law of the user's own
     if flat > 1e-12 * sharp:
         return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
     modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)

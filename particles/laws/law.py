@@ -125,11 +125,11 @@ class ContactLaw(ABC):
 
     def approach(self, force: Vector) -> Vector:
         """Return δ(F), m, the inverse of the law."""
-        return _inverse(self.force, np.asarray(force, float))
+        return inverse(self.force, np.asarray(force, float))
 
     def overlap(self, energy: Vector) -> Vector:
         """Return the approach, m, at which the contact holds this energy (J)."""
-        return _inverse(self.energy, np.asarray(energy, float))
+        return inverse(self.energy, np.asarray(energy, float))
 
     @cached_property
     def table_error(self) -> float:
@@ -457,7 +457,7 @@ def _shape_table(exponent: float) -> Vector:
     return kernel_table(PowerLaw(1.0, exponent))
 
 
-def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
+def inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
     """Return where an increasing function of the approach has these values, by dividing an interval of ln δ.
 
     All ends of the parts are asked at once: a function takes hardly longer for many approaches than for one.

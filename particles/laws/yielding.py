@@ -16,7 +16,7 @@ import numpy as np
 from particles.bead import Bead
 from particles.kernels.laws import table_energies
 from particles.laws.formulas import NEARLY_ROUND_CONTACT
-from particles.laws.law import ContactLaw, PowerLaw, kernel_table
+from particles.laws.law import ContactLaw, PowerLaw, inverse, kernel_table
 from structures.caution import collected
 from structures.checks import short
 from structures.described import described
@@ -323,14 +323,7 @@ class YieldingContact:
         elastic = self.elastic.approach(force)
         if self.overlap == inf or not np.any(force > self.yield_force):
             return elastic
-        low, high = np.full(force.shape, self.overlap), np.maximum(elastic, self.overlap)
-        while np.any(self._loading(high) < force):
-            high = 2.0 * high
-        for _ in range(100):
-            middle = 0.5 * (low + high)
-            below = self._loading(middle) < force
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return np.where(force > self.yield_force, 0.5 * (low + high), elastic)
+        return np.where(force > self.yield_force, inverse(self._loading, force), elastic)
 
     @cached_property
     def tables(self) -> tuple[Vector, Vector]:

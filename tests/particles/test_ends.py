@@ -325,7 +325,6 @@ def test_scales() -> None:
     stiffness = hertz_stiffness(BEAD.surface, LARGE.surface)
     depth = (2.5 * chain.impact_energy / stiffness) ** 0.4
     assert (alone.force_scale, alone.indentation_scale) == pytest.approx((stiffness * depth**1.5, depth))
-    assert (alone.ends, moving.ends) == (1, 2)
     assert hl.Chain([BEAD], None).impact_energy == pytest.approx(0.5 * BEAD.mass * 1e-4)
     assert hl.Chain([BEAD], None, 0).impact_energy == hl.Chain([BEAD], None).impact_energy
 
