@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from decimal import Decimal
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
@@ -56,6 +57,14 @@ def positive(name: str, value: float, unit: str = "") -> float:
         least = f", at least {SMALLEST:g}" if value > 0.0 else ""
         raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}{least}")
     return number
+
+
+def existing(what: str, path: Path) -> Path:
+    """Return the path of a file; raise a ValueError where there is none. what: how messages begin."""
+    if not path.is_file():
+        reason = "is a folder; give a file in it" if path.is_dir() else "there is no such file"
+        raise ValueError(f"{what}: {reason}")
+    return path
 
 
 def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:

@@ -940,6 +940,15 @@ def test_a_table_that_does_not_fit_the_case_is_refused(
         grid_of(case_of(template("wall")), Path("points.csv"))
 
 
+def test_a_column_that_is_an_unknown_is_refused_before_any_fit(monkeypatch: Any, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = "structure.material.youngs_modulus"
+    asked = f'\n[identify]\nsensors = {{ 7 = 1 }}\nunit = "N"\nunknowns = {{ "{path}" = ["2 GPa", "5 GPa"] }}\n'
+    Path("points.csv").write_text(f"x / mm, y / mm, file, {path} / GPa\n0, 0, tap.csv, 3\n")
+    with pytest.raises(ValueError, match=rf"points.csv:2: column {path}: is an unknown of \[identify\] as well"):
+        grid_of(case_of(template("wall") + asked), Path("points.csv"))
+
+
 @pytest.mark.thorough
 def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[..., str]) -> None:
     """The shared case on a smaller plate: its thickness and the place of its contact, with three nuisances.

@@ -28,7 +28,7 @@ from particles.laws.yielding import YieldingLaw
 from particles.moving import ChainState, MovingChain
 from particles.overloads import overloads, weaker
 from structures.caution import caution
-from structures.checks import instance, short, whole
+from structures.checks import instance, short
 from structures.described import registered
 from structures.surface import Surface, hertz_stiffness
 
@@ -187,7 +187,9 @@ def _warn_of_yield(moving: MovingChain) -> None:
 
 
 def _builder(fmi: int) -> Any:
-    kit = KITS[whole("fmi", fmi, 2, 3)]
+    kit = KITS.get(fmi) if isinstance(fmi, int) else None
+    if kit is None:
+        raise ValueError(f"fmi = {short(fmi)}: must be 2 or 3, for FMI 2.0 or 3.0")
     try:
         return import_module(kit).FmuBuilder
     except ImportError as error:

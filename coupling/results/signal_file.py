@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +116,7 @@ def read_trace(
             piece, in_column = _by_column(path, file, samples, column, sampling, in_column)
         notes += [note for note in piece.notes if note not in notes]
         pieces[column] = piece.time, {n: unit_of[n].size * _at_rows(row, piece.rows) for n, row in in_column.items()}
-    time, values = _common(path, pieces, notes)
+    time, values = on_one_time(f"{path}: columns {[*pieces]}", pieces, notes)
     for sensor, column in column_of.items():
         notes += _missing(file, samples, sensor, column, values[sensor])
     names = {sensor: samples.header.name(column) for sensor, column in column_of.items()}
@@ -176,7 +176,7 @@ def _of_recording(
         notes += [note for note in even.notes if note not in notes]
         if lost := int((~np.isfinite(pieces[column][1][sensor])).sum()):
             notes.append(f"sensor {sensor}: {count_of(lost, 'sample is', 'samples are')} missing, and NaN")
-    time, rows = _common(path, pieces, notes)
+    time, rows = on_one_time(f"{path}: columns {[*pieces]}", pieces, notes)
     names_of = {sensor: recording.channels[column - 1].name for sensor, column in column_of.items()}
     return _trimmed(Trace(time, rows, units, notes, names_of))
 
@@ -433,24 +433,23 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
     ]
 
 
-def _common(
-    path: Path, pieces: Mapping[int | None, tuple[Vector, dict[int, Vector]]], notes: list[str]
+def on_one_time(
+    what: str, pieces: Mapping[Any, tuple[Vector, dict[int, Vector]]], notes: list[str]
 ) -> tuple[Vector, dict[int, Vector]]:
-    """Return the columns over one time: those with times of their own are taken where all overlap."""
+    """Return the columns over one time: those with times of their own are taken where all overlap. what: in messages,
+    the pieces."""
     every = [*pieces.values()]
     time = every[0][0]
     if len(every) == 1 or all(np.array_equal(time, other) for other, _ in every[1:]):
         return time, {sensor: row for _, rows in every for sensor, row in rows.items()}
     step = float(time[1] - time[0])
     if any(abs(float(other[1] - other[0]) - step) > 1e-3 * step for other, _ in every):
-        raise ValueError(
-            f"{path}: columns {[*pieces]} hold times of different intervals; read their sensors separately"
-        )
+        raise ValueError(f"{what} hold times of different intervals; read their sensors separately")
     first = max(float(other[0]) for other, _ in every)
     last = min(float(other[-1]) for other, _ in every)
     inside = (time >= first - 1e-3 * step) & (time <= last + 1e-3 * step)
     if inside.sum() < FEWEST_SAMPLES:
-        raise ValueError(f"{path}: columns {[*pieces]} hold times that do not overlap; read their sensors separately")
+        raise ValueError(f"{what} hold times that do not overlap; read their sensors separately")
     time = time[inside]
     notes.append(
         "sensors have times of their own, which begin up to "

@@ -13,9 +13,9 @@ from coupling.results.provenance import provenance
 from coupling.results.schema import variable
 from coupling.results.scope_header import FORCE, TIME, quantity_of
 from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, trace
-from coupling.results.signal_file import Sampling, read_trace
+from coupling.results.signal_file import Sampling, on_one_time, read_trace
 from structures.caution import caution, collected
-from structures.checks import finite, instance, not_negative, one_of, positive, short, whole
+from structures.checks import existing, finite, instance, not_negative, one_of, positive, short, whole
 from structures.quantities import Likely
 from structures.structure import Vector
 from structures.units import readable
@@ -73,7 +73,7 @@ def as_signal(
 
 
 def read_signal(
-    path: str | Path,
+    path: str | Path | Mapping[int, str | Path],
     sensors: Mapping[int, int],
     time_column: int | None = None,
     time_unit: str | None = None,
@@ -89,12 +89,13 @@ def read_signal(
 
     Parameters
     ----------
-    path : path
-        The file: lines of any kind, then one line for each sample. Commas, semicolons, tabs or blanks separate the
-        columns; numbers have decimal points or commas. Trigger times below zero are allowed. What is no number
-        (9.9E+37, OVER, an empty cell) becomes NaN, and lines that are no samples are left out, each with a warning.
-        Or a binary file of Tektronix, LeCroy, Keysight, Rigol, Siglent, Rohde & Schwarz, Yokogawa, LabVIEW or MATLAB,
-        WAV, HDF5, UFF 58, xlsx or Parquet, for most of which ``hertzlink[recorders]`` must be installed.
+    path : path or mapping
+        The file, or sensor number → file of a recorder that writes one for each channel. Lines of any kind, then one
+        line for each sample. Commas, semicolons, tabs or blanks separate the columns; numbers have decimal points or
+        commas. Trigger times below zero are allowed. What is no number (9.9E+37, OVER, an empty cell) becomes NaN, and
+        lines that are no samples are left out, each with a warning. Or a binary file of Tektronix, LeCroy, Keysight,
+        Rigol, Siglent, Rohde & Schwarz, Yokogawa, LabVIEW or MATLAB, WAV, HDF5, UFF 58, xlsx or Parquet, for most of
+        which ``hertzlink[recorders]`` must be installed.
     sensors : mapping
         Sensor number → column, counted from 0; of a binary file the channel, counted from 1.
     time_column : int, optional
@@ -153,7 +154,12 @@ def read_signal(
     >>> print(f"{hl.reflections(signal, sensor=7).incident.amplitude:.1f} N")
     50.0 N
     """
-    instance("path", path, str | Path, "the name of a file")  # type: ignore[arg-type]
+    if isinstance(path, list | tuple):
+        raise ValueError(
+            f"path = {short(path)}: must be one file, or {{sensor: file}} for files of one channel each; for taps, "
+            "average_taps([read_signal(file, …) for file in files])"
+        )
+    instance("path", path, str | Path | Mapping, "the name of a file, or {sensor: file}")  # type: ignore[arg-type]
     instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
     if not sensors:
         raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
@@ -161,27 +167,35 @@ def read_signal(
     sampling = _sampling(time_column, time_unit, interval, start, segment)
     if sampling.column in column_of.values():
         raise ValueError(f"sensors = {dict(sensors)!r}: column {sampling.column} is the time column")
-    if len(set(column_of.values())) < len(column_of):
+    files = dict.fromkeys(column_of, path) if isinstance(path, str | Path) else dict(path)
+    if files.keys() != column_of.keys():
+        raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
+    if len({(str(files[sensor]), column) for sensor, column in column_of.items()}) < len(column_of):
         raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
     if unit is not None:
         _newtons(_si("unit", unit, FORCE), calibration, list(column_of))
-    if not Path(path).is_file():
-        raise ValueError(f"path = {str(path)!r}: must be the name of a file that exists")
-    file = read_trace(Path(path), column_of, sampling, unit)
-    rows = {
-        sensor: _newtons(file.units[sensor], calibration, [sensor])[sensor] * row
-        for sensor, row in file.columns.items()
+    traces = {
+        file: read_trace(existing(f"path = {str(file)!r}", Path(file)), its, sampling, unit)
+        for file in dict.fromkeys(files.values())
+        for its in [{n: column_of[n] for n in files if files[n] == file}]
     }
+    notes = [f"{file}: {note}" for file, read in traces.items() for note in read.notes]
+    units = {sensor: unit for read in traces.values() for sensor, unit in read.units.items()}
+    pieces = {file: (read.time, read.columns) for file, read in traces.items()}
+    time, columns = on_one_time(f"path: {', '.join(map(str, pieces))}", pieces, notes)
+    rows = {n: _newtons(units[n], calibration, [n])[n] * columns[n] for n in column_of}
+    names = str(path) if isinstance(path, str | Path) else {n: str(file) for n, file in files.items()}
     inputs = {
-        "signal": str(path), "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
+        "signal": names, "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
         "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
-        "units_of_columns": file.units,
+        "units_of_columns": units,
     }  # fmt: skip
-    data = _dataset(file.time, rows, positions, baseline, inputs, f"{path}: ")
-    notes = [*file.notes, *_doubts(data)]
+    where = f"{', '.join(map(str, pieces))}: "
+    data = _dataset(time, rows, positions, baseline, inputs, where)
+    notes += [f"{where}{doubt}" for doubt in _doubts(data)]
     for note in notes:
-        caution(f"{path}: {note}")
-    return data.assign_attrs(reading="\n".join(notes))
+        caution(note)
+    return data.assign_attrs(reading="\n".join(note.removeprefix(where) for note in notes))
 
 
 def _sampling(

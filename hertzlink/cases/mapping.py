@@ -16,6 +16,7 @@ from coupling.results.signals import read_signal
 from coupling.sweeps.store import Store
 from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case
+from hertzlink.cases.entry_paths import written
 from hertzlink.cases.identifying import answer, of_file, signal_of
 from hertzlink.cases.questions import question_of
 from hertzlink.cases.report import WIDTH, csv_text, table
@@ -63,6 +64,9 @@ class OfCase:
             except ValueError:
                 number = text
         path = path_of(name, ())
+        asked = self.case.model.identify.unknowns if self.case.model.identify else ()
+        if written(path) in (written(path_of(key, ())) for key in asked):
+            raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
         return si_value(self.case, path, number, path)
 
 

@@ -20,27 +20,28 @@ SHOWN = 8
 
 
 @click.command("signal", short_help="Show what a file of a scope or recorder holds.")
-@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--segment", metavar="NUMBER", type=click.IntRange(min=1), help="The segment of a sequence, from 1 on.")
 @click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(file: Path, segment: int | None, interval: float | None, picture: Path | None) -> None:
-    """Show what a file of a scope or recorder holds: channels, units, sampling, range, clipping, noise and hum.
+def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | None, picture: Path | None) -> None:
+    """Show what files of a scope or recorder hold: channels, units, sampling, range, clipping, noise and hum.
 
-    A picture of the channels is written beside. Nothing is fitted; `hertzlink identify` does that.
+    A picture of the channels of each is written beside. Nothing is fitted; `hertzlink identify` does that.
     """
     from coupling.results.signal_file import Sampling
     from coupling.results.signal_overview import overview
-    from structures.checks import positive
+    from structures.checks import existing, positive
 
-    if not file.is_file():
-        raise ValueError(f"{file}: there is no such file")
     seconds = None if interval is None else positive("interval", interval, "s")
-    seen = overview(file, Sampling(interval=seconds, segment=segment))
-    show(table(seen))
-    name = picture or Path(f"{file.stem}-signal.png")
-    draw(seen, name)
-    say(f"written: {name}")
+    pictures = [picture or Path(f"{file.stem}-signal.png") for file in files]
+    if len(set(pictures)) < len(files):
+        raise ValueError(f"{files[-1]}: its picture, {pictures[-1]}, would replace that of another file; show it alone")
+    for file, name in zip(files, pictures, strict=True):
+        seen = overview(existing(str(file), file), Sampling(interval=seconds, segment=segment))
+        show(f"{file}: {table(seen)}" if len(files) > 1 else table(seen))
+        draw(seen, name)
+        say(f"written: {name}")
 
 
 def table(seen: "Overview") -> str:

@@ -5,6 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from structures.checks import existing
 from structures.meshes.abaqus_file import read_abaqus
 from structures.meshes.hdf5 import check_hdf5
 from structures.meshes.mesh_process import BY_GMSH
@@ -58,9 +59,7 @@ def read_mesh(source: Any) -> Any:
     if not isinstance(source, str | Path):
         raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
     path, name = Path(source), str(source)
-    if not path.is_file():
-        raise ValueError(f"mesh = {name!r}: there is no such file")
-    suffix = path.suffix.lower()
+    suffix = existing(f"mesh = {name!r}", path).suffix.lower()
     if suffix not in FORMATS:
         raise ValueError(
             f"mesh = {name!r}: must be one of {', '.join(FORMATS)}; a meshio.Mesh of another format may be given itself"

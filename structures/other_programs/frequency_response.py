@@ -6,14 +6,15 @@ from typing import Annotated, Any
 import numpy as np
 
 from structures.caution import caution
-from structures.checks import each, one_of, positive
+from structures.checks import each, existing, one_of, positive
 from structures.described import described_as
 from structures.linear_algebra.factor import numbers
 from structures.material import Material
 from structures.other_programs.foreign_files import FOREIGN, read_foreign
 from structures.other_programs.imported import MEMORY, source_of_argument
 from structures.other_programs.imported_modes import oscillators
-from structures.other_programs.matrix_files import Vector, numbers_in
+from structures.other_programs.matrix_files import Vector
+from structures.other_programs.table_heads import FREQUENCY, Head, table_in
 from structures.other_programs.vector_fitting import Complex, fit_modes
 from structures.quantities import Count, Curvature, InFile, OneOf, Quantity
 from structures.structure import Structure
@@ -21,6 +22,17 @@ from structures.surface import Surface
 
 QUANTITIES = {"receptance": 0, "mobility": 1, "accelerance": 2}
 """Displacement, velocity and acceleration for a unit force, and how often each is differentiated."""
+
+UNITS = {
+    "receptance": {"m/N": 1.0, "mm/N": 1e-3},
+    "mobility": {"m/s/N": 1.0, "mm/s/N": 1e-3},
+    "accelerance": {"1/kg": 1.0, "m/s²/N": 1.0, "mm/s²/N": 1e-3},
+}
+"""What units of tables are worth in those of the quantities."""
+
+PARTS = "real", "imaginary"
+POLAR = r"mag|abs|ampl|phase|deg|arg|db$|^\|"
+"""Heads of a response that is not in real and imaginary parts."""
 
 OF_TYPE = {8: "receptance", 11: "mobility", 12: "accelerance"}
 """The same by the types of ordinates in datasets 58."""
@@ -189,12 +201,16 @@ def _check_passive(mobility: Complex) -> None:
 
 def _read(path: Path, quantity: str) -> tuple[Vector, Complex, str]:
     """Return the frequencies, Hz, the response and the quantity of a file."""
-    what, suffix = f"response = {str(path)!r}", path.suffix.lower()
-    if not path.is_file():
-        raise ValueError(f"{what}: there is no such file")
+    what = f"response = {str(path)!r}"
+    suffix = existing(what, path).suffix.lower()
     if suffix in (".csv", ".txt"):
-        table = numbers_in(what, path, (3,))
-        return table[:, 0], table[:, 1] + 1j * table[:, 2], quantity
+        units = {"": 1.0, **UNITS[one_of("quantity", quantity, QUANTITIES)]}
+        heads = [Head("real part", POLAR, {}), *(Head(f"{part} part", rf"\b{part[:2]}", units) for part in PARTS)]
+        table = table_in(what, path, [*FREQUENCY, *heads])
+        real, imaginary = (table[f"{part} part"] for part in PARTS)
+        if real.unit != imaginary.unit:
+            raise ValueError(f"{what}: its parts are in {real.unit or 'no unit'} and {imaginary.unit or 'no unit'}")
+        return table["frequency"].values, real.values + 1j * imaginary.values, quantity
     if suffix not in (".unv", ".uff") or suffix not in FOREIGN:
         raise ValueError(f"{what}: must be one of .csv, .txt, .unv, .uff, or complex numbers")
     driven = [

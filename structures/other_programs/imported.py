@@ -136,8 +136,9 @@ def from_matrices(
     free = np.flatnonzero((first.matrix.diagonal() < 0.99 * HELD) & (weight > 0.0))
     rows = _Rows(first.labels, free, first.matrix.shape[0])
     stated = {"contact": contact, "node": node, "point": point}
-    if sum(value is not None for value in stated.values()) != 1:
-        raise ValueError("contact: state what is struck by one of contact, node, and mesh with point")
+    if len(both := [name for name, value in stated.items() if value is not None]) != 1:
+        instead = f", not by {' and '.join(both)}" if both else ""
+        raise ValueError(f"contact: state what is struck by one of contact, node, and mesh with point{instead}")
     local = 0.0
     if node is not None:
         listed: Sequence[Any] = node if isinstance(node, Sequence) else [node]
@@ -209,7 +210,7 @@ class _Rows:
 def _as_vector(contact: Any, rows: _Rows, direction: Direction) -> Vector:
     """Return b that the user states, as numbers, as a file of them, or as a file of nodes and weights."""
     if isinstance(contact, str | Path):
-        table = numbers_in(f"contact = {str(contact)!r}", Path(contact), (1, 2))
+        _, table = numbers_in(f"contact = {str(contact)!r}", Path(contact), (1, 2))
         if table.shape[1] == 2:
             return rows.push("contact: node", table[:, 0].astype(np.int64), table[:, 1], direction)
         contact = table[:, 0]

@@ -41,9 +41,10 @@ def from_modes(
     Parameters
     ----------
     frequencies : array, str or Path
-        Natural frequencies, Hz, n; zero for rigid motions. Or a file: a table with the columns frequency (Hz), shape
-        (1/√kg) and, if you like, damping ratio (.csv, .txt); CalculiX (.frd), I-DEAS (.unv, .uff; `hertzlink[uff]`),
-        Nastran (.op2; `hertzlink[nastran]`), Ansys (.rst; `hertzlink[ansys]`).
+        Natural frequencies, Hz, n; zero for rigid motions. Or a file: a table (.csv, .txt) with the columns frequency
+        (Hz, kHz or rad/s), shape (1/√kg or 1/√t) and, if you like, damping ratio (1 or %), in any order if heads name
+        them, and in the first of these units if the heads name none; CalculiX (.frd), I-DEAS (.unv, .uff;
+        `hertzlink[uff]`), Nastran (.op2; `hertzlink[nastran]`), Ansys (.rst; `hertzlink[ansys]`).
     material : Material
         The material at the contact, for Hertz's law.
     shapes : array, optional
@@ -81,14 +82,18 @@ def from_modes(
     """
     nodes = [] if node is None else [whole("node", n) for n in (node if isinstance(node, Sequence) else [node])]
     if isinstance(frequencies, str | Path):
-        modes = read_modes("frequencies", Path(frequencies), nodes)
+        if shapes is not None:
+            raise ValueError("shapes: the file of the modes holds them; leave shapes out")
+        modes = read_modes("frequencies", Path(frequencies), nodes, scale)
         axes, size = np.zeros(6), float(np.linalg.norm(direction))
         if size == 0.0:
             raise ValueError(f"direction = {tuple(direction)!r}: must have a length")
         axes[:3] = np.asarray(direction) / size
         vector = modes.shapes @ (axes if nodes else np.abs(np.eye(6)[2]))
     else:
-        vector = _columns(numbers("shapes", shapes if shapes is not None else []))
+        if nodes:
+            raise ValueError(f"node = {nodes[0]}: is for files; shapes are those at the contact already")
+        vector = np.sqrt(scale) * _columns(numbers("shapes", shapes if shapes is not None else []))
         modes = Modes(np.atleast_1d(numbers("frequencies", frequencies)), vector, None)
     count = modes.frequencies.size
     if modes.frequencies.ndim != 1 or not count or len(vector) != count:
@@ -111,9 +116,7 @@ def from_modes(
         "highest_frequency": highest,
     }
     omega = 2.0 * np.pi * each(not_negative, "frequencies", modes.frequencies, "Hz")
-    return oscillators(
-        omega, loss, np.sqrt(scale) * vector, residual_flexibility or 0.0, Surface(material, curvature), origin
-    )
+    return oscillators(omega, loss, vector, residual_flexibility or 0.0, Surface(material, curvature), origin)
 
 
 def oscillators(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import MOST
+from structures.checks import MOST, existing
 from structures.other_programs.foreign_files import FOREIGN, read_foreign
 
 Numbers = NDArray[np.int64]
@@ -23,6 +23,9 @@ FORMATS = {
 
 MOST_ROWS = 2_000_000
 """Degrees of freedom of the largest matrix that is read."""
+
+LONGEST_HEAD = 1000
+"""Characters of a line that are looked at before the numbers."""
 
 HELD = 1e36
 """Abaqus writes this number on the diagonal of a held degree of freedom."""
@@ -40,9 +43,8 @@ def read_matrix(name: str, path: Path) -> LabelledMatrix:
 
     Raises ValueError for a file that cannot be read; time and memory are bounded by the size of the file.
     """
-    what, suffix = f"{name} = {str(path)!r}", path.suffix.lower()
-    if not path.is_file():
-        raise ValueError(f"{what}: there is no such file")
+    what = f"{name} = {str(path)!r}"
+    suffix = existing(what, path).suffix.lower()
     if suffix not in FORMATS:
         raise ValueError(f"{what}: must be one of {', '.join(FORMATS)}, or a matrix")
     if suffix in FOREIGN:
@@ -54,35 +56,34 @@ def read_matrix(name: str, path: Path) -> LabelledMatrix:
     return _matrix_market(what, path) if start == b"%%MatrixMarket" else _triplets(what, path)
 
 
-def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> Vector:
-    """Return the table of a text file; lines before the first that begins with a number, and "*" and "#", are comments.
+def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> tuple[list[str], Vector]:
+    """Return the last lines before the first that begins with a number, and the table of a text file from there on.
 
-    columns: the numbers of columns that the table may have. what: how messages begin. Raises ValueError.
+    Lines that begin with "*" and "#" are comments. columns: the numbers of columns that the table may have. what: how
+    messages begin. Raises ValueError.
     """
-    if not path.is_file():
-        raise ValueError(f"{what}: there is no such file")
-    first, skipped = "", 0
-    with path.open(encoding="latin-1") as file:
+    before = list[str]()
+    with existing(what, path).open(encoding="utf-8-sig", errors="replace") as file:
         for skipped, line in enumerate(file):  # noqa: B007
-            first = line.strip()[:1000]
+            first = line.strip()[:LONGEST_HEAD]
             if first[:1].isdigit() or (first[:1] in "+-." and first[1:2].isdigit()):
                 break
+            before = [*before, first.lstrip("*#%!/ ")][-3:] if first else before
         else:
             raise ValueError(f"{what}: holds no line of numbers")
-    delimiter = next((mark for mark in ",;" if mark in first), None)
-    try:
-        table = np.loadtxt(
-            path, comments=["*", "#"], delimiter=delimiter, skiprows=skipped, ndmin=2, encoding="latin-1"
-        )
-    except ValueError as error:
-        reason = str(error).partition(";")[0].rstrip(".")
-        raise ValueError(f"{what}: {reason}, counted from line {skipped + 1}; is it damaged?") from None
+        delimiter = next((mark for mark in ",;" if mark in first), None)
+        file.seek(0)
+        try:
+            table = np.loadtxt(file, comments=["*", "#"], delimiter=delimiter, skiprows=skipped, ndmin=2)
+        except ValueError as error:
+            reason = str(error).partition(";")[0].rstrip(".")
+            raise ValueError(f"{what}: {reason}, counted from line {skipped + 1}; is it damaged?") from None
     if table.shape[1] not in columns:
         many = " or ".join(map(str, columns))
         raise ValueError(f"{what}: has {table.shape[1]} columns of numbers: must have {many}")
     if not np.isfinite(table).all():
         raise ValueError(f"{what}: must hold finite numbers")
-    return table
+    return before, table
 
 
 def _matrix_market(what: str, path: Path) -> LabelledMatrix:
@@ -103,7 +104,7 @@ def _matrix_market(what: str, path: Path) -> LabelledMatrix:
 
 def _triplets(what: str, path: Path) -> LabelledMatrix:
     """Return a matrix of lines "row column value", or "node, direction, node, direction, value"."""
-    table = numbers_in(what, path, (3, 5))
+    _, table = numbers_in(what, path, (3, 5))
     places, values = table[:, :-1], table[:, -1]
     if (np.abs(places) > MOST).any() or (places != np.floor(places)).any():
         raise ValueError(f"{what}: numbers of rows and nodes must be whole")
@@ -175,6 +176,10 @@ def matrix_of(name: str, value: Any) -> LabelledMatrix:
     rows, columns = read.matrix.shape
     if rows != columns or not rows:
         raise ValueError(f"{name} has shape ({rows}, {columns}): must be square, n × n")
+    if (wrong := np.flatnonzero(~np.isfinite(read.matrix.data))).size:
+        entries = read.matrix.tocoo()
+        row, column, number = (part[wrong[0]] for part in (entries.row, entries.col, entries.data))
+        raise ValueError(f"{name}: must hold finite numbers; row {row + 1}, column {column + 1} has {number}")
     return read
 
 

@@ -514,8 +514,8 @@ class Local(hl.Sphere):
         ({"flexibility": np.nan}, "flexibility = nan: must be a finite number"),
         ({"chain": hl.Chain([Local(4.76e-3, hl.PTFE)], BEAD, 1.0)}, "chain: does not fit into an FMU"),
         ({"trust": 1}, "trust = 1: must be True or False"),
-        ({"fmi": 1}, "fmi = 1: must be a whole number, 2 or more"),
-        ({"fmi": 4}, "fmi = 4: must be a whole number, at most 3"),
+        ({"fmi": 4}, "fmi = 4: must be 2 or 3, for FMI 2.0 or 3.0"),
+        ({"fmi": 2.0}, "fmi = 2.0: must be 2 or 3"),
     ],
 )
 def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ import struct
 import wave
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -231,3 +232,18 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert max(map(len, lines[:-2])) <= 80
     assert lines[5].endswith("as much as white noise would: hum or drift")
     assert (tmp_path / "a.png").stat().st_size > 5_000
+
+
+def test_the_command_shows_several_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "b").mkdir()
+    for name in ("C1.mat", "C2.mat", "b/C2.mat"):
+        picoscope_mat(tmp_path / name)
+    for names, code in ((["C1.mat", "C2.mat"], 0), (["C2.mat", "b/C2.mat"], 2)):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(["signal", *names])
+        assert (ended.value.code or 0) == code
+        said = capsys.readouterr()
+        assert [f"{name}: a file of MATLAB (.mat), 1200 samples" in said.out for name in names] == [not code] * 2
+    assert "b/C2.mat: its picture, C2-signal.png, would replace that of another file; show it alone" in said.err
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == ["C1-signal.png", "C2-signal.png"]

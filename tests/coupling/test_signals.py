@@ -196,8 +196,25 @@ def test_a_signal_that_is_no_file(tmp_path: Path) -> None:
     """Missing, a folder, a pipe that nobody writes to, an address."""
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "none.csv", tmp_path, tmp_path / "pipe", "https://example.com/scope.csv"):
-        with pytest.raises(ValueError, match=f"path = '{path}': must be the name of a file that exists"):
+        with pytest.raises(ValueError, match=f"path = '{path}': (there is no such file|is a folder)"):
             read_signal(path, {7: 1}, calibration=20.0)
+
+
+def test_a_file_for_each_sensor(tmp_path: Path) -> None:
+    """The second one begins 30 samples later; what both hold is read."""
+    one = write(tmp_path / "C1.csv", [*HEADER[:-1], "TIME,CH1", *(line.rpartition(",")[0] for line in rows())])
+    other = write(tmp_path / "C2.csv", ["time (s),ch2 (mV)", *(line.replace(",", ";") for line in rows()[30:])])
+    columns = {7: 1, 16: 2}
+    both = read_signal(write(tmp_path / "both.csv", [*HEADER, *rows()]), columns, calibration=20.0)
+    read = read_signal({7: one, 16: other}, columns, calibration={7: 20.0, 16: 2e4})
+    xr.testing.assert_allclose(read.sensor_force, both.sensor_force.isel(time=slice(30, None)), atol=1e-6)
+    assert "begin up to 30 µs apart; the 969 µs that all hold are read" in read.reading
+    for path, message in (
+        ({7: one}, "must hold a file for each of sensors 7, 16"),
+        ([one, other], r"must be one file, or \{sensor: file\} .*; for taps, average_taps"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            read_signal(path, columns, calibration=1.0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("last", ["0.000899,", "0.000899,3.1e-", "0.000899,3.1,", "0.00089", "0.000899,1,2"])

@@ -250,7 +250,7 @@ def test_what_does_not_fit_is_refused() -> None:
     mass, stiffness = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]])
     for arguments, message in [
         ({}, "state what is struck by one of contact, node, and mesh"),
-        ({"contact": [1.0], "node": 1}, "state what is struck by one of"),
+        ({"contact": [1.0], "node": 1}, "state what is struck by one of .*, not by contact and node"),
         ({"contact": [1.0]}, "must have 2 rows"),
         ({"contact": "none.txt"}, "contact = 'none.txt': there is no such file"),
         ({"node": 1}, "does not state the nodes of its rows"),
@@ -262,7 +262,9 @@ def test_what_does_not_fit_is_refused() -> None:
         hl.from_matrices(np.eye(3), stiffness, hl.PTFE, contact=[1.0, 0.0])
     for wrong, message in [
         (np.eye(1), "mass: has 1 rows, and the stiffness 2"), (np.zeros((2, 2)), "mass: all its numbers are zero"),
-        (1j * mass, "mass: must be a matrix of real numbers"),
+        (1j * mass, "mass: must be a matrix of real numbers"), (np.diag([1.0, np.nan]), "row 2, column 2 has nan"),
+        (sparse.csr_array(np.diag([np.inf, 1.0])), "mass: must hold finite numbers; row 1, column 1 has inf"),
+        (DATA, "mass = .*: is a folder; give a file in it"),
     ]:  # fmt: skip
         with pytest.raises(ValueError, match=message):
             hl.from_matrices(wrong, stiffness, hl.PTFE, contact=[1.0, 0.0])

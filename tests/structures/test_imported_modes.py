@@ -50,11 +50,55 @@ def test_modes_of_calculix_are_those_of_its_matrices() -> None:
     assert compliance == pytest.approx(float(cell.contact @ np.linalg.solve(cell.stiffness.toarray(), cell.contact)))
 
 
-def test_a_table_in_millimetres_and_tonnes(tmp_path: Path) -> None:
-    (tmp_path / "modes.csv").write_text("frequency, shape, ratio\n0, 100.0, 0\n2000, 150.0, 0.01\n")
-    body = hl.from_modes(tmp_path / "modes.csv", hl.PTFE, residual_flexibility=0.0, scale=1e-3)
-    assert body.contact[0] ** -2 == pytest.approx(0.1)  # 1e-4 t
-    np.testing.assert_allclose(body.damping.diagonal(), [0.0, 2.0 * 0.01 * 2.0 * np.pi * 2000.0])
+@pytest.mark.parametrize(
+    ("text", "scale"),
+    [
+        ("frequency, shape, ratio\n0, 100.0, 0\n2000, 150.0, 0.01\n", 1e-3),
+        ("\ufeff0, 100.0, 0\n2000, 150.0, 0.01\n", 1e-3),
+        ("damping (%);f [kHz];φ (1/sqrt(t))\n0;0;100.0\n1;2;150.0\n", 1.0),
+        ("# modes of a plate\n# f / rad/s   shape / t^-0.5   ζ / -\n0 100.0 0\n12566.370614 150.0 0.01\n", 1e-3),
+        ("mode,frequency,phi,damping\n,Hz,1/√kg,%\n1,0,3.1622776602,0\n2,2000,4.7434164903,1\n", 1.0),
+    ],
+)
+def test_tables_in_the_units_of_their_heads(tmp_path: Path, text: str, scale: float) -> None:
+    (tmp_path / "modes.csv").write_text(text, "utf-8")
+    body = hl.from_modes(tmp_path / "modes.csv", hl.PTFE, residual_flexibility=0.0, scale=scale)
+    np.testing.assert_allclose(body.contact**-2, [0.1, 0.1 / 1.5**2], rtol=1e-9)  # 1e-4 t
+    np.testing.assert_allclose(body.damping.diagonal(), [0.0, 2.0 * 0.01 * 2.0 * np.pi * 2000.0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("frequency (MHz), shape\n9, 1\n", "'frequency .MHz.' must state one of Hz, kHz, rad/s"),
+        ("omega, shape\n9, 1\n", "'omega' must state one of rad/s"),
+        ("eigenvalue, shape\n9, 1\n", "'eigenvalue' names no frequency; convert the column"),
+        ("f (Hz), shape (mm)\n9, 1\n", "'shape .mm.' must state one of 1/√kg, 1/√t"),
+        ("f, shape, loss factor\n9, 1, 0.1\n", "'loss factor' names no damping ratio"),
+        ("f, shape, damping\n9, 1, 0.5\n", "has a damping ratio of 0.5; write the head damping"),
+        ("f, damping\n9, 0.1\n", "has no column shape: must be frequency, shape, damping ratio"),
+        ("f, freq, shape\n9, 9, 1\n", "'freq' is a second one of frequency"),
+        ("f Hz shape damping ratio\n9 1 0.1\n", "does not divide into heads of 3 columns"),
+        ("1, 900, 2\n2, 2500, 1\n", "its first column counts 1, 2 …"),
+    ],
+)
+def test_heads_that_leave_something_open_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "modes.csv").write_text(text, "utf-8")
+    with pytest.raises(ValueError, match=message):
+        hl.from_modes(tmp_path / "modes.csv", hl.PTFE, residual_flexibility=0.0)
+
+
+def test_what_stands_beside_modes_is_not_read_past(tmp_path: Path) -> None:
+    (tmp_path / "modes.csv").write_text("f, shape (1/√kg)\n900, 1\n", "utf-8")
+    table: Any = tmp_path / "modes.csv"
+    for frequencies, beside, message in (
+        (table, {"shapes": [1.0]}, "shapes: the file of the modes holds them"),
+        (table, {"node": 7}, "node = 7: a table is of one point"),
+        (table, {"scale": 1e-3}, r"scale = 0.001: modes.csv states shapes in 1/√kg"),
+        ([900.0], {"shapes": [1.0], "node": 7}, "node = 7: is for files"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            hl.from_modes(frequencies, hl.PTFE, residual_flexibility=0.0, **beside)
 
 
 def test_a_plate_of_its_lower_modes_reflects_as_the_plate(plate: hl.Structure) -> None:
@@ -104,8 +148,10 @@ def spring(hertz: Any) -> Any:
 def test_a_mass_on_a_spring_is_found(tmp_path: Path, quantity: str, order: int) -> None:
     hertz = np.linspace(0.0, 9e3, 400)
     values = spring(hertz) * (2j * np.pi * np.maximum(hertz, 1e-3)) ** order
-    table = np.column_stack([hertz, values.real, values.imag])
-    np.savetxt(tmp_path / "body.csv", table, delimiter=",", header="f, real, imaginary", comments="")
+    table = np.column_stack([1e-3 * hertz, 1e3 * values.imag, 1e3 * values.real])
+    unit = {"receptance": "mm/N", "mobility": "mm/(N s)", "accelerance": "(mm/s^2)/N"}[quantity]
+    head = f"f / kHz, Im [{unit}], Re [{unit}]"
+    np.savetxt(tmp_path / "body.csv", table, delimiter=",", header=head, comments="")
     body = hl.from_frequency_response(tmp_path / "body.csv", hl.PTFE, quantity=quantity, tolerance=1e-6)
     heaviest = int(np.argmax(body.contact))
     assert body.contact[heaviest] ** -2 == pytest.approx(0.0141, rel=1e-4)
@@ -128,6 +174,12 @@ def test_a_mass_on_a_spring_is_found(tmp_path: Path, quantity: str, order: int) 
 def test_responses_of_no_passive_body_are_refused(change: Callable[[Any], Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.from_frequency_response(change(spring(HERTZ)), hl.PTFE, frequency=HERTZ)
+
+
+def test_magnitude_and_phase_are_no_parts(tmp_path: Path) -> None:
+    (tmp_path / "body.csv").write_text("Hz, magnitude, phase (deg)\n100, 1, 90\n")
+    with pytest.raises(ValueError, match="'magnitude' names no real part; convert the column"):
+        hl.from_frequency_response(tmp_path / "body.csv", hl.PTFE)
 
 
 def test_a_frequency_that_stands_twice_is_refused() -> None:
@@ -203,7 +255,7 @@ def test_ansys_results_of_its_reader() -> None:
     ("name", "content", "message"),
     [
         ("a.csv", b"", "holds no line of numbers"),
-        ("a.csv", b"900, 1.0, 0.01, 3\n", "has 4 columns of numbers: must have 2 or 3"),
+        ("a.csv", b"900, 1.0, 0.01, 3\n", "has 4 columns of numbers: must be frequency, shape, damping ratio"),
         ("a.csv", b"-900, 1.0\n", "must be zero or a positive number"),
         ("a.frd", b"\x00" * 9, "holds no displacements of modes"),
         ("a.frd", b" -4  DISP        4    1\n", "holds no displacements of modes"),
