@@ -21,7 +21,7 @@ from structures.checks import finite, instance, positive, several, short, whole,
 from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Likely
-from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE
+from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE, Modes
 from structures.shared_basis import SharedBasis, compressed, needed_size, shared_basis
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -117,6 +117,8 @@ class ReducedPlate:
     _read: Callable[[Touch], Vector] = field(init=False)
     _own: SelfDisplacement = field(init=False)
     _reference: Plate = field(init=False)
+    _latest: dict[bytes, Modes] = field(init=False, default_factory=dict, repr=False, compare=False)
+    """Of the latest place, where most runs of a fit change the wall or the chain alone."""
 
     def __post_init__(self) -> None:
         plate = instance("plate", self.plate, Plate, "a Plate, such as kirchhoff_plate returns")
@@ -246,7 +248,11 @@ class ReducedPlate:
         loads = self.basis.contact(
             np.column_stack([contact.sign * self._vector(contact.x, contact.y) for contact in contacts])
         )
-        modes = compressed(self.basis, loads, self.size * len(contacts))
+        modes = self._latest.get(loads.tobytes())
+        if modes is None:
+            modes = compressed(self.basis, loads, self.size * len(contacts))
+            self._latest.clear()
+            self._latest[loads.tobytes()] = modes
         structure = Structure(
             sparse.csr_array(sparse.eye_array(modes.square.size)),
             sparse.csr_array(sparse.diags_array(modes.square)),

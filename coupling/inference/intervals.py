@@ -31,7 +31,7 @@ from coupling.inference.misfit import (
 )
 from coupling.inference.posterior import sampled
 from coupling.inference.prediction import NUMERICAL
-from coupling.inference.search import SAME, GlobalSearch, Solution, inverse
+from coupling.inference.search import BESIDE, SAME, GlobalSearch, Solution, inverse
 from coupling.inference.yield_effect import YIELD, with_yielding
 from structures.caution import caution
 from structures.checks import count_of
@@ -49,9 +49,9 @@ REACH = 3.841458820694124
 DOUBTFUL = 0.1
 """Intervals wider than this part of a range come from the profile of the likelihood, not from its curvature."""
 
-LEAST_RISE, LARGEST_RISE = 0.9, 1.1
-"""So do those at whose ends χ² rises by less or more than these parts of what its curvature predicts: there an end lies
-off by about half of the difference.
+LEAST_RISE, LARGEST_RISE = 0.8, 1.25
+"""So do those at whose ends χ² rises by less or more than these parts of what its curvature predicts. Within them its
+root is nearly straight, which moves the ends.
 """
 
 INDEPENDENT, MOST_TAKEN = 0.1, 0.5
@@ -68,6 +68,9 @@ BEYOND = 1.05
 
 EXPLAINED = 0.9999
 """Probability of a χ² of features beyond which the model does not explain them."""
+
+WIDENED = 1.1
+"""Variances that exceed those of white noise by more than this factor are looked at beyond two standard deviations."""
 
 LARGEST_CORRELATION = 0.98
 """So do those of unknowns that are more correlated than this."""
@@ -285,11 +288,14 @@ class Judgement:
         unknowns = {}
         for k, unknown in enumerate(self.ranges):
             value, half = unknown.value(best.p[k]), errors[k]
-            ends = best.p[k] - half, best.p[k] + half
             inflation = max(scale, float(covariance[k, k] / max(inverse(point.columns)[k, k], 1e-300)))
-            doubtful = half > DOUBTFUL or ends[0] < 0.0 or ends[1] > 1.0
+            doubtful = half > min(DOUBTFUL, best.p[k], 1.0 - best.p[k])
             doubtful = doubtful or correlated[k, : len(self.ranges)].max() > LARGEST_CORRELATION
-            if doubtful or not self._is_parabola(best, point, k, covariance, reach, inflation):
+            rises = None if doubtful else self._rises(best, point, k, covariance, reach, inflation)
+            if rises is not None and all(LEAST_RISE < rise < LARGEST_RISE for rise in rises):
+                below, above = (half / rise**0.5 for rise in rises)
+                ends = best.p[k] - below, best.p[k] + above
+            else:
                 ridge = covariance[: best.p.size, k] / covariance[k, k]
                 ends = self._profile(best, k, half, inflation * (reach / 1.959964) ** 2, ridge)
             # Fits that are as good lie within the interval, wherever they are, with intervals of their own.
@@ -303,19 +309,19 @@ class Judgement:
             unknowns[unknown.name] = Unknown(unknown.name, value, (low, high), verdict, bounds)
         return unknowns | self._of_sensors(best, point, errors)
 
-    def _is_parabola(
+    def _rises(
         self, best: Solution, point: Point, k: int, covariance: Vector, reach: float, inflation: float
-    ) -> bool:
-        """Return whether χ² rises at both ends of an interval as its curvature predicts."""
+    ) -> tuple[float, float]:
+        """Return how much χ² rises at both ends of an interval, in parts of what its curvature predicts."""
         # The others move along, as the correlations say.
         step = reach * covariance[: best.p.size, k] / np.sqrt(covariance[k, k])
-        low, high = self.misfit.bounds()
-        for side in (-1.0, 1.0):
-            residual = self.misfit.residual(np.clip(best.p + side * step, low, high))
-            rise = (float(residual @ residual) - point.misfit) / (inflation * reach**2)
-            if not LEAST_RISE < rise < LARGEST_RISE:
-                return False
-        return True
+        rises, wanted = self.search.rises.get(k), BESIDE[0] ** 2
+        if rises is None or covariance[k, k] > WIDENED * inverse(point.columns)[k, k]:
+            low, high = self.misfit.bounds()
+            ends = [np.clip(best.p + side * step, low, high) for side in (-1.0, 1.0)]
+            (below, _), (above, _) = self.search.fits_at(ends, best)
+            rises, wanted = (below - best.misfit, above - best.misfit), inflation * reach**2
+        return rises[0] / wanted, rises[1] / wanted
 
     def _of_sensors(self, best: Solution, point: Point, errors: Vector) -> dict[str, Unknown]:
         """Return the nuisances of the sensors."""
@@ -360,7 +366,7 @@ class Judgement:
             # The others move on along the ridge, else few tries would not bring them there.
             start = np.clip(p + (trial - p[k]) * ridge, *bounds)
             start[k] = trial
-            solution = self.search.solved(start, tries=8, fixed=k)
+            solution = self.search.nearest_to(start, fixed=k)
             new = float(np.sqrt(max(solution.misfit - best.misfit, 0.0) / inflation))
             if wanted <= new < 2.0 * wanted:
                 # Its root is nearly straight.

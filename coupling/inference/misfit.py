@@ -30,8 +30,18 @@ LONGEST_TIME_CONSTANT, SHORTEST_TIME_CONSTANT, USUAL_TIME_CONSTANT = 10.0, 1e-5,
 UNDERESTIMATED = 1.5
 """χ² over its expectation that may come from noise that was estimated too low."""
 
+NEAR, CLOSE = 0.2, 0.3
+"""The last derivatives serve as far as this part of each range, where they predict the change to within this part."""
+
+INVISIBLE = 1.0
+"""χ² of what the last derivatives lack to the traces here, below which they serve as they are."""
+
 FAILED = 1e6
 """The residual of a run that failed, so that a search turns back."""
+
+
+_Slopes = tuple[Vector, Vector, Vector, Vector]
+"""What was asked for, places, traces there, and their derivatives."""
 
 
 class Measured(NamedTuple):
@@ -98,13 +108,14 @@ class Misfit:
         self.used = [np.isfinite(force) for force in measured.force]
         """The samples of each sensor that count; `keep_window` leaves out those before and after the prediction."""
         self._whiteners = self._new_whiteners()
-        self._last_slopes: tuple[Vector, Vector] | None = None
+        self._last_slopes: _Slopes | None = None
+        self._central_slopes: _Slopes | None = None
         self._spectrum: Any = None
 
     def on(self, prediction: Prediction) -> "Misfit":
         """Return the same misfit of other predictions."""
         other = copy(self)
-        other.prediction, other._last_slopes = prediction, None
+        other.prediction, other._last_slopes, other._central_slopes = prediction, None, None
         return other
 
     def _new_whiteners(self) -> list[Whitener]:
@@ -293,12 +304,36 @@ class Misfit:
 
     def _slopes(self, p: Vector, traces: Vector, steps: Vector, rough: bool) -> Vector:
         """Return the derivatives of the traces by the places; where a search ends, what follows it asks for those that
-        it had last."""
+        it had last. Rough ones are the last ones with the secant, where these nearly predict the traces."""
         places = p[: self.size]
         asked = np.concatenate([places, steps, [rough]])
         if self._last_slopes is None or not np.array_equal(self._last_slopes[0], asked):
-            self._last_slopes = asked, self.prediction.slopes(places, traces, steps, rough)
-        return self._last_slopes[1]
+            slopes = self._secant(places, traces) if rough and self.prediction.costs_runs else None
+            if slopes is None:
+                slopes = self.prediction.slopes(places, traces, steps, rough)
+            self._last_slopes = asked, places, traces, slopes
+            if not rough:
+                self._central_slopes = self._last_slopes
+        return self._last_slopes[-1]
+
+    def _secant(self, places: Vector, traces: Vector) -> Vector | None:
+        """Return the last derivatives, changed as little as the traces here demand (Broyden); None where they fail."""
+        for known in (self._last_slopes, self._central_slopes):
+            if known is not None and (slopes := self._secant_from(known, places, traces)) is not None:
+                return slopes
+        return None
+
+    def _secant_from(self, known: "_Slopes", places: Vector, traces: Vector) -> Vector | None:
+        """Return some derivatives at other places, where those known nearly predict the traces."""
+        _, before, there, slopes = known
+        move, change = places - before, traces - there
+        lacking = change - np.tensordot(move, slopes, 1)
+        noise = self.measured.noise * abs(traces).max(axis=-1) / np.nanmax(abs(self.measured.force), axis=-1)
+        if self.samples * ((lacking / noise[:, None]) ** 2).mean() < INVISIBLE:
+            return slopes
+        if not move.any() or abs(move).max() > NEAR or np.linalg.norm(lacking) > CLOSE * np.linalg.norm(change):
+            return None
+        return np.asarray(slopes + move[:, None, None] * lacking / (move @ move))
 
     def of_traces(self, p: Vector, traces: Vector) -> float:
         """Return χ² of traces at p; infinite for a run that failed."""
@@ -325,7 +360,7 @@ class Misfit:
     def beside(self, p: Vector) -> Point:
         """Return all of the misfit at p, which is so near to the point asked for last that its derivatives serve."""
         assert self._last_slopes is not None
-        return self.point(p, self._traces(p), self._last_slopes[1])
+        return self.point(p, self._traces(p), self._last_slopes[-1])
 
     def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
         """Return all of it from runs that are known. slopes: of the traces with the places."""

@@ -124,6 +124,8 @@ class Prediction:
     collects the warnings that they gave.
     """
 
+    costs_runs = True
+
     def __init__(
         self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
     ) -> None:
@@ -215,8 +217,14 @@ class Prediction:
 
     def trace(self, places: Vector) -> Vector:
         """Return the forces of one run, N, sensors × times; of those done lately without another run."""
-        key = places.tobytes()
-        return self._last[key] if key in self._last else self.traces([places])[0]
+        return self.known_traces([places])[0]
+
+    def known_traces(self, places: Sequence[Vector]) -> list[Vector]:
+        """Return those of runs; of those done lately without other runs."""
+        known = {key: self._last[key] for place in places if (key := place.tobytes()) in self._last}
+        if others := [place for place in places if place.tobytes() not in known]:
+            known |= {place.tobytes(): trace for place, trace in zip(others, self.traces(others), strict=True)}
+        return [known[place.tobytes()] for place in places]
 
     def _together(self, rows: list[dict[str, float]]) -> Vector:
         """Return the traces of many runs in the compiled loop."""

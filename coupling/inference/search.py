@@ -44,6 +44,9 @@ ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 CANDIDATES, LEFT = 8, 64
 """Points of a scan between runs, for each run, and how many of the best are looked at again after more runs."""
 
+EXCLUDED = 100.0
+"""By so much more than the least χ², of unit noise, another fit is no choice where one explains the signal."""
+
 FEWEST_LIKELY, FAR_WORSE = 3, 10.0
 """Minima between runs that are looked at, whatever the number of starts; how much worse than the best one they may seem
 where no run is near."""
@@ -58,8 +61,8 @@ than the next one where a fit explains the signal already, the scan doubles, up 
 WELL_SCANNED, RUNS_OF_LINE = 2, 16
 """A scan over more ranges than this number is followed by so many runs along each range, through the best fit."""
 
-MOST_FALL = 1.0
-"""Of χ² over a last step, on which derivatives hardly change: a standard deviation."""
+MOST_FALL, LEAST_FALL, MOST_STEPS = 1.0, 0.1, 4
+"""Of χ² over a last step, on which derivatives hardly change: a standard deviation; of a profile. The most steps."""
 
 ROUGH_STARTS, MORE_STARTS = 3, 3
 """While no fit explains the signal: rough searches for each full one; and those that follow as the scan doubles."""
@@ -70,6 +73,10 @@ that are closer to each other than the points of any scan: a plate's edge at 37 
 
 NEARLY = 7
 """After a search between runs, which has looked at those farther away, it is so many of these distances."""
+
+CHECKED, AS_EXPECTED = 3, 0.3
+"""Every third of these distances is run; those beside it only where χ² does not rise as expected, to this part, and to
+one: as between runs or, after a guess, as a parabola."""
 
 RUNS_NEARBY = 32
 """Runs of a typical fit with a guess, for each unknown: half of them by least squares, half beside its minimum."""
@@ -100,13 +107,15 @@ class GlobalSearch:
         self._runs = list[tuple[Vector, Vector]]()
         """Places and traces of the scan."""
         self._interpolated: GlobalSearch | None = None
+        self.rises = dict[int, tuple[float, float]]()
+        """Of χ² at BESIDE[0] standard deviations to both sides of the best fit, by the number of the unknown."""
 
     def solutions(self) -> list[Solution]:
         """Return the local minima from the best points of the scan, the least first; with a guess only the nearest."""
         if self.guess is not None:
             scanned = self._scanned(self.guess[None])
             self._prepare(scanned)
-            return [self.solved(scanned[0][1], rough=False)]
+            return [self.solved(scanned[0][1])]
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
@@ -146,17 +155,17 @@ class GlobalSearch:
         lines = list(self.lines) if size > WELL_SCANNED else []
         while inner := self._interpolate():
             minima, candidates = inner.minima(candidates)
-            likely = self._likely(minima, [solution.p for solution in best])
-            places = np.array([place for place, _ in self._runs])
-            away = [float(abs(p[:size] - places).max(axis=1).min()) for p in likely]
             least = best[0].misfit if best else np.inf
             explained = bool(best) and self.misfit.explains(least, best[0].p)
+            likely = self._likely(minima, [solution.p for solution in best], explained)
+            places = np.array([place for place, _ in self._runs])
+            away = [float(abs(p[:size] - places).max(axis=1).min()) for p in likely]
             if idle > (MORE_IDLE if explained else MOST_IDLE) or (explained and max(away) < SAME):
                 idle = 0
                 if lines:
                     self._scanned(self._line_through(best[0].p, lines.pop()))
                 elif explained or 2 * count > widest:
-                    return self._solved_from(likely)
+                    return self._solved_from(likely, explained=explained)
                 else:
                     self._scanned(sobol.random(count))
                     count, candidates = 2 * count, self._candidates(2 * count)
@@ -190,14 +199,18 @@ class GlobalSearch:
             self._interpolated = GlobalSearch(misfit, self.starts, 0, self.seed, None, self.lines)
         return None if surrogate is None else self._interpolated
 
-    def _likely(self, solutions: Sequence[Solution], runs: Sequence[Vector]) -> list[Vector]:
+    def _worse(self, explained: bool) -> float:
+        """Return by which factor χ² of a fit may exceed the least for it to be looked at."""
+        return min(WORSE, 1.0 + EXCLUDED / self.misfit.samples) if explained else WORSE
+
+    def _likely(self, solutions: Sequence[Solution], runs: Sequence[Vector], explained: bool) -> list[Vector]:
         """Return those apart from each other that are hardly worse than the first one; also worse ones far from runs,
         where an interpolation is not exact."""
         size, least = len(self.ranges), solutions[0].misfit
         likely = [
             (misfit, p)
             for p, misfit, _ in solutions
-            if misfit < WORSE * least
+            if misfit < self._worse(explained) * least
             or (misfit < FAR_WORSE * least and all(abs(p[:size] - run[:size]).max() > APART for run in runs))
         ]
         return self._apart(likely, [], max(self.starts, FEWEST_LIKELY))
@@ -246,13 +259,19 @@ class GlobalSearch:
                 chosen.append(p)
         return chosen
 
-    def _solved_from(self, starts: Sequence[Vector], others: Sequence[Solution] = ()) -> list[Solution]:
-        """Return other solutions and those of rough least squares from each start, full ones from the best of these."""
+    def _solved_from(
+        self, starts: Sequence[Vector], others: Sequence[Solution] = (), explained: bool = False
+    ) -> list[Solution]:
+        """Return other solutions and those of rough least squares from each start, full ones from the best of these.
+
+        explained: by a fit near the first start, which is refined later.
+        """
         size, full, rest = len(self.ranges), list[Solution](), list[Solution]()
         roughs = self._rough(starts)
         least = min((solution.misfit for solution in (*others, *roughs[:1])), default=np.inf)
-        for rough in roughs:
-            better = len(full) < self.starts and rough.misfit < WORSE * least
+        full += roughs[:explained]
+        for rough in roughs[explained:]:
+            better = len(full) < self.starts and rough.misfit < self._worse(explained) * least
             # One valley is searched to its ground once.
             if better and all(abs(rough.p[:size] - other.p[:size]).max() > SAME for other in (*others, *full)):
                 full.append(self.solved(rough.p))
@@ -304,9 +323,9 @@ class GlobalSearch:
         return self._known_lines[key]
 
     def solved(
-        self, start: Vector, tries: int = 30, precision: float = PRECISION, fixed: int | None = None, rough: bool = True
+        self, start: Vector, tries: int = 30, precision: float = PRECISION, fixed: int | None = None
     ) -> Solution:
-        """Least squares from a start; fixed: the number of an unknown that keeps its place; rough: derivatives.
+        """Least squares from a start; fixed: the number of an unknown that keeps its place.
 
         An error of the derivatives leaves as large a part of the standard deviation.
         """
@@ -320,8 +339,7 @@ class GlobalSearch:
             return full_point
 
         def slope(x: Vector) -> Vector:
-            of = self._interpolated.misfit if rough and self._interpolated else self.misfit
-            jacobian: Vector = of.at(full(x), self.steps, rough).projected[:, free]
+            jacobian: Vector = self.between.misfit.at(full(x), self.steps, rough=True).projected[:, free]
             return jacobian
 
         if not free.size:
@@ -344,35 +362,73 @@ class GlobalSearch:
         """Return the solution refined, or a better minimum beside it; all of the misfit there; minima beside it."""
         (best, point), minima = self.refined(solution), list[Solution]()
         for _ in range(MOST_ROUNDS):
-            minima += (self.solved(p, rough=False) for p in self._beside(best, point))
+            ends = self._rough(self._beside(best, point))
+            worst = self._worse(self.misfit.explains(best.misfit, best.p)) * best.misfit
+            minima += (self.solved(end.p) for end in ends if end.misfit < worst)
             least = min(minima, key=lambda other: other.misfit, default=best)
             if least.misfit > best.misfit - 1.0:
                 break
             best, point = self.refined(least)
+            self.rises = {}
         return best, point, minima
 
     def _beside(self, best: Solution, point: Point) -> list[Vector]:
         """Return minima a few standard deviations away, where each unknown moves and the others as it correlates."""
         covariance, minima = inverse(point.columns)[: best.p.size], list[Vector]()
-        (low, high), size = self.misfit.bounds(), len(self.ranges)
+        (low, high), self.rises = self.misfit.bounds(), {}
         distances = BESIDE[:NEARLY] if self._interpolated else BESIDE
         for k in self.lines:
-            deviation = covariance[:, k] / np.sqrt(covariance[k, k])
-            moved = (best.p + away * deviation for away in (*-distances[::-1], *distances))
-            line = [np.clip(p, low, high) for p in moved if low[k] <= p[k] <= high[k]]
-            if not line:  # what changes nothing has no valley
-                continue
-            fits = list[tuple[float, Vector]]()
-            for p, trace in zip(line, self.misfit.prediction.traces([p[:size] for p in line]), strict=True):
-                # In another valley the sensors' nuisances need not follow their correlation in this one.
-                choices = (p, np.append(p[:size], best.p[size:]))
-                fits.append(min(((self.misfit.of_traces(q, trace), q) for q in choices), key=lambda fit: fit[0]))
-            below = sum(p[k] < best.p[k] for p in line)
-            fits.insert(below, (best.misfit, best.p))
+            deviation, sides = covariance[:, k] / np.sqrt(covariance[k, k]), list[list[tuple[float, Vector]]]()
+            for side in (-1.0, 1.0):
+                moved = (best.p + side * away * deviation for away in distances)
+                line = [np.clip(p, low, high) for p in moved if low[k] <= p[k] <= high[k]]
+                sides.append(self._risen_along(line, distances, best))
+            before, after = sides
+            if before and after:
+                self.rises[k] = before[0][0] - best.misfit, after[0][0] - best.misfit
+            fits = [*before[::-1], (best.misfit, best.p), *after]
             values = np.array([np.inf, *(value for value, _ in fits), np.inf])
             lowest = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]))
-            minima += [fits[i][1] for i in lowest if i != below]
+            minima += [fits[i][1] for i in lowest if i != len(before)]
         return minima
+
+    def _risen_along(
+        self, line: list[Vector], distances: Iterable[float], best: Solution
+    ) -> list[tuple[float, Vector]]:
+        """Return χ² and p at places ever farther from the best fit: of runs, or as expected where runs agree."""
+        if not line:
+            return []
+        if self._interpolated:
+            # Its small error at the best fit is not one of a rise.
+            (here, _), *fits = self._interpolated.fits_at([best.p, *line], best)
+            fits = [(fit - here + best.misfit, p) for fit, p in fits]
+        else:
+            fits = [(best.misfit + away**2, p) for p, away in zip(line, distances, strict=False)]
+        surprising, known = set[int](), sorted({*range(0, len(line), CHECKED), len(line) - 1})
+        for i, run in zip(known, self.fits_at([line[i] for i in known], best), strict=True):
+            rise = run[0] - best.misfit
+            if abs(fits[i][0] - run[0]) > 1.0 + AS_EXPECTED * abs(rise):
+                surprising |= {*range(max(i - CHECKED, 0), i + CHECKED)} - {*known}
+            fits[i] = run
+        again = sorted(i for i in surprising if i < len(line))
+        for i, run in zip(again, self.fits_at([line[i] for i in again], best), strict=True):
+            fits[i] = run
+        return fits
+
+    @property
+    def between(self) -> "GlobalSearch":
+        """The search between runs, or this one where there is none."""
+        return self._interpolated or self
+
+    def fits_at(self, line: list[Vector], best: Solution) -> list[tuple[float, Vector]]:
+        """Return χ² and p at places of a line through the best fit."""
+        fits, size = list[tuple[float, Vector]](), len(self.ranges)
+        places = [p[:size] for p in line]
+        for p, trace in zip(line, self.misfit.prediction.known_traces(places), strict=True):
+            # In another valley the sensors' nuisances need not follow their correlation in this one.
+            choices = (p, np.append(p[:size], best.p[size:]))
+            fits.append(min(((self.misfit.of_traces(q, trace), q) for q in choices), key=lambda fit: fit[0]))
+        return fits
 
     def refined(self, solution: Solution) -> tuple[Solution, Point]:
         """Return the least squares again, with derivatives over steps that suit the errors."""
@@ -384,24 +440,39 @@ class GlobalSearch:
             solution = solution._replace(misfit=point.misfit)
         errors = np.sqrt(np.diag(inverse(point.columns)))[: len(self.ranges)]
         self.steps = np.clip(STEP_OF_ERROR * errors, SHORTEST_STEP, LONGEST_STEP)
-        if self.misfit.of_traces_alone and (near := self._one_step(solution)):
-            return near
-        again = self.solved(solution.p, tries=10, rough=False)
+        if self.misfit.of_traces_alone:
+            near = self._few_steps(self.misfit.at(solution.p, self.steps), MOST_FALL)
+            if near is not None:
+                point = self.misfit.beside(near.p)
+                return near._replace(misfit=point.misfit), point
+        again = self.solved(solution.p, tries=10)
         best = again if again.misfit <= solution.misfit else solution
         return best, self.misfit.at(best.p, self.steps)
 
-    def _one_step(self, solution: Solution) -> tuple[Solution, Point] | None:
-        """Return the end of one step of least squares; None where χ² is not what that predicts, so that more follow."""
-        point = self.misfit.at(solution.p, self.steps)
-        step = -np.linalg.lstsq(point.projected, point.residual, rcond=None)[0]
-        fall = point.misfit - float(((point.residual + point.projected @ step) ** 2).sum())
-        p = np.clip(solution.p + step, *self.misfit.bounds())
-        residual = self.misfit.residual(p)
-        after = float(residual @ residual)
-        if fall > MOST_FALL or abs(point.misfit - fall - after) > PRECISION * after:
-            return None
-        near = self.misfit.beside(p)
-        return Solution(p, near.misfit, True), near
+    def nearest_to(self, start: Vector, fixed: int) -> Solution:
+        """Return the least squares from a start near the best fit."""
+        if self.misfit.of_traces_alone:
+            near = self._few_steps(self.misfit.at(start, self.steps, rough=True), LEAST_FALL, fixed)
+            if near is not None:
+                return near
+        return self.solved(start, tries=8, fixed=fixed)
+
+    def _few_steps(self, point: Point, fall_of_last: float, fixed: int | None = None) -> Solution | None:
+        """Return the end of few steps of least squares; None where χ² is not what these predict."""
+        free = np.arange(point.p.size) != fixed
+        for _ in range(MOST_STEPS):
+            step = np.zeros(point.p.size)
+            step[free] = -np.linalg.lstsq(point.projected[:, free], point.residual, rcond=None)[0]
+            fall = point.misfit - float(((point.residual + point.projected @ step) ** 2).sum())
+            p = np.clip(point.p + step, *self.misfit.bounds())
+            residual = self.misfit.residual(p)
+            after = float(residual @ residual)
+            if fall <= fall_of_last and abs(point.misfit - fall - after) <= PRECISION * after:
+                return Solution(p, after, True)
+            if after > point.misfit:
+                return None
+            point = self.misfit.at(p, self.steps, rough=True)
+        return None
 
 
 def _sorted(solutions: Iterable[Solution]) -> list[Solution]:

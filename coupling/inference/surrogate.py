@@ -87,6 +87,8 @@ class Surrogate(Prediction):
     first wave of each run.
     """
 
+    costs_runs = False
+
     def __init__(self, prediction: Prediction, places: Vector, traces: Vector, waves: Vector) -> None:
         vars(self).update(vars(prediction), _last={})
         arrivals, heights = waves.T

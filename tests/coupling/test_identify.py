@@ -193,7 +193,8 @@ def test_no_verdict_stands_where_the_model_does_not_fit(build: Any, ranges: Any)
     assert not found["modulus"].identifiable
     assert "identified" not in str(found) + repr(found) + found._repr_html_()
     assert "does NOT explain" in str(found)
-    assert ("modulus: at the end of its range; widen it" in str(found)) == (build is wall)
+    # Other beads leave the modulus blind, wherever in its range the fit ends.
+    assert build is not wall or "modulus: at the end of its range; widen it" in str(found)
 
 
 def test_a_discrepancy_widens_the_interval_of_white_noise() -> None:
