@@ -3,8 +3,8 @@
 from hertzlink._help import offer as _offer
 from particles.solitary import UniformChain as UniformChain
 from plates.beam import beam_buckling_force as beam_buckling_force
-from plates.theory import impact as _impact
 from plates.theory import zener as _zener
+from plates.theory.impact import PlateImpact as PlateImpact
 from plates.theory.lamb import LambWaves as LambWaves
 from plates.theory.lamb import rayleigh_speed as rayleigh_speed
 from structures.bodies import layers as _layers
@@ -18,11 +18,6 @@ from structures.surface import hertz_pressure as hertz_pressure
 from structures.surface import hertz_stiffness as hertz_stiffness
 from structures.surface import yield_pressure as yield_pressure
 
-plate_amplitude_ratio = _impact.amplitude_ratio
-plate_contact_time = _impact.contact_time
-plate_inelasticity = _impact.inelasticity_parameter
-plate_normalised_time_of_flight = _impact.normalised_time_of_flight
-plate_point_impedance = _impact.point_impedance
 zener_contact_time = _zener.contact_time
 zener_restitution = _zener.restitution
 primary_amplitude_ratio = _layers.amplitude_ratio

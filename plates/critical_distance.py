@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 
 from plates.half_plane import EDGES
 from plates.plate import Plate
-from plates.theory.impact import Bead, inelasticity_parameter, wall_stiffness
+from plates.theory.impact import Bead, PlateImpact, wall_stiffness
 from structures.bodies.layers import contact_time as contact_time_half_space
 from structures.caution import caution
 from structures.checks import finite, instance, one_of, within
@@ -113,7 +113,7 @@ def critical_distance_law(
     if not low <= finite("tolerance", tolerance) <= high:
         raise ValueError(f"tolerance = {tolerance!r}: must lie between {low:g} and {high:g}, the range of the table")
     within("impact_speed", impact_speed, SLOWEST, FASTEST, "m/s")
-    parameter = float(inelasticity_parameter(bead, plate, impact_speed))
+    parameter = float(PlateImpact(bead, plate, impact_speed).inelasticity)
     wall: Material = instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
     stiffness_ratio = wall_stiffness(bead, plate) / hertz_stiffness(bead.surface, bead.surface)
     _check_yield(bead, plate, wall, impact_speed)

@@ -179,6 +179,22 @@ class Plate:
         return self.section.thickness
 
     @property
+    def point_impedance(self) -> float:
+        """Force over velocity at a point of the infinite plain plate, 8 √(D ρ t), N s/m.
+
+        It is real: an impulse I moves the point by I / (8 √(D ρ t)), where it stays until an echo returns (Cremer,
+        Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1). A laminate has the rigidity D of the isotropic
+        plate with the same impedance. Additions are left out, and the user is warned.
+        """
+        if self.additions:
+            names = ", ".join(dict.fromkeys(type(addition).__name__ for addition in self.additions))
+            caution(
+                f"additions: laws of a plain plate leave out {names}; runs include them, and critical_distance_search "
+                "searches with them"
+            )
+        return float(8.0 * (point_rigidity(self.section) * self.mass_per_area) ** 0.5)
+
+    @property
     def thin(self) -> bool:
         """True if the theory is Kirchhoff's, without shear."""
         return self.element.thin

@@ -514,14 +514,11 @@ def _plates() -> dict[str, Target]:
         ),
         "critical_distance_bounds": Target(hl.critical_distance_bounds, {**struck, "wave_speeds": (500.0, 1000.0)}),
         "critical_distance_law": Target(hl.critical_distance_law, {**struck, "edge": "clamped", "tolerance": 0.02}),
-        "theory.plate_contact_time": Target(theory.plate_contact_time, {**struck, "inelasticity": 1.28}),
-        "theory.plate_inelasticity": Target(theory.plate_inelasticity, struck),
-        "theory.plate_normalised_time_of_flight": Target(
-            theory.plate_normalised_time_of_flight,
-            {"beads": 13, "bead": BEAD, "plate": PLATE, "striker_speed": 0.44, "impact_speed": 0.3},
+        "theory.PlateImpact": Target(
+            theory.PlateImpact,
+            {**struck, "inelasticity": 1.28},
+            lambda one: (one.amplitude_ratio, one.contact_time, one.time_of_flight(13, 0.44)),
         ),
-        "theory.plate_point_impedance": Target(theory.plate_point_impedance, {"plate": PLATE}),
-        "theory.plate_amplitude_ratio": Target(theory.plate_amplitude_ratio, {"inelasticity": 0.32}),
     }
 
 

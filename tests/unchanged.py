@@ -438,11 +438,11 @@ def closed_forms() -> Mapping[str, Any]:
             theory.layer_speed(mass, 8e-3, 0.3),
         ],
         "impact": [
-            theory.plate_amplitude_ratio(0.3),
-            theory.plate_contact_time(BEAD, thin, 0.3),
-            theory.plate_inelasticity(BEAD, thin, 0.3),
-            theory.plate_normalised_time_of_flight(14, BEAD, thin, 0.3),
-            theory.plate_point_impedance(thin),
+            theory.primary_amplitude_ratio(theory.zener_restitution(0.3)),
+            theory.PlateImpact(BEAD, thin, 0.3).contact_time,
+            theory.PlateImpact(BEAD, thin, 0.3).inelasticity,
+            theory.PlateImpact(BEAD, thin, 0.3).time_of_flight(14) / BEAD.size,
+            thin.point_impedance,
             hl.drop_speed(0.01),
         ],
         "shells": [

@@ -46,8 +46,8 @@ class Conditions(OnPlate):
         """Return AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
         diameter = self.bead[len(self.bead) // 2]
         bead, plate, behind = self.sphere(diameter), self.plate(diameter / ratio), self.beads - self.sensor
-        flight = hl.theory.plate_normalised_time_of_flight(behind, bead, plate, self.impact_speed, speed)
-        return hl.theory.plate_amplitude_ratio(hl.theory.plate_inelasticity(bead, plate, speed)), flight
+        impact = hl.theory.PlateImpact(bead, plate, speed)
+        return impact.amplitude_ratio, impact.time_of_flight(behind, self.impact_speed) / bead.size
 
     def structure(self, body: str, thickness: float) -> hl.Structure:
         """Return the thesis's plate struck at its centre, or a body without edges."""
@@ -98,8 +98,8 @@ def _contacts(data: xr.Dataset, of: Conditions) -> Iterator[Row]:
     """Return the contact times of other beads and plates."""
     for diameter, thickness, at in _by_ratio(data):
         bead, plate = of.sphere(diameter), of.plate(thickness)
-        said = hl.theory.plate_inelasticity(bead, plate, of.impact_speed), of.contact_time(diameter) * 1e6
-        expected = float(hl.theory.plate_contact_time(bead, plate, of.impact_speed)) * 1e6
+        impact = hl.theory.PlateImpact(bead, plate, of.impact_speed)
+        said, expected = (impact.inelasticity, of.contact_time(diameter) * 1e6), impact.contact_time * 1e6
         named = Named(theory=expected, diameter=diameter * 1e3, thickness=thickness * 1e3)
         yield row("contact time of a chain", float(at.contact_time.sel(body="plate")) * 1e6, *said, **named)
 
@@ -112,10 +112,10 @@ def _printed(data: xr.Dataset) -> Iterator[Row]:
         plate, bead = THESIS.plate(thickness), THESIS.sphere(diameter)
         again = _thesis_parameter(diameter, thickness)
         said = IMPACT_SPEED, THESIS_IMPACT.bead_speed, again
-        parameter = hl.theory.plate_inelasticity(bead, plate, IMPACT_SPEED)
-        yield row(f"λ, {label}", parameter, *said, otherwise={THEIRS: again})
+        impact = hl.theory.PlateImpact(bead, plate, IMPACT_SPEED)
+        yield row(f"λ, {label}", impact.inelasticity, *said, otherwise={THEIRS: again})
         if f"contact time, {label}" in row.entries:
-            contact = hl.theory.plate_contact_time(bead, plate, IMPACT_SPEED) * 1e6
+            contact = impact.contact_time * 1e6
             chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
             single = _thesis_contact_time(diameter, thickness, again)
             # The times for the λ that would be printed as this one (0.29 for the misprint 0.2).
@@ -135,22 +135,23 @@ def _ends(shown: float) -> Iterable[float]:
 
 def _thesis_parameter(diameter: float, thickness: float) -> float:
     """Return λ with the thesis's data."""
-    return float(hl.theory.plate_inelasticity(theirs(diameter), THESIS.plate(thickness), THESIS_IMPACT.bead_speed))
+    impact = hl.theory.PlateImpact(theirs(diameter), THESIS.plate(thickness), THESIS_IMPACT.bead_speed)
+    return float(impact.inelasticity)
 
 
 def _thesis_contact_time(diameter: float, thickness: float, parameter: float) -> float:
     """Return T_c, µs, for a λ, with the thesis's data."""
     plate, speed = THESIS.plate(thickness), THESIS_IMPACT.striker_speed
-    return 1e6 * float(hl.theory.plate_contact_time(theirs(diameter), plate, speed, parameter))
+    return 1e6 * float(hl.theory.PlateImpact(theirs(diameter), plate, speed, parameter).contact_time)
 
 
 def _extremes() -> list[Row]:
     """Return the statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
     small, large = THESIS.sphere(min(DIAMETERS)), max(DIAMETERS)
-    times = [1e6 * float(hl.theory.plate_contact_time(small, THESIS.plate(t), IMPACT_SPEED)) for t in THICKNESSES]
+    times = [1e6 * float(hl.theory.PlateImpact(small, THESIS.plate(t), IMPACT_SPEED).contact_time) for t in THICKNESSES]
     again = [_thesis_contact_time(min(DIAMETERS), t, _thesis_parameter(min(DIAMETERS), t)) for t in THICKNESSES]
     ranges = [f"{min(part):.1f} to {max(part):.1f}" for part in (times, again)]
-    thinnest = hl.theory.plate_inelasticity(THESIS.sphere(large), THESIS.plate(min(THICKNESSES)), IMPACT_SPEED)
+    thinnest = hl.theory.PlateImpact(THESIS.sphere(large), THESIS.plate(min(THICKNESSES)), IMPACT_SPEED).inelasticity
     ours, with_theirs = (hl.theory.zener_restitution(p) for p in (thinnest, _thesis_parameter(large, min(THICKNESSES))))
     thickest = max(THICKNESSES)
     return [

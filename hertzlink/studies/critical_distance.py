@@ -179,7 +179,7 @@ def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
         pair = Pair(hl.Sphere(DIAMETERS[place[0]] / 2.0, hl.STEEL_440C), hl.ALUMINIUM_6061, MAIN.speed)
         clamped = hl.Supports("clamped", "clamped")
         wall = hl.kirchhoff_plate(0.914, 0.914, THICKNESSES[place[1]], hl.ALUMINIUM_6061, clamped)
-        parameters[place] = hl.theory.plate_inelasticity(pair.bead, wall, pair.speed)
+        parameters[place] = hl.theory.PlateImpact(pair.bead, wall, pair.speed).inelasticity
         lines[place] = hl.critical_distance_bounds(pair.bead, wall, pair.speed)
         if parameters[place] <= LAW_PARAMETERS[-1]:
             with collected():  # the study compares elastic runs

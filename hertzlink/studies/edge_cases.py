@@ -45,7 +45,7 @@ class Pair:
 
     def plate(self, inelasticity: float) -> hl.Plate:
         """Return a plate of the thickness that gives λ."""
-        parameter = hl.theory.plate_inelasticity(self.bead, self._plate(1e-3), self.speed)
+        parameter = hl.theory.PlateImpact(self.bead, self._plate(1e-3), self.speed).inelasticity
         return self._plate(float(1e-3 * (parameter / inelasticity) ** 0.5))
 
     def length(self, inelasticity: float) -> float:

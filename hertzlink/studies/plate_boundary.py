@@ -322,7 +322,7 @@ def _law(case: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
     try:
         law = hl.critical_distance_law(bead, plate, of.impact_speed, of.support, TOLERANCE)
     except ValueError:
-        parameter = hl.theory.plate_inelasticity(bead, plate, of.impact_speed)
+        parameter = hl.theory.PlateImpact(bead, plate, of.impact_speed).inelasticity
         return "", f"outside the law of the study critical-distance (λ = {parameter:.3g}); "
     value, low, high = (1e3 * part for part in law)
     return value, f"theory: the law of the study critical-distance, {low:.1f} to {high:.1f}; "
@@ -338,10 +338,11 @@ def _echo(case: xr.Dataset, of: Conditions) -> list[Row]:
 
 def _far(case: xr.Dataset, of: Conditions) -> Row:
     bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
-    parameter = float(hl.theory.plate_inelasticity(bead, plate, of.impact_speed))
+    impact = hl.theory.PlateImpact(bead, plate, of.impact_speed)
+    parameter = float(impact.inelasticity)
     far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
     said = parameter, inside, of.contact_time(float(case.diameter)) * 1e6
-    expected = float(hl.theory.plate_amplitude_ratio(parameter))
+    expected = impact.amplitude_ratio
     return row("centre", far if far > 0.0 else "no wave", *said, theory=expected, **_named(case))
 
 

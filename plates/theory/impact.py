@@ -9,22 +9,19 @@ Functions take a number, or an array where the type says so, and return the same
 ValueError that names the argument if a number is not finite or out of its range.
 """
 
-from typing import NamedTuple, Protocol, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from plates.plate import Plate
-from plates.section import point_rigidity
 from plates.theory import zener
 from structures.bodies.layers import BEAD_TRANSIT
 from structures.bodies.layers import contact_time as contact_time_half_space
-from structures.caution import caution
 from structures.checks import each, instance, not_negative, positive, several
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness
-
-Number = TypeVar("Number", float, Vector)
 
 A0_OVER_BAR_SPEED = 0.2
 """Ratio of the speed of the A0 Lamb wave to √(E/ρ) that the thesis assumes for its plates (section 6.2.2)."""
@@ -74,110 +71,9 @@ class Bead(Protocol):
         ...
 
 
-def point_impedance(plate: Plate) -> float:
-    """Return the point impedance of an infinite thin plate: force over velocity, 8 √(D ρ t).
-
-    The impedance is real. An impulse I moves the point by I / (8 √(D ρ t)), and the point stays there until an echo
-    returns.
-
-    Parameters
-    ----------
-    plate : Plate
-        A plate from `kirchhoff_plate`, `mindlin_plate`, `kirchhoff_panel` or `mindlin_panel`. Only its wall matters. A
-        laminate has the rigidity D of the isotropic plate with the same point impedance.
-
-    Returns
-    -------
-    float
-        Impedance, N s/m.
-
-    Raises
-    ------
-    ValueError
-        If `plate` is not a Plate.
-
-    References
-    ----------
-    Cremer, Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.theory.plate_point_impedance(plate), 2)
-    174.76
-    """
-    instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or mindlin_plate make")
-    if plate.additions:
-        names = ", ".join(dict.fromkeys(type(addition).__name__ for addition in plate.additions))
-        caution(
-            f"additions: laws of a plain plate leave out {names}; runs include them, and critical_distance_search "
-            "searches with them"
-        )
-    return float(8.0 * (point_rigidity(plate.section) * plate.mass_per_area) ** 0.5)
-
-
-# A bead on an infinite thin plate (section 6.2.1).
-
-
-def inelasticity_parameter(bead: Bead, plate: Plate, impact_speed: Number) -> Number:
-    """Return Zener's inelasticity parameter λ of a bead that hits an infinite thin plate.
-
-    λ = m^{3/5} k^{2/5} v^{1/5} / (8 √(D ρ t)): the mass m of the bead over the product of the plate's impedance and the
-    time (m²/k²v)^{1/5} of Hertz's collision.
-
-    Parameters
-    ----------
-    bead : Bead
-        The bead that hits the plate; any object with `mass`, `size` and `surface`.
-    plate : Plate
-        A thin plate, from `kirchhoff_plate` or `kirchhoff_panel`.
-    impact_speed : float or ndarray
-        Speed v of the bead at impact, m/s, positive.
-
-    Returns
-    -------
-    float or ndarray
-        λ, a pure number, with the shape of `impact_speed`.
-
-    Raises
-    ------
-    ValueError
-        If the plate is not a thin Plate, if `bead` is not a bead, or if a speed is not positive.
-
-    Notes
-    -----
-    For a sphere this is equation 6.37 of the thesis, which is right as printed: π^{3/5}/(4√3) (D/t)² (ρ_s/ρ_p)^{3/5}
-    [v² ρ_p (1−ν_p²)/E_p]^{1/10} [1 + E_p (1−ν_s²)/(E_s (1−ν_p²))]^{−2/5}. Its v_in is "the maximum velocity of the Nth
-    particle". The printed λ follow from THESIS_IMPACT; they are 8 % above those of Table 2.1 and 0.31 m/s.
-
-    λ is valid under three conditions. No echo returns while the bead is in contact. Bending waves of the period 2T_c
-    are long compared with t. The contact is small compared with t, so that Hertz's k is that of a half-space.
-
-    References
-    ----------
-    Khatri's thesis, section 6.2.1, equation 6.37; Zener, Phys. Rev. 59 (1941) 669.
-
-    Examples
-    --------
-    The thesis prints 1.28 for a bead of 9.53 mm on aluminium of 2.29 mm.
-
-    >>> import hertzlink as hl
-    >>> from plates.theory.impact import THESIS_IMPACT
-    >>> material, speed, _ = THESIS_IMPACT
-    >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.theory.plate_inelasticity(hl.Sphere(4.765e-3, material), plate, speed), 2)
-    1.28
-    """
-    return _plain(_inelasticity(bead, plate, _collision_time(bead, plate, impact_speed)))
-
-
-def contact_time(
-    bead: Bead, plate: Plate, impact_speed: Number | float, inelasticity: Number | float | None = None
-) -> Number:
-    """Return the time in contact T_c of one bead with an infinite thin plate.
-
-    T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5}, where τ_c is `theory.zener_contact_time`.
+@dataclass(frozen=True, eq=False)
+class PlateImpact:
+    """The impact of a bead, or of a chain's last bead, on an infinite thin plate, by Zener's theory.
 
     Parameters
     ----------
@@ -188,12 +84,8 @@ def contact_time(
     impact_speed : float or ndarray
         Speed v of the bead at impact, m/s, positive.
     inelasticity : float or ndarray, optional
-        λ ≥ 0; by default `inelasticity_parameter` of the same bead, plate and speed.
-
-    Returns
-    -------
-    float or ndarray
-        T_c, s; `impact_speed` and `inelasticity` broadcast.
+        Zener's inelasticity parameter λ ≥ 0. By default m^{3/5} k^{2/5} v^{1/5} / (8 √(D ρ t)): the mass m of the bead
+        over the product of the plate's impedance and the time (m²/k²v)^{1/5} of Hertz's collision.
 
     Raises
     ------
@@ -202,129 +94,110 @@ def contact_time(
 
     Notes
     -----
-    Equation 6.38 is right as printed. The printed T_c mix speeds (see THESIS_IMPACT): λ belongs to one speed, and v is
-    another one. The formula holds for one bead. The other beads push on the last bead of a chain (see
-    `theory.hertz_contact_time`).
+    For a sphere λ is equation 6.37 of the thesis, which is right as printed: π^{3/5}/(4√3) (D/t)² (ρ_s/ρ_p)^{3/5}
+    [v² ρ_p (1−ν_p²)/E_p]^{1/10} [1 + E_p (1−ν_s²)/(E_s (1−ν_p²))]^{−2/5}. Its v_in is "the maximum velocity of the Nth
+    particle". The printed λ follow from THESIS_IMPACT; they are 8 % above those of Table 2.1 and 0.31 m/s. The printed
+    T_c mix speeds: λ belongs to one, and v is another one.
+
+    λ is valid under three conditions. No echo returns while the bead is in contact. Bending waves of the period 2T_c
+    are long compared with t. The contact is small compared with t, so that Hertz's k is that of a half-space.
+
+    One bead stands for the chain: there are no losses, no secondary waves and no gravity, and the other beads, which
+    push on the last one, lengthen its contact (see `theory.hertz_contact_time`).
 
     References
     ----------
-    Khatri's thesis, section 6.2.1, equation 6.38.
+    Khatri's thesis, section 6.2.1, equations 6.24, 6.37 to 6.39 and figure 6.18; Zener, Phys. Rev. 59 (1941) 669.
 
     Examples
     --------
-    The thesis prints 87.81 µs for a bead of 9.53 mm on aluminium of 2.29 mm.
+    The thesis prints 1.28 for a bead of 9.53 mm on aluminium of 2.29 mm, and 87.81 µs in contact at another speed.
 
     >>> import hertzlink as hl
     >>> from plates.theory.impact import THESIS_IMPACT
     >>> bead = hl.Sphere(4.765e-3, THESIS_IMPACT.material)
     >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.theory.plate_contact_time(bead, plate, 0.31, inelasticity=1.28) * 1e6, 1)
+    >>> round(hl.theory.PlateImpact(bead, plate, THESIS_IMPACT.bead_speed).inelasticity, 2)
+    1.28
+    >>> round(hl.theory.PlateImpact(bead, plate, 0.31, inelasticity=1.28).contact_time * 1e6, 1)
     87.8
     """
-    time = _collision_time(bead, plate, impact_speed)
-    parameter = (
-        _inelasticity(bead, plate, time) if inelasticity is None else each(not_negative, "inelasticity", inelasticity)
-    )
-    return _plain(time * zener.contact_time(parameter))
 
+    bead: Bead
+    plate: Plate
+    impact_speed: Any
+    inelasticity: Any = None
+    _collision_time: Any = field(init=False, repr=False)
+    """The unit of time of Hertz's collision, (m²/k²v)^{1/5}, s."""
 
-def amplitude_ratio(inelasticity: Number) -> Number:
-    """Return the amplitude ratio AR of the primary wave that an infinite thin plate reflects.
+    def __post_init__(self) -> None:
+        stiffness = wall_stiffness(self.bead, self.plate)
+        speed = each(positive, "impact_speed", self.impact_speed, "m/s")
+        object.__setattr__(self, "_collision_time", (self.bead.mass**2 / (stiffness**2 * speed)) ** 0.2)
+        if self.inelasticity is None:
+            parameter = np.asarray(self.bead.mass / (self.plate.point_impedance * self._collision_time))
+        else:
+            parameter = each(not_negative, "inelasticity", self.inelasticity)
+        object.__setattr__(self, "inelasticity", _plain(parameter))
 
-    AR = e^{6/5}, where e is `theory.zener_restitution` of λ.
+    @property
+    def restitution(self) -> Any:
+        """Coefficient of restitution e, with the shape of `inelasticity`; see `theory.zener_restitution`."""
+        return zener.restitution(self.inelasticity)
 
-    Parameters
-    ----------
-    inelasticity : float or ndarray
-        λ ≥ 0, from `inelasticity_parameter`.
+    @property
+    def amplitude_ratio(self) -> Any:
+        """AR = e^{6/5} of the primary wave that the plate reflects, as `theory.primary_amplitude_ratio` of e.
 
-    Returns
-    -------
-    float or ndarray
-        AR, with the shape of `inelasticity`.
+        Equation 6.24 and figure 6.18 are right as printed. The text says that AR "decreases with the decrease in aspect
+        ratio" D/t; in fact it increases.
+        """
+        return self.restitution**1.2
 
-    Raises
-    ------
-    ValueError
-        If a λ is negative or not finite.
+    @property
+    def contact_time(self) -> Any:
+        """Time in contact T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5} of one bead, s: equation 6.38, right as printed."""
+        return _plain(self._collision_time * zener.contact_time(self.inelasticity))
 
-    Notes
-    -----
-    Equation 6.24 and figure 6.18 are right as printed. The text says that AR "decreases with the decrease in aspect
-    ratio" D/t; in fact it increases. One bead stands for the chain: the formula has no losses, no secondary waves and
-    no gravity. `theory.primary_amplitude_ratio` takes an e of any origin.
+    def time_of_flight(self, beads: float, striker_speed: Any = None) -> Any:
+        """Return the time of flight TOF of the primary wave from the sensor to the plate and back.
 
-    References
-    ----------
-    Khatri's thesis, equation 6.24 and figure 6.18.
+        TOF = 1.180 (1 + e^{−1/5}) N (m²/k_c² v)^{1/5} + T_c: the thesis's equation 6.18 with τ_c(λ) instead of 3.218.
+        k_c is the stiffness between two beads. For given materials and speeds TOF over the size of a bead depends on
+        D/t only.
 
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> round(hl.theory.plate_amplitude_ratio(0.32), 4)
-    0.5271
-    """
-    return _plain(np.asarray(zener.restitution(inelasticity)) ** 1.2)
+        Parameters
+        ----------
+        beads : float
+            Number N of beads from the sensor to the plate: 13 for sensor 7 of 20 beads.
+        striker_speed : float or ndarray, optional
+            Speed v, m/s, of a striker that equals the beads; by default `impact_speed`.
 
+        Returns
+        -------
+        float or ndarray
+            TOF, s; speeds and λ broadcast.
 
-def normalised_time_of_flight(
-    beads: float, bead: Bead, plate: Plate, striker_speed: Number | float, impact_speed: Number | float | None = None
-) -> Number:
-    """Return the time of flight per bead size, TOF/D, of the primary wave from the sensor to a plate and back.
+        Notes
+        -----
+        For spheres TOF/D is equation 6.39, which prints e^{+1/5} instead of e^{−1/5}. Its printed factor 0.853 requires
+        an `impact_speed` of 0.682 v, the greatest speed of a bead in the wave (equation 6.16). With the default it is
+        0.790.
 
-    TOF = 1.180 (1 + e^{−1/5}) N (m²/k_c² v)^{1/5} + τ_c (m²/k_w² v_in)^{1/5}: the thesis's equation 6.18 with τ_c(λ)
-    instead of 3.218. k_c is the stiffness between two beads, k_w that between bead and plate. For given materials and
-    speeds TOF/D depends on D/t only. The plate is infinite and thin.
-
-    Parameters
-    ----------
-    beads : float
-        Number N of beads from the sensor to the plate: 13 for sensor 7 of 20 beads.
-    bead : Bead
-        One bead of the chain; any object with `mass`, `size` and `surface`.
-    plate : Plate
-        A thin plate, from `kirchhoff_plate` or `kirchhoff_panel`.
-    striker_speed : float or ndarray
-        Speed v, m/s, of a striker that equals the beads.
-    impact_speed : float or ndarray, optional
-        Speed v_in of the last bead at impact, m/s, by default `striker_speed`. It enters λ, e, τ_c and the time in
-        contact.
-
-    Returns
-    -------
-    float or ndarray
-        TOF/D, s/m; `striker_speed` and `impact_speed` broadcast.
-
-    Raises
-    ------
-    ValueError
-        If the plate is not a thin Plate, if `bead` is not a bead, or if a number or a speed is not positive.
-
-    Notes
-    -----
-    For spheres this is equation 6.39, which prints e^{+1/5} instead of e^{−1/5}. Its printed factor 0.853 requires
-    v_in = 0.682 v, the greatest speed of a bead in the wave (equation 6.16). With the default v_in = v the factor is
-    0.790.
-
-    References
-    ----------
-    Khatri's thesis, equations 6.18 and 6.39.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.theory.plate_normalised_time_of_flight(13, bead, plate, striker_speed=0.31), 5)
-    0.06983
-    """
-    number, speed = positive("beads", beads), each(positive, "striker_speed", striker_speed, "m/s")
-    time = _collision_time(bead, plate, speed if impact_speed is None else impact_speed)
-    parameter = _inelasticity(bead, plate, time)
-    between = hertz_stiffness(bead.surface, bead.surface)
-    transit = BEAD_TRANSIT * number * (bead.mass**2 / (between**2 * speed)) ** 0.2
-    flight = transit * (1.0 + zener.restitution(parameter) ** -0.2) + time * zener.contact_time(parameter)
-    return _plain(flight / bead.size)
+        Examples
+        --------
+        >>> import hertzlink as hl
+        >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+        >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+        >>> round(hl.theory.PlateImpact(bead, plate, 0.31).time_of_flight(13) / bead.size, 5)  # s/m
+        0.06983
+        """
+        number = positive("beads", beads)
+        given = self.impact_speed if striker_speed is None else striker_speed
+        speed = each(positive, "striker_speed", given, "m/s")
+        between = hertz_stiffness(self.bead.surface, self.bead.surface)
+        transit = BEAD_TRANSIT * number * (self.bead.mass**2 / (between**2 * speed)) ** 0.2
+        return _plain(transit * (1.0 + self.restitution**-0.2) + self.contact_time)
 
 
 # The edge of the plate (section 6.2.2).
@@ -369,7 +242,7 @@ def critical_distance_bounds(
     aluminium of 4.83 mm.
 
     T does not depend on the thickness t, although the text says that L is longer for thin plates.
-    `theory.plate_contact_time` is longer for thin plates.
+    That of `theory.PlateImpact` is longer for thin plates.
 
     References
     ----------
@@ -405,17 +278,5 @@ def wall_stiffness(bead: Bead, plate: Plate) -> float:
     return hertz_stiffness(bead.surface, Surface(plate.section.struck))
 
 
-def _collision_time(bead: Bead, plate: Plate, impact_speed: float | Vector) -> Vector:
-    """Return the unit of time of Hertz's collision, (m²/k²v)^{1/5}, in s."""
-    stiffness, speed = wall_stiffness(bead, plate), each(positive, "impact_speed", impact_speed, "m/s")
-    time: Vector = (bead.mass**2 / (stiffness**2 * speed)) ** 0.2
-    return time
-
-
-def _inelasticity(bead: Bead, plate: Plate, collision_time: Vector) -> Vector:
-    """Return λ for a unit of time (m²/k²v)^{1/5} in s."""
-    return np.asarray(bead.mass / (point_impedance(plate) * collision_time))
-
-
-def _plain(result: Vector) -> Number:  # type: ignore[type-var]
-    return float(result) if np.ndim(result) == 0 else result  # type: ignore[return-value]
+def _plain(result: Vector) -> Any:
+    return float(result) if np.ndim(result) == 0 else result

@@ -35,7 +35,7 @@ def restitution(inelasticity: Number) -> Number:
     Parameters
     ----------
     inelasticity : float or ndarray
-        λ ≥ 0, from `theory.plate_inelasticity`, whose docstring states where λ is valid.
+        λ ≥ 0, as of `theory.PlateImpact`, whose docstring states where λ is valid.
 
     Returns
     -------
@@ -72,12 +72,12 @@ def restitution(inelasticity: Number) -> Number:
 def contact_time(inelasticity: Number) -> Number:
     """Return the time in contact τ_c of a sphere with an infinite thin plate, in units of Hertz's collision.
 
-    `theory.plate_contact_time` returns it in seconds.
+    `theory.PlateImpact` has it in seconds.
 
     Parameters
     ----------
     inelasticity : float or ndarray
-        λ ≥ 0, from `theory.plate_inelasticity`.
+        λ ≥ 0, as of `theory.PlateImpact`.
 
     Returns
     -------

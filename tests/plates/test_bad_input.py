@@ -158,7 +158,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: hl.kirchhoff_plate(0.3, 0.3, 1e-3, STEEL, hl.Supports("clamped", "clamped"), (1, 1)).at(0.1, 0.1),
             "the supports hold every degree of freedom",
         ),
-        (lambda: hl.theory.plate_point_impedance(None), "plate = None"),  # type: ignore[arg-type]
         (lambda: hl.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
         (lambda: hl.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
         (
@@ -194,7 +193,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.Outline(np.array(np.nan)), r"corners = array\(nan\): must be three corners"),
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
-        (lambda: hl.theory.plate_contact_time(BEAD, PLATE, 0.3, [0.1, -1.0]), "inelasticity = -1.0"),
+        (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
         (lambda: hl.Stiffener(np.array(np.nan), (0.1, 0.0), 1.0), r"start = array\(nan\): must be"),
         (lambda: hl.theory.LambWaves(MATERIAL, 1e-3, "A0").group_speed(1e300), r"frequency = 1e\+300: must be at most"),
         (lambda: replace(PLATE, supports={"left": np.ones(2)}), r"left.* = array.*"),

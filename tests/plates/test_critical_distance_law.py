@@ -123,9 +123,9 @@ STEEL_BEAD = bead(4.76e-3)
     "law",
     [
         lambda one: hl.critical_distance_law(STEEL_BEAD, one, 0.31),
-        lambda one: hl.theory.plate_inelasticity(STEEL_BEAD, one, 0.31),
-        lambda one: hl.theory.plate_contact_time(STEEL_BEAD, one, 0.31),
-        lambda one: hl.theory.plate_point_impedance(one),
+        lambda one: hl.theory.PlateImpact(STEEL_BEAD, one, 0.31).inelasticity,
+        lambda one: hl.theory.PlateImpact(STEEL_BEAD, one, 0.31).contact_time,
+        lambda one: one.point_impedance,
     ],
 )
 def test_laws_of_plain_plates_name_what_they_leave_out(law: Callable[[hl.Plate], object]) -> None:

@@ -105,6 +105,4 @@ def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
         state, surface = moving.advance(state, force, window)
         if time > pulse:
             after.append(surface)
-    assert np.array(after) * hl.theory.plate_point_impedance(plate) / pulse == pytest.approx(
-        np.ones(len(after)), abs=1e-4
-    )
+    assert np.array(after) * plate.point_impedance / pulse == pytest.approx(np.ones(len(after)), abs=1e-4)

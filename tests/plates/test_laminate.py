@@ -118,7 +118,7 @@ def test_impedance_of_a_laminate_lies_between_those_along_and_across() -> None:
     """And does not know where x points; a cross-ply and its turned self are equal."""
     turned = [hl.Laminate([hl.Ply(CARBON, 1e-3, angle), hl.Ply(CARBON, 2e-3, angle + 1.0)]) for angle in (0.0, 0.9)]
     one, other = (hl.kirchhoff_plate(1.0, 1.0, None, laminate, hl.Supports()) for laminate in turned)
-    assert hl.theory.plate_point_impedance(one) == pytest.approx(hl.theory.plate_point_impedance(other), rel=1e-12)
+    assert one.point_impedance == pytest.approx(other.point_impedance, rel=1e-12)
     towards = stiffness_towards(one.section, np.linspace(0.0, pi, 100))
     assert towards.min() < one.rigidity < towards.max()
 

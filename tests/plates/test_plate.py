@@ -41,9 +41,7 @@ def _receptance(structure: hl.Structure, shift: float) -> float:
 def test_point_impedance_of_the_thesis_plate() -> None:
     """8 √(D ρ t) with D = E t³ / 12(1 − ν²), by hand."""
     rigidity = 68.9e9 * 2.29e-3**3 / (12.0 * (1.0 - 0.33**2))
-    assert hl.theory.plate_point_impedance(PLATE) == pytest.approx(
-        8.0 * (rigidity * 2693.0 * 2.29e-3) ** 0.5, rel=1e-12
-    )
+    assert PLATE.point_impedance == pytest.approx(8.0 * (rigidity * 2693.0 * 2.29e-3) ** 0.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(("diameter", "expected"), [(9.53e-3, (27.8, 79.3)), (19.1e-3, (55.8, 159.0))])
@@ -115,7 +113,11 @@ def test_theory_of_impact_takes_any_thin_plate() -> None:
     """Of the same wall, a rectangle and a disc; Mindlin's plates are refused."""
     bead, rim = hl.Sphere(2.38e-3, hl.STEEL_440C), hl.Outline(hl.circle(0.2), edges="rim")
     disc = hl.kirchhoff_panel(rim, PLATE.thickness, PLATE.material, {"rim": "clamped"})
-    for of in (hl.theory.plate_inelasticity, hl.critical_distance_bounds, hl.critical_distance_law):
+    for of in (
+        lambda *pair: hl.theory.PlateImpact(*pair).inelasticity,
+        hl.critical_distance_bounds,
+        hl.critical_distance_law,
+    ):
         assert of(bead, disc, 0.31) == of(bead, PLATE, 0.31)
     thick = hl.mindlin_panel(rim, PLATE.thickness, PLATE.material)
     with pytest.raises(ValueError, match="must be thin, as kirchhoff_plate or kirchhoff_panel make"):

@@ -51,7 +51,7 @@ def test_contact_times_of_the_thesis() -> None:
     ):
         bead = hl.Sphere(diameter / 2.0, THESIS_IMPACT.material)
         plate = aspect_ratio.THESIS.plate(thickness)
-        found = hl.theory.plate_contact_time(bead, plate, THESIS_IMPACT.striker_speed, parameter) * 1e6
+        found = hl.theory.PlateImpact(bead, plate, THESIS_IMPACT.striker_speed, parameter).contact_time * 1e6
         assert found == pytest.approx(expected, rel=1e-3)
 
 

@@ -25,7 +25,7 @@ def images(x: float, y: float) -> hl.Structure:
     As oscillators: Gauss points over the wavenumber up to 100 kHz, and the compliance of the infinite plate above.
     """
     plate = study.plate("free-free")
-    diffusion, impedance = (plate.rigidity / plate.mass_per_area) ** 0.5, hl.theory.plate_point_impedance(plate)
+    diffusion, impedance = (plate.rigidity / plate.mass_per_area) ** 0.5, plate.point_impedance
     highest = (2.0 * np.pi * 100e3 / diffusion) ** 0.5
     ends = np.sqrt(np.linspace(0.0, highest**2, 60))
     places, weights = np.polynomial.legendre.leggauss(16)
