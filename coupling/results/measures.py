@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from coupling.results.peaks import incident_passage, interpolated
@@ -102,15 +103,11 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
         contacts = [interpolated(time, f, near.start + int(f[near].argmax()))[0] for f in (above, below)]
         return max(contacts) / interpolated(time, 0.5 * (above + below), passage.peak)[0]
 
-    series, time = passing(Reading(run), sensor), run.time.values
+    reading, time = Reading(run), run.time.values
+    reading.check_holds(("velocity",), "a run with velocities")
+    series = *reading.contact_pair(sensor), reading.data.velocity.sel(bead=int(sensor)).reset_coords(drop=True)
     result = xr.apply_ufunc(one, *series, input_core_dims=[["time"]] * 3, vectorize=True)
     return number_or_array(result, "1", f"contact force / bead-centre force, bead {int(sensor)}")
-
-
-def passing(reading: Reading, sensor: int) -> tuple[xr.DataArray, ...]:
-    """Return the two contact forces of a bead of a run above the preload, and the bead's velocity."""
-    reading.check_holds(("velocity",), "a run with velocities")
-    return (*reading.contact_pair(sensor), reading.data.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
 
 
 def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
@@ -157,11 +154,9 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
         length = int((~above[start:]).argmax())
         if level <= 0.0 or start == 0 or length == 0:
             return float("nan")
-        crossings = []
-        for i in (start, start + length):
-            share = (level - force[i - 1]) / (force[i] - force[i - 1])
-            crossings.append(float(time[i - 1] + share * (time[i] - time[i - 1])))
-        return crossings[1] - crossings[0]
+        rise, fall = slice(start - 1, start + 1), slice(start + length - 1, start + length + 1)
+        begin, end = np.interp(level, force[rise], time[rise]), np.interp(-level, -force[fall], time[fall])
+        return float(end - begin)
 
     last_contact = int(run.contact[-1])
     if reading.at_sensors and last_contact <= max(reading.beads):

@@ -6,7 +6,6 @@ small peaks too, but none that runs. The incident wave is the clock: what follow
 contact, the weaker the longer. The loops over samples are compiled, in `wave_kernels`.
 """
 
-from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -158,26 +157,13 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
     first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
     start, stop = max(0, first - reach), min(force.size, last + reach)
     if stop - start > 2 * reach:
-        moving = _moving(force[start:stop], reach, (start, stop) == (first - reach, last + reach))
+        moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
         peak = first + int(moving[first - start : last - start].argmax())
     near = slice(max(0, peak - reach), peak + reach + 1)
     fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
     tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
     best = max(tops, key=fit, default=time[peak])
     return float(fit(best)), float(best)
-
-
-def _moving(force: Vector, reach: int, inside: bool) -> Vector:
-    """Return the middles of polynomials that slide along a force; inside: whether its ends do not count."""
-    if not inside:
-        return np.asarray(scipy.signal.savgol_filter(force, 2 * reach + 1, ORDER))
-    return np.asarray(scipy.ndimage.convolve1d(force, _weights(reach), mode="constant"))
-
-
-@lru_cache(256)
-def _weights(reach: int) -> Vector:
-    """Return the weights of the samples, for the middle of the polynomial through them."""
-    return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
 
 
 def _reach(width: float, noise: float) -> int:

@@ -46,6 +46,12 @@ class Unsampled(ValueError):
         self.row = row
 
 
+def at_interval(start: float, interval: float, count: int) -> Even:
+    """Return the times of so many samples from a start on, s."""
+    rows = np.arange(count)
+    return Even(start + interval * rows.astype(float), rows, rows[:0], [])
+
+
 def even_sampling(time: Vector, second: float | None = 1.0) -> Even:
     """Return the even times from stamps, which may be NaN; raises Unsampled.
 

@@ -231,7 +231,9 @@ class ScopeFile:
             usual = Counter(max(_with_numbers(row), default=-1) for row in self._rows(self._spread(TRIED)))
             beyond = usual.most_common(1)[0][0] + 1
             rows = self._rows([self.lines[i] for i in longer])
-            joined = [i for i, row in zip(longer, rows, strict=True) if _holds_number(row[beyond:])]
+            joined = [
+                i for i, row in zip(longer, rows, strict=True) if np.isfinite([*map(_loose_number, row[beyond:])]).any()
+            ]
             for column in columns:
                 values[column][joined] = np.nan
         before = [len(line) for line in self.lines[-20:-1]]
@@ -403,10 +405,6 @@ def _joined(cells: list[str]) -> list[str]:
     if len(cells) % 2 or not re.fullmatch(r"\s*[-+]?\d+\s*", cells[0]):
         return cells
     return [f"{a.strip()}.{b.strip()}" for a, b in zip(cells[::2], cells[1::2], strict=True)]
-
-
-def _holds_number(cells: Sequence[str]) -> bool:
-    return any(np.isfinite(_loose_number(cell)) for cell in cells)
 
 
 def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:

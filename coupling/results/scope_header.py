@@ -97,7 +97,9 @@ class Header:
         keyed = [*self._keyed(TIME_UNITS if wanted == TIME else FORCE_UNITS, column)]
         stated = [unit for unit in [*near_units, *keyed] if unit is not None]
         if not stated:  # cells that do not stand above the columns
-            loose = {unit for row in near if len(row) != self._columns for unit in _loose(row, wanted)}
+            cells = [cell for row in near if len(row) != self._columns for cell in row]
+            units = [_stated(cell, wanted, False) for cell in cells]
+            loose = {unit for unit in units if unit is not None and unit.quantity == wanted}
             stated = [*loose] if len({unit.of_table for unit in loose}) == 1 else []
         if len({unit.of_table for unit in stated}) > 1:
             texts = " and ".join(dict.fromkeys(repr(unit.text) for unit in stated))
@@ -240,13 +242,6 @@ def _is_row_of_units(row: Iterable[str]) -> bool:
     """Return whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
     units = [_unit_of(cell.strip("()[] "), TIME) for cell in row if cell]
     return len(units) > 1 and all(units) and any(unit and re.fullmatch(r"[a-z]*second", unit.name) for unit in units)
-
-
-def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
-    for cell in row:
-        unit = _stated(cell, wanted, False)
-        if unit is not None and unit.quantity == wanted:
-            yield unit
 
 
 def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:

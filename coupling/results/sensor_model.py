@@ -95,7 +95,10 @@ class SensorModel:
         moments, seen = _pair(time, force)
         if self.time_constant is None:
             raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
-        first, second = _gains((moments[1] - moments[0]) / self.time_constant)
+        # What a linear force adds to the lost part over a step, by its two ends.
+        ratio = float(moments[1] - moments[0]) / self.time_constant
+        mean = -np.expm1(-ratio) / ratio
+        first, second = mean - np.exp(-ratio), 1.0 - mean
         lost = np.zeros(seen.size)
         # v[k] = z[k] − w[k], w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
         lost[1:] = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
@@ -159,12 +162,6 @@ class SensorModel:
             stages.append(([[-w]], [[w]], [[-1.0]], [[1.0]]))
         # In scipy the factor on the right comes first.
         return reduce(lambda first, then: then * first, (scipy.signal.StateSpace(*stage) for stage in stages))
-
-
-def _gains(ratio: float) -> tuple[float, float]:
-    """Return what a linear input adds to a first-order state over a step of so many time constants: by its ends."""
-    mean = -np.expm1(-ratio) / ratio
-    return float(mean - np.exp(-ratio)), float(1.0 - mean)
 
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:

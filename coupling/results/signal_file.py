@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from coupling.results.binary_formats import Reader, format_of
 from coupling.results.recorder_files import Recording, read_recording
-from coupling.results.sampling import Even, Rows, Unsampled, even_sampling, is_of_pairs, segments
+from coupling.results.sampling import Even, Rows, Unsampled, at_interval, even_sampling, is_of_pairs, segments
 from coupling.results.scope_file import HUGE, LONGEST_LINE, Samples, ScopeFile, from_first
 from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
 from coupling.results.sensor import FEWEST_SAMPLES, bridged
@@ -151,10 +151,7 @@ def _of_recording(
     """Return the channels of sensors, counted from 1, of a file that is no text."""
     if sampling.column is not None:
         raise ValueError(f"time_column = {sampling.column}: is for text; {path} states its times, or give interval=")
-    if recording.segments > 1 and sampling.segment is None:
-        raise ValueError(f"{path}: {_segments(recording.segments)}")
-    if (sampling.segment or 1) > recording.segments:
-        raise ValueError(f"{path}: segment = {sampling.segment}: must be at most {recording.segments}")
+    _check_segment(path, sampling.segment, recording.segments)
     notes, units = [*recording.notes], dict[int, str]()
     pieces: dict[int | None, tuple[Vector, dict[int, Vector]]] = {}
     for sensor, column in column_of.items():
@@ -183,10 +180,9 @@ def _of_recording(
 
 def _times(path: Path, time: Vector | None, header: Header, count: int, sampling: Sampling) -> Even:
     """Return the even times of a channel: those of the file, or from the interval that the user gives."""
-    start, rows = sampling.start, np.arange(count)
+    start = sampling.start
     if sampling.interval is not None:
-        even_time: Vector = (start or 0.0) + sampling.interval * rows.astype(float)
-        return Even(even_time, rows, rows[:0], [])
+        return at_interval(start or 0.0, sampling.interval, count)
     if time is None:
         raise ValueError(f"{path}: states no times and no interval; give interval=, s, such as 5e-7")
     unit = _unit(path, header, 0, TIME, sampling.unit)
@@ -198,12 +194,15 @@ def _times(path: Path, time: Vector | None, header: Header, count: int, sampling
     return even._replace(time=seconds if start is None else seconds + (start - seconds[0]))
 
 
-def _segments(count: int) -> str:
-    """Return how to read a file of several segments."""
-    return (
-        f"holds {count} segments, whose times begin anew; read each with segment=1 to {count} (hertzlink signal: "
-        f"--segment), such as average_taps([read_signal(…, segment=k) for k in range(1, {count + 1})])"
-    )
+def _check_segment(path: Path, segment: int | None, count: int) -> None:
+    """Raise a ValueError where a file of several segments is read without one, or has no such segment."""
+    if segment is None and count > 1:
+        raise ValueError(
+            f"{path}: holds {count} segments, whose times begin anew; read each with segment=1 to {count} (hertzlink "
+            f"signal: --segment), such as average_taps([read_signal(…, segment=k) for k in range(1, {count + 1})])"
+        )
+    if segment is not None and segment > count:
+        raise ValueError(f"{path}: segment = {segment!r}: must be at most {count}, the number of segments")
 
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
@@ -226,7 +225,6 @@ def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampl
 
 def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
     """Return the times from an interval, of the user or of the header."""
-    count = samples.lines.size
     interval, notes = sampling.interval, list[str]()
     if interval is None:
         interval, first, notes = _interval_and_start(path, samples.header)
@@ -237,8 +235,7 @@ def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
             f"{path}: holds no column of times, and no interval in its header; give interval=, s, such as 5e-7"
         )
     start = first if sampling.start is None else sampling.start
-    time: Vector = start + interval * np.arange(count, dtype=float)
-    return Even(time, np.arange(count), np.array([], dtype=int), notes)
+    return at_interval(start, interval, samples.lines.size)._replace(notes=notes)
 
 
 def _interval_and_start(path: Path, header: Header) -> tuple[float | None, float, list[str]]:
@@ -287,13 +284,8 @@ def _by_column(
     header, stated = samples.header, samples.header.unit(column, TIME)
     rows = np.arange(time.size)
     parts = segments(time)
-    if len(parts) > 1 and sampling.segment is None:
-        raise ValueError(f"{path}: {_segments(len(parts))}")
+    _check_segment(path, sampling.segment, len(parts))
     if sampling.segment is not None:
-        if sampling.segment > len(parts):
-            raise ValueError(
-                f"{path}: segment = {sampling.segment!r}: must be at most {len(parts)}, the number of segments"
-            )
         rows = rows[parts[sampling.segment - 1]]
     if is_of_pairs(time[rows], [row[rows] for row in values.values()]):
         values = {sensor: _means(row, rows) for sensor, row in values.items()}
