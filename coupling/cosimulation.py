@@ -216,7 +216,7 @@ class CoSimulation:
             frames = Frames(self.interface, plan.rows, selection)
             filled, file = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
             Work(self.interface, self.scheme, self.window, plan, filled, file, clock).do()
-        findings += checked(self.interface, frames, plan.interval)
+        findings += checked([self.interface], [frames], plan.interval)[0]
         run = dataset(self.interface, frames, plan.interval, inputs, findings)
         if log.isEnabledFor(logging.INFO):
             log.info("%s", summary(run))

@@ -283,7 +283,7 @@ def _dataset(chain: Chain, frames: _Frames, inputs: dict[str, Any], mesh: dict[s
     }  # fmt: skip
     findings = _findings(chain.beads[0], saved.contact_force, inputs["rigid_wall"])
     moving, peaks = MovingChain(chain, None), saved.contact_force.max(axis=0)
-    motion = Motion(range(peaks.size), saved.contact_force, None, peaks, moving.approach(peaks))
-    findings += yields([moving], [motion], np.empty(0))
+    motion = Motion(range(peaks.size), saved.contact_force.T[None], None, peaks[None], moving.approach(peaks)[None])
+    findings += [words for _, words in yields([[moving]], [motion], np.empty(0))]
     warn(findings)
     return with_warnings(xr.Dataset(variables, coordinates, {**provenance(inputs), **attributes}), findings)

@@ -1,12 +1,13 @@
 """The checks before a run and after it: each finding is a line of `warnings`, and a warning to the user."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from itertools import chain as joined
+from typing import TypeAlias
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames, Motion, greatest, middle_of
+from coupling.recording.frames import Frames, Motion, middle_of, motion_of, stacked
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
@@ -41,6 +42,9 @@ MANY_STEPS = 1e7
 
 SILENT = 0.01
 """Part of the incident wave's force that a reflected one has at least in mid chain."""
+
+Found: TypeAlias = Iterator[tuple[int, str]]
+"""Findings on some runs, each with the number of its run."""
 
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
@@ -105,36 +109,43 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     ]
 
 
-def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
-    """Return the findings of all checks after a run saved every `interval` s; the user is warned of each.
+def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval: float) -> list[list[str]]:
+    """Return the findings of all checks after each of some runs saved every `interval` s; the user is warned of each.
 
-    A contact law warned of its own limits when it was made; here they are findings only.
+    The chains of several runs differ in their speed only. A contact law warned of its own limits when it was made; here
+    they are findings only.
     """
-    laws, findings, motions = list[str](), list[str](), frames.motions(interface)
-    for chain, motion in zip(interface.chains, motions, strict=True):
-        remarks, deep = chain.cautions(motion.deepest)
-        laws += remarks
-        findings += deep
-    findings += _of_energy(interface, frames)
-    times = interval * np.arange(frames.rows, dtype=float)
-    for number, (chain, motion) in enumerate(zip(interface.chains, motions, strict=True)):
-        where = "mid chain" if len(motions) == 1 else f"the middle of chain {number}"
-        findings += _of_record(chain, motion, times, where)
-    findings += yields(interface.chains, motions, times)
-    findings += check_structures(interface, motions, frames.sensors.highest, interval)
-    findings += [finding for box in interface.boxes for finding in box.findings()]
-    warn(findings)
-    return laws + findings
+    first, numbers = interfaces[0], range(len(interfaces))
+    chains = [[interface.chains[number] for interface in interfaces] for number in range(len(first.chains))]
+    motions = [motion_of(of_runs[0], [run.chains[number] for run in frames]) for number, of_runs in enumerate(chains)]
+    laws, findings = [list[str]() for _ in numbers], [list[str]() for _ in numbers]
+    for chain, motion in zip(first.chains, motions, strict=True):
+        # The deepest approaches of all runs tell whether there is anything to say.
+        for run in numbers if any(chain.cautions(motion.deepest.max(axis=0))) else ():
+            remarks, deep = chain.cautions(motion.deepest[run])
+            laws[run] += remarks
+            findings[run] += deep
+    times, highest = interval * np.arange(frames[0].rows, dtype=float), stacked([run.sensors.highest for run in frames])
+    wheres = ["mid chain"] if len(motions) == 1 else [f"the middle of chain {number}" for number in range(len(motions))]
+    of_records = map(_of_record, chains, motions, [times] * len(motions), wheres)
+    of_boxes = ((run, words) for run in numbers for box in interfaces[run].boxes for words in box.findings())
+    checks = _of_energy(interfaces, frames), *of_records, yields(chains, motions, times)
+    for run, words in joined(*checks, check_structures(interfaces, motions, highest, interval), of_boxes):
+        findings[run].append(words)
+    warn([words for of_run in findings for words in of_run])
+    return [remarks + of_run for remarks, of_run in zip(laws, findings, strict=True)]
 
 
 def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, work: Vector, times: Vector) -> list[str]:
     """Return the findings on a chain that another program ran: contact forces, N, velocities, m/s, work on the surface,
     J."""
-    peaks = greatest(contact_force)
-    motion = Motion(range(peaks.size), contact_force, velocity[:, middle_of(chain)], peaks, chain.approach(peaks))
-    laws, deep = chain.cautions(motion.deepest)
+    peaks = contact_force.max(axis=0)
+    deepest, middle = chain.approach(peaks), velocity[None, :, middle_of(chain)]
+    motion = Motion(range(peaks.size), contact_force.T[None], middle, peaks[None], deepest[None])
+    laws, deep = chain.cautions(deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
-    return [*findings, *_of_record(chain, motion, times, "mid chain"), *yields([chain], [motion], times)]
+    after = joined(_of_record([chain], motion, times, "mid chain"), yields([[chain]], [motion], times))
+    return findings + [words for _, words in after]
 
 
 def _of_passivity(work: Vector, scale: float) -> list[str]:
@@ -147,66 +158,66 @@ def _of_passivity(work: Vector, scale: float) -> list[str]:
     ]
 
 
-def _of_energy(interface: Interface, frames: Frames) -> list[str]:
-    """Return a finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
-    structure, contact = frames.ledger.structure, frames.ledger.contact
+def _of_energy(interfaces: Sequence[Interface], frames: Sequence[Frames]) -> Found:
+    """Yield a finding if a run created or lost energy, as in `energy_error`, with the part of the run that did."""
+    first, scale = interfaces[0], np.array([interface.impact_energy for interface in interfaces])
+    structure, contact = (stacked([getattr(run.ledger, name) for run in frames]) for name in ("structure", "contact"))
     energies, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
-    work = np.stack([contact["work"][interface.touching[place]].sum(axis=0) for place in range(len(energies))])
-    total_energy = np.where(np.isnan(energies), work, energies + damped).sum(axis=0)
-    for number, chain_frames in enumerate(frames.chains):
-        energy = chain_frames.energy
-        total_energy = total_energy + energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
-        for k in interface.of_chain[number]:
-            total_energy = total_energy + interface.static[k] * contact["surface"][k]
-    total = _worst(total_energy - total_energy[0], interface)
-    if not total > LARGE:
-        return []
+    work = np.stack([contact["work"][:, places].sum(axis=1) for places in first.touching], axis=1)
+    total_energy = np.where(np.isnan(energies), work, energies + damped).sum(axis=1)
+    total_energy += np.einsum("k,rkt->rt", first.static, contact["surface"])
+    stored = np.zeros(len(frames))
+    for of_runs in zip(*(run.chains for run in frames), strict=True):
+        energy = stacked([chain.energy for chain in of_runs])
+        total_energy += energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
+        stored = np.maximum(stored, of_runs[0].deepest.size * abs(energy["potential"]).max(axis=1))
+    total = abs(total_energy - total_energy[:, :1]).max(axis=1) / scale
     # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
-    stored = max(
-        chain_frames.deepest.size * float(abs(chain_frames.energy["potential"]).max()) for chain_frames in frames.chains
-    )
-    rounding = ROUNDING * stored / interface.impact_energy
-    if total < LARGE + rounding:
-        return [
-            "energy: cannot be checked; rounding of the energy that the preload stores is up to "
-            f"{100.0 * rounding:.2g} % of the impact energy"
-        ]
-    exchange, stepper = contact["given"] - contact["work"], work - energies - damped
-    parts = {
-        "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
-        "the structure's stepper, see structure_numerical_loss; take shorter windows, or the midpoint": stepper,
-    }
-    errors = {words: _worst(np.nan_to_num(part).sum(axis=0), interface) for words, part in parts.items()}
-    culprit = max(errors, key=lambda words: errors[words])
-    if errors[culprit] < 0.5 * total:
-        culprit = "the chain's steps; take a shorter dt"
-    return [f"energy: the run created or lost {100.0 * total:.2g} % of the impact energy, most of it in {culprit}"]
+    rounding = ROUNDING * stored / scale
+    for run in np.flatnonzero(total > LARGE).tolist():
+        if total[run] < LARGE + rounding[run]:
+            yield (
+                run,
+                "energy: cannot be checked; rounding of the energy that the preload stores is up to "
+                f"{100.0 * rounding[run]:.2g} % of the impact energy",
+            )
+            continue
+        exchange, stepper = contact["given"][run] - contact["work"][run], (work - energies - damped)[run]
+        parts = {
+            "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
+            "the structure's stepper, see structure_numerical_loss; take shorter windows, or the midpoint": stepper,
+        }
+        errors = {words: abs(np.nan_to_num(part).sum(axis=0)).max() / scale[run] for words, part in parts.items()}
+        culprit = max(errors, key=lambda words: errors[words])
+        if errors[culprit] < 0.5 * total[run]:
+            culprit = "the chain's steps; take a shorter dt"
+        lost = f"the run created or lost {100.0 * total[run]:.2g} % of the impact energy"
+        yield run, f"energy: {lost}, most of it in {culprit}"
 
 
-def _worst(energy: Vector, interface: Interface) -> float:
-    """Return the greatest of energies, J, in units of the impact energy."""
-    return float(abs(energy).max()) / interface.impact_energy
-
-
-def _of_record(chain: MovingChain, motion: Motion, times: Any, where: str) -> list[str]:
-    """Return a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
-    driven = chain.chain.excitation.drive.kind in (PUSHED, MOVED)
-    if chain.surface is None or chain.behind is not None or driven or not chain.chain.speed > 0.0:
-        return []
-    last, middle = chain.mass.size - 1, middle_of(chain)
-    force = motion.at(middle) - chain.static_force[middle]
-    top = float(force.max())
-    first = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0
-    silent = np.flatnonzero(force[first:] < SILENT * top)
-    if silent.size and (force[first + silent[0] :] > SILENT * top).any():
-        return []
-    # The wave is at mid chain when half of the way is behind it; before that, by theory.
-    reached = float(times[first]) * last / middle if silent.size and first else chain.transit_time
-    hop = reached / last
-    push = motion.at(last) - chain.static_force[-1]
-    leaves = end_of_push(times, push, 0.05 * max(top, 0.0), reached + 3.0 * hop)
-    slower = SMALLEST_WAVE ** (-1.0 / 6.0)
-    if times[-1] >= leaves + slower * (reached - float(times[first]) if silent.size else 0.5 * reached):
-        return []
-    needed = leaves + slower * reached
-    return [f"record: {short_record(float(times[-1]), needed, where).removeprefix(RECORD)}"]
+def _of_record(chains: Sequence[MovingChain], motion: Motion, times: Vector, where: str) -> Found:
+    """Yield a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
+    first = chains[0]
+    driven = first.chain.excitation.drive.kind in (PUSHED, MOVED)
+    if first.surface is None or first.behind is not None or driven:
+        return
+    last, middle = first.mass.size - 1, middle_of(first)
+    forces = motion.at(middle) - first.static_force[middle]
+    tops = forces.max(axis=1, keepdims=True)
+    begins = np.where(tops[:, 0] > 0.0, (forces >= 0.5 * tops).argmax(axis=1), 0)
+    silent = (forces < SILENT * tops) & (np.arange(times.size) >= begins[:, None])
+    # A wave is back where it is loud after it was silent.
+    loud_last = np.where(tops[:, 0] > 0.0, times.size - 1 - (forces > SILENT * tops)[:, ::-1].argmax(axis=1), -1)
+    ends = np.where(silent.any(axis=1), silent.argmax(axis=1), times.size)
+    for run in np.flatnonzero(loud_last < ends).tolist():
+        chain, passed, begin = chains[run], bool(ends[run] < times.size), float(times[begins[run]])
+        if not chain.chain.speed > 0.0:
+            continue
+        # The wave is at mid chain when half of the way is behind it; before that, by theory.
+        reached = begin * last / middle if passed and begins[run] else chain.transit_time
+        push = motion.at(last)[run] - chain.static_force[-1]
+        leaves = end_of_push(times, push, 0.05 * max(float(tops[run, 0]), 0.0), reached + 3.0 * reached / last)
+        slower = SMALLEST_WAVE ** (-1.0 / 6.0)
+        if times[-1] < leaves + slower * (reached - begin if passed else 0.5 * reached):
+            needed = leaves + slower * reached
+            yield run, f"record: {short_record(float(times[-1]), needed, where).removeprefix(RECORD)}"

@@ -44,40 +44,46 @@ class Doubt(NamedTuple):
     words: str
 
 
-def check_structures(interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float) -> list[str]:
-    """Return the deflections beyond linear theory, and pushes too short for a reduction or a mesh; the worst contact of
-    each.
+def check_structures(
+    interfaces: Sequence[Interface], motions: Sequence[Motion], highest: Vector, interval: float
+) -> Iterator[tuple[int, str]]:
+    """Yield the numbers of runs with deflections beyond linear theory, and pushes too short for a reduction or a mesh;
+    the worst contact of each.
 
-    motions: of the chains; highest: the greatest displacement of each surface, m.
+    motions: of the chains; highest: the greatest displacement of each surface, runs × contacts, m.
     """
-    worst: dict[str, Doubt] = {}
-    for k, contact in enumerate(interface.contacts):
-        structure = interface.structures[contact.structure]
-        if structure.structure is None:
+    first, worst = interfaces[0], [dict[str, Doubt]() for _ in interfaces]
+    for k, contact in enumerate(first.contacts):
+        structures = [interface.structures[contact.structure].structure for interface in interfaces]
+        if all(structure is None for structure in structures):
             continue
-        force = motions[contact.chain].at(-1 if contact.end == LAST else 0) - interface.static[k]
-        origin, length = structure.structure.origin, push_length(force, interval)
-        doubts = [*_of_deflection(origin, float(highest[k]))]
-        if length > 0.0:
-            doubts += [*_of_reduction(origin, length), *_of_mesh(origin, length)]
-        for doubt in doubts:
-            if doubt.kind not in worst or doubt.degree > worst[doubt.kind].degree:
-                worst[doubt.kind] = doubt
-    return [f"{doubt.kind}: {doubt.words}" for doubt in worst.values()]
+        force = motions[contact.chain].at(-1 if contact.end == LAST else 0) - first.static[k]
+        for run, (structure, length) in enumerate(zip(structures, push_lengths(force, interval).tolist(), strict=True)):
+            if structure is None:
+                continue
+            doubts = [*_of_deflection(structure.origin, float(highest[run, k]))]
+            if length > 0.0:
+                doubts += [*_of_reduction(structure.origin, length), *_of_mesh(structure.origin, length)]
+            for doubt in doubts:
+                if doubt.kind not in worst[run] or doubt.degree > worst[run][doubt.kind].degree:
+                    worst[run][doubt.kind] = doubt
+    yield from ((run, f"{doubt.kind}: {doubt.words}") for run in range(len(worst)) for doubt in worst[run].values())
 
 
-def push_length(force: Vector, interval: float) -> float:
-    """Return the length of the strongest push, s: 2 ∫F dt / F_max, as of a raised cosine with its impulse and peak.
+def push_lengths(force: Vector, interval: float) -> Vector:
+    """Return the length of the strongest push of each run, s: 2 ∫F dt / F_max, as of a raised cosine with its impulse
+    and peak.
 
-    Zero where there is none. force: N, dynamic, saved every `interval` s.
+    Zero where there is none. force: runs × times, N, dynamic, saved every `interval` s.
     """
-    top, peak = float(force.max()), int(force.argmax())
-    if top <= 0.0:
-        return 0.0
-    low = np.flatnonzero(force <= 0.0)
-    next_low = int(low.searchsorted(peak))
-    push = force[low[next_low - 1] if next_low else 0 : low[next_low] if next_low < low.size else force.size]
-    return float(2.0 * interval * push.sum() / top)
+    top, peak = force.max(axis=1), force.argmax(axis=1)
+    # With a zero before and after each run a push ends with it.
+    bordered = np.pad(force, ((0, 0), (1, 1)))
+    low = np.flatnonzero(bordered <= 0.0)
+    after = low.searchsorted(peak + 1 + bordered.shape[1] * np.arange(len(force)))
+    sums = np.add.reduceat(bordered.ravel(), np.stack([low[after - 1], low[after]], axis=1).ravel())[::2]
+    lengths: Vector = np.divide(2.0 * interval * sums, top, out=np.zeros(top.size), where=top > 0.0)
+    return lengths
 
 
 def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:

@@ -1,15 +1,15 @@
 """Yielding in a run with elastic contacts, by an estimate from a table, by Jackson and Green's law."""
 
 import csv
-from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.resources import files
 from itertools import count, takewhile
-from math import inf, log
-from statistics import median
+from math import inf
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from coupling.recording.frames import Motion, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
@@ -39,31 +39,36 @@ FEW = 2.0
 WALL = 4.0
 """The force on the wall, in units of that at which it yields, over that between beads, from which the wall matters."""
 
+Numbers: TypeAlias = NDArray[np.intp]
+
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
 
-def yields(chains: Sequence[MovingChain], motions: Sequence[Motion], times: Vector) -> list[str]:
-    """Return a finding on the contact that is pressed farthest beyond yield, where that matters.
+def yields(
+    chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion], times: Vector
+) -> Iterator[tuple[int, str]]:
+    """Yield the number of a run and a finding on its contact that is pressed farthest beyond yield, where that matters.
 
-    Beads that take no law of contacts have motions without velocity.
+    chains: of each motion, one for each run. Beads that take no law of contacts have motions without velocity.
     """
-    worst, words = 1.0, ""
-    for number, (chain, motion) in enumerate(zip(chains, motions, strict=True)):
-        ratios = overloads(chain, motion.peaks)
-        contact = int(ratios.argmax())
-        if not ratios[contact] > worst:
-            continue
-        change = None if motion.velocity is None else _change(chain, motion, times)
-        if change == "":
-            continue
-        where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-        worst, what = float(ratios[contact]), weaker(chain, contact).name or "the softer body"
-        words = (
-            f"yield: {where} presses {what} to {worst:.3g} times the pressure at which it yields; "
-            f"{change or slower(chain, contact, worst)}"
-        )
-    unknown = dict.fromkeys(strength for chain in chains for strength in unknown_strengths(chain))
-    return [*([words] if words else []), *unknown]
+    worst, words = np.ones(len(chains[0])), [""] * len(chains[0])
+    for number, (of_runs, motion) in enumerate(zip(chains, motions, strict=True)):
+        ratios = overloads(of_runs[0], motion.peaks)
+        contacts, greatest = ratios.argmax(axis=1), ratios.max(axis=1)
+        beyond = np.flatnonzero(greatest > worst)
+        for run, change in zip(beyond.tolist(), _changes(of_runs[0], motion, times, beyond), strict=True):
+            if change == "":
+                continue
+            chain, contact, worst[run] = of_runs[run], int(contacts[run]), greatest[run]
+            where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
+            what = weaker(chain, contact).name or "the softer body"
+            words[run] = (
+                f"yield: {where} presses {what} to {worst[run]:.3g} times the pressure at which it yields; "
+                f"{change or slower(chain, contact, float(worst[run]))}"
+            )
+    unknown = dict.fromkeys(strength for of_runs in chains for strength in unknown_strengths(of_runs[0]))
+    for run, finding in enumerate(words):
+        yield from ((run, line) for line in ([finding] if finding else []) + [*unknown])
 
 
 def _yield_forces(chain: MovingChain) -> Vector | None:
@@ -81,61 +86,83 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
     return np.array([contact.yield_force if contact and contact.overlap < inf else inf for contact in contacts])
 
 
-def _change(chain: MovingChain, motion: Motion, times: Vector) -> str | None:
-    """Return what yielding would change, and the cure; empty where that is little, None where no law applies."""
+def _changes(chain: MovingChain, motion: Motion, times: Vector, runs: Numbers) -> list[str | None]:
+    """Return what yielding would change in runs, and the cure; empty where little, None where no law applies."""
     limits = chain.once("yield forces", lambda: _yield_forces(chain))
-    if limits is None:
-        return None
-    beyond, sensor = motion.peaks / limits, middle_of(chain)
-    between = median(beyond[1 : sensor + 1].tolist())
-    change: str | None = ""
-    if beyond[-1] > max(1.0, WALL * between):
-        change = _of_wall(chain, motion, sensor, float(beyond[-1]), times) if chain.behind is None else None
-    elif 1.0 - (left := _estimate("force", 1.0, between)) > LOST:
-        change = f"the force at bead {sensor} would be about {left:.2g} times this run's, and AR would differ"
-    elif beyond[0] > FEW:
-        change = None
-    return "" if change == "" else f"{change or 'its dent is left out'}; {CURE}"
+    if motion.velocity is None or limits is None or not runs.size:
+        return [None] * runs.size
+    beyond, sensor = motion.peaks[runs] / limits, middle_of(chain)
+    ordered = np.sort(beyond[:, 1 : sensor + 1], axis=1)
+    between = 0.5 * (ordered[:, (sensor - 1) // 2] + ordered[:, sensor // 2])
+    of_wall = np.flatnonzero(beyond[:, -1] > np.maximum(1.0, WALL * between))
+    left = _estimate("force", np.ones(runs.size), between)
+    changes: list[str | None] = [
+        f"the force at bead {sensor} would be about {part:.2g} times this run's, and AR would differ"
+        if 1.0 - part > LOST
+        else None
+        if first > FEW
+        else ""
+        for part, first in zip(left.tolist(), beyond[:, 0].tolist(), strict=True)
+    ]
+    dents = _of_wall(chain, motion, beyond[of_wall, -1], times, runs[of_wall])
+    for place, change in zip(of_wall.tolist(), dents, strict=True):
+        changes[place] = change
+    return [change if change == "" else f"{change or 'its dent is left out'}; {CURE}" for change in changes]
 
 
-def _of_wall(chain: MovingChain, motion: Motion, sensor: int, beyond: float, times: Vector) -> str | None:
-    """Return what a dent in the wall would change of the wave that returns; None where there is none.
+def _of_wall(chain: MovingChain, motion: Motion, beyond: Vector, times: Vector, runs: Numbers) -> list[str | None]:
+    """Return what a dent in the wall would change of the wave that returns in each run; None where there is none.
 
-    beyond: the peak force on the wall, in units of that at which it yields.
+    beyond: the peak forces on the wall, in units of that at which it yields.
     """
+    if chain.behind is not None or not runs.size:
+        return [None] * runs.size
     assert motion.velocity is not None
     # The contacts beyond the sensor, as far as they are known without a gap, show where a wave comes from.
+    sensor = middle_of(chain)
     contacts = [*takewhile(motion.contacts.__contains__, count(sensor - 1))]
-    force = motion.force[None, :, [motion.contacts.index(index) for index in contacts]]
-    series = Series(force, chain.static_force[None, contacts], motion.velocity[None])
-    waves = find_waves(times, series, SMALLEST_WAVE, 2)
-    if waves.found[0] < 2:
-        return None
-    elastic, hop = float(waves.amplitude_ratio[0, 0]), float(waves.arrival[0, 0]) / sensor
+    force = motion.force[runs][:, [motion.contacts.index(index) for index in contacts]].swapaxes(1, 2)
+    static = np.tile(chain.static_force[contacts], (runs.size, 1))
+    waves = find_waves(times, Series(force, static, motion.velocity[runs]), SMALLEST_WAVE, 2)
+    elastic, hop = waves.amplitude_ratio[:, 0], waves.arrival[:, 0] / sensor
     ratio, delay = (_estimate(what, elastic, beyond) for what in ("AR", "delay"))
-    if elastic * (1.0 - ratio) < NEGLIGIBLE:
-        return ""
     travel = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
-    later = hop * (delay + travel * (ratio ** (-1.0 / 6.0) - 1.0))
-    return (
-        f"on a fresh spot AR at bead {sensor} would be about {elastic * ratio:.2f} ± {ERROR:g} instead of "
-        f"{elastic:.2f}, and TOF {1e6 * later:.0f} µs longer"
-    )
+    later = 1e6 * hop * (delay + travel * (ratio ** (-1.0 / 6.0) - 1.0))
+    return [
+        None
+        if many < 2
+        else ""
+        if before * (1.0 - part) < NEGLIGIBLE
+        else f"on a fresh spot AR at bead {sensor} would be about {before * part:.2f} ± {ERROR:g} instead of "
+        f"{before:.2f}, and TOF {time:.0f} µs longer"
+        for many, before, part, time in zip(waves.found, elastic, ratio, later, strict=True)
+    ]
 
 
-def _estimate(what: str, elastic: float, beyond: float) -> float:
-    """Return a value of the table at an elastic AR and a force, in units of that at which a contact yields; at its ends
-    where they lie beyond it."""
-    logarithms, ratios, rows = _table(what)
-    force = min(log(max(beyond, 1.0)), logarithms[-1])
-    i = min(bisect_right(logarithms, force), len(logarithms) - 1) - 1
-    part = (force - logarithms[i]) / (logarithms[i + 1] - logarithms[i])
-    return float(np.interp(elastic, ratios, rows[i] + part * (rows[i + 1] - rows[i])))
+def _estimate(what: str, elastic: Vector, beyond: Vector) -> Vector:
+    """Return values of the table at elastic AR and forces, in units of those at which contacts yield; at its ends where
+    they lie beyond it."""
+    forces, ratios, rows = _table(what)
+    (i, far), (j, up) = _cells(forces, np.log(np.maximum(beyond, 1.0))), _cells(ratios, elastic)
+    low, high = (rows[row, j] + up * (rows[row, j + 1] - rows[row, j]) for row in (i, i + 1))
+    values: Vector = low + far * (high - low)
+    return values
+
+
+def _cells(nodes: Vector, places: Vector) -> tuple[Numbers, Vector]:
+    """Return the nodes before places, and how far beyond these they are, in units of the distance to the next node."""
+    inside = np.fmax(places, nodes[0])
+    cell = nodes.searchsorted(inside, side="right") - 1
+    return cell, (inside - nodes[cell]) / (nodes[cell + 1] - nodes[cell])
 
 
 @cache
-def _table(what: str) -> tuple[list[float], list[float], Vector]:
-    """Return the logarithms of the forces, the elastic AR, and a row for each of the forces, of values for these."""
+def _table(what: str) -> tuple[Vector, Vector, Vector]:
+    """Return the logarithms of the forces, the elastic AR, and a row for each of the forces, of values for these.
+
+    The last ones hold up to infinity.
+    """
     head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
     columns = np.array([[float(number) for number in line[1:]] for line in lines if line[0] == what]).T
-    return [log(float(number)) for number in head[2:]], columns[0].tolist(), columns[1:]
+    forces = np.log(np.array(head[2:], float))
+    return np.append(forces, inf), np.append(columns[0], inf), np.pad(columns[1:], (0, 1), "edge")

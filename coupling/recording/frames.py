@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -62,16 +62,12 @@ class ChainFrames(NamedTuple):
     energy: Records
 
 
-BLOCK = 64
-"""Saved times whose maximum is taken at once: five times faster than row by row."""
-
-
 class Motion(NamedTuple):
-    """The motion of a chain, as the checks after a run see it.
+    """The motion of a chain in some runs that differ in its speed only, as the checks after them see it.
 
-    contacts: the numbers of some contacts, from zero; force: their forces at the saved times, N. velocity: of the bead
-    in the middle, m/s, None where the beads take no law of contacts. peaks: the greatest force of each contact, N;
-    deepest: its greatest approach, m.
+    contacts: the numbers of some contacts, from zero; force: runs × these × saved times, N. velocity: of the bead in
+    the middle, runs × saved times, m/s, None where the beads take no law of contacts. peaks: the greatest force of each
+    contact, runs × contacts, N; deepest: its greatest approach, m.
     """
 
     contacts: Sequence[int]
@@ -81,8 +77,8 @@ class Motion(NamedTuple):
     deepest: Vector
 
     def at(self, contact: int) -> Vector:
-        """Return the forces of a contact, N; a negative number counts from the last one."""
-        force: Vector = self.force[:, self.contacts.index(contact % self.peaks.size)]
+        """Return the forces of a contact, runs × saved times, N; a negative number counts from the last one."""
+        force: Vector = self.force[:, self.contacts.index(contact % self.peaks.shape[1])]
         return force
 
 
@@ -91,13 +87,27 @@ def middle_of(chain: MovingChain) -> int:
     return (len(chain.chain.beads) + 1) // 2
 
 
-def greatest(values: Vector) -> Vector:
-    """Return the greatest value of each column; in blocks of rows, which is five times faster than rows one by one."""
-    whole_blocks = len(values) // BLOCK * BLOCK
-    rest: Vector = values[whole_blocks:].max(axis=0, initial=-np.inf)
-    blocks = values[:whole_blocks].reshape(BLOCK, -1).max(axis=0, initial=-np.inf).reshape(-1, values.shape[1])
-    result: Vector = np.maximum(rest, blocks.max(axis=0, initial=-np.inf))
-    return result
+def stacked(arrays: Sequence[Any]) -> Any:
+    """Return arrays of equal shapes as one, with a first axis for them; a single one, which may be large, as a view."""
+    if len(arrays) == 1:
+        return arrays[0][None]
+    together = np.empty((len(arrays), *arrays[0].shape), arrays[0].dtype)  # np.stack takes as long again for records
+    for place, array in zip(together, arrays, strict=True):
+        place[...] = array
+    return together
+
+
+def motion_of(chain: MovingChain, frames: Sequence[ChainFrames]) -> Motion:
+    """Return what the checks see of a chain in runs that differ in its speed only."""
+    first, deepest = frames[0], stacked([run.deepest for run in frames]).copy()
+    force, peaks = stacked([run.force.T for run in frames]), np.zeros(deepest.shape)
+    if len(first.contacts) < peaks.shape[1]:
+        peaks = chain.force(deepest)
+    peaks[:, first.contacts] = force.max(axis=2)
+    deepest[:, -1] -= chain.flexibility * peaks[:, -1]
+    middle = first.bodies.index(middle_of(chain))
+    velocity = stacked([run.velocity[:, middle] for run in frames])
+    return Motion(first.contacts, force, velocity, peaks, deepest)
 
 
 class Frames:
@@ -155,18 +165,6 @@ class Frames:
         self.sensors.deepest[:], self.sensors.highest[:] = -np.inf, 0.0
         self.ledger.structure["taken"] = 0.0
         return self
-
-    def motions(self, interface: Interface) -> list[Motion]:
-        """Return what the checks see of each chain."""
-        motions = []
-        for chain, frames_of_chain in zip(interface.chains, self.chains, strict=True):
-            deepest = frames_of_chain.deepest.copy()
-            peaks = chain.force(deepest) if len(frames_of_chain.contacts) < deepest.size else np.zeros(deepest.size)
-            peaks[frames_of_chain.contacts] = greatest(frames_of_chain.force)
-            deepest[-1] -= chain.flexibility * peaks[-1]
-            middle = frames_of_chain.velocity[:, frames_of_chain.bodies.index(middle_of(chain))]
-            motions.append(Motion(frames_of_chain.contacts, frames_of_chain.force, middle, peaks, deepest))
-        return motions
 
     def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
         """Put a state into a row. length, s: of a substep."""

@@ -1,7 +1,7 @@
 """Thousands of runs in memory, on all cores: of chains, or of chains on linear structures."""
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from math import ceil
 from threading import local
@@ -14,7 +14,6 @@ from joblib.externals.loky.process_executor import BrokenProcessPool, Terminated
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import StructureWindows
-from coupling.interface import Interface
 from coupling.loops import Work, is_compiled
 from coupling.plan import Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
@@ -38,11 +37,6 @@ Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 
 FRAMES_PER_CONTACT = 32
 """Saved times in the shortest contact, or more: half an interval off its peak, a half-sine is lower by 0.1 %."""
-
-SPREAD = 1.2
-"""The contacts of runs that a function makes may be shorter than those of its first run by this factor before their
-windows are halved, because a saved interval holds whole windows. All windows are shorter by it then; not so where a
-single parameter differs: the runs of its least and its greatest value tell the shortest contact."""
 
 MOST_SAVED = 2e8
 """Upper limit for runs × saved times × contacts and beads: 1.6 GB."""
@@ -86,7 +80,8 @@ def batch(
         What the chains of a sequence of chains face; by default nothing.
     save_every : float, optional
         Time between saved samples, s. By default at most 1/32 of the shortest contact, in whole windows: of all runs;
-        of a function, of the runs at the ends of its only parameter that differs; or of its first run, less a sixth.
+        of a function, of those with the least and the greatest value of each parameter. A run with a shorter contact
+        has windows half as long.
     sensors : sequence of int, optional
         Numbers of the beads to keep, each with its two contacts; by default all. The last bead's second contact is that
         on the structure.
@@ -236,8 +231,7 @@ class _Family(NamedTuple):
         """The time between saved samples, s: whole windows of the run with the shortest contact."""
         shortest = min(self.known.values(), key=lambda simulation: simulation.interface.contact_time)
         wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
-        spread = SPREAD if self.build and len(self.known) == 1 else 1.0
-        return min(wanted, max(1, int(wanted / window)) * window / spread)
+        return min(wanted, max(1, int(wanted / window)) * window)
 
     def cut(self, begin: int, end: int) -> "_Family":
         """Return some of the runs, one after the other."""
@@ -278,10 +272,9 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
     family = _Family(count, 0, {}, runs, values)
     place, first = _first(family)
     family = family._replace(beads=_beads(first), known={place: first})
-    differ = [column for column in values.values() if any(value is not column[0] for value in column)]
-    if len(differ) == 1 and all(isinstance(value, int | float) for value in differ[0]):
-        ends = (differ[0].index(end) for end in (min(differ[0]), max(differ[0])))
-        family.known.update((i, made) for i in ends if isinstance(made := _made(family, i), CoSimulation))
+    numbers = (column for column in values.values() if all(isinstance(value, int | float) for value in column))
+    ends = {column.index(end) for column in numbers for end in (min(column), max(column))}
+    family.known.update((i, made) for i in sorted(ends) if isinstance(made := _made(family, i), CoSimulation))
     return family
 
 
@@ -414,6 +407,15 @@ class _Part(NamedTuple):
         return rows, [done[i] for i in range(number)]
 
 
+class _Ready(NamedTuple):
+    """A run that is built: its number, what it has in common with runs that are checked together, and findings."""
+
+    number: int
+    alike: Any
+    work: Work
+    findings: list[str]
+
+
 class _Rows:
     """The kept values of the runs of a part."""
 
@@ -426,65 +428,68 @@ class _Rows:
         self.energy = np.full(count, np.nan)
 
     def do(self, numbers: Sequence[int]) -> dict[int, _Done]:
-        """Return some runs; their errors are returned, those of the environment are raised.
+        """Return how some runs ended; their errors are returned, those of the environment are raised.
 
-        All are built, then all are run, then all are checked: so the processor finds its code in its caches, which
-        saves a tenth of the time.
+        All are built, then all are run, then all are checked: so the processor finds its code in its caches, and the
+        checks see the runs of a chain at once.
         """
-        left = {i: (self._run(i, place), list[str]()) for place, i in enumerate(numbers)}
-        done = dict[int, _Done]()
-        while left:
-            for i, (run, messages) in list(left.items()):
-                with collected() as more:
-                    try:
-                        next(run)
-                    except StopIteration as end:
-                        done[i] = _Done(None, [*end.value, *messages, *more])
-                    except ENVIRONMENT_ERRORS:
-                        raise
-                    # The function is the user's own code, which may raise any error; no run may lose the others.
-                    except Exception as error:  # noqa: BLE001 - see above
-                        done[i] = _Done(Failure(type(error).__name__, str(error)), [*messages, *more])
-                messages += more
-                if i in done:
-                    del left[i]
-        return done
+        messages, findings = {i: list[str]() for i in numbers}, {i: list[str]() for i in numbers}
+        failures, alike = dict[int, Failure](), dict[Any, list[_Ready]]()
 
-    def _run(self, i: int, place: int) -> Generator[None, None, list[str]]:
-        """Build a run, run it, and fill its row, with a pause after each; return its findings. place: among those that
-        are done together."""
+        def tried(runs: Sequence[int], step: Callable[..., Any], *arguments: Any) -> Any:
+            """Return what a step of these runs returns; None where it raises an error, of which they fail."""
+            with collected() as more:
+                try:
+                    return step(*arguments)
+                except ENVIRONMENT_ERRORS:
+                    raise
+                # The function is the user's own code, which may raise any error; no run may lose the others.
+                except Exception as error:  # noqa: BLE001 - see above
+                    failures.update(dict.fromkeys(runs, Failure(type(error).__name__, str(error))))
+            for i in runs:
+                messages[i] += more
+
+        ready = [tried([i], self._ready, i, place) for place, i in enumerate(numbers)]
+        for run in filter(None, ready):
+            tried([run.number], run.work.do)
+            if run.number not in failures:
+                alike.setdefault(run.alike, []).append(run)
+        for runs in alike.values():
+            findings.update(tried([run.number for run in runs], self._checked, runs) or {})
+        return {i: _Done(failures.get(i), findings[i] + messages[i]) for i in numbers}
+
+    def _ready(self, i: int, place: int) -> "_Ready":
+        """Build a run. place: among those that are done together."""
         family, until, interval, _, selection, earlier = self.part
         simulation = family.make(i)
         interface = simulation.interface
-        chain = interface.chains[0]
         plan = _plan(simulation, until, interval)
         findings = check_before(interface.chains, until) if family.build else []
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
-        yield
-        frames = self._frames(interface, plan.rows, place)
-        Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
-        yield
-        findings += checked(interface, frames, plan.interval)
-        saved = frames.chains[0]
-        self.force[i] = saved.force[:, : len(selection.contacts)]
-        self.velocity[i] = saved.velocity[:, : len(selection.bodies)]
-        centres = chain.once("centres", lambda: chain.chain.centres)
-        self.static[i], self.centre[i] = chain.static_force[selection.contacts], centres[selection.bodies]
-        self.energy[i] = chain.chain.impact_energy
-        return [finding for finding in findings if finding not in earlier]
-
-    def _frames(self, interface: Interface, rows: int, place: int) -> Frames:
-        """Return the frames of a run: those of this thread's last one in this place, if it had the same chain but for
-        its speed."""
-        key = id(interface.chains[0].model), rows, len(interface.structures)
+        alike = id(interface.chains[0].model), plan.rows, len(interface.structures)
+        # This thread's last frames in this place serve again if they were of the same chain.
         last: dict[int, Any] = vars(self.last).setdefault("runs", {})
-        if place in last and last[place][0] == key:
-            kept: Frames = last[place][2].clear()
-            return kept
-        frames = Frames(interface, rows, self.part.kept)
-        # With the chain: another one could get its number when it is gone.
-        last[place] = key, interface.chains[0], frames
-        return frames
+        if place in last and last[place][0] == alike:
+            frames = last[place][2].clear()
+        else:
+            frames = Frames(interface, plan.rows, selection)
+            # With the chain: another one could get its number when it is gone.
+            last[place] = alike, interface.chains[0], frames
+        work = Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows)
+        return _Ready(i, alike, work, [finding for finding in findings if finding not in earlier])
+
+    def _checked(self, runs: "Sequence[_Ready]") -> dict[int, list[str]]:
+        """Check runs of one chain, fill their rows, and return the findings of each."""
+        interfaces, frames = [run.work.interface for run in runs], [run.work.frames for run in runs]
+        after = checked(interfaces, frames, self.part.interval)
+        numbers, (contacts, bodies), chain = [run.number for run in runs], self.part.kept, interfaces[0].chains[0]
+        self.static[numbers] = chain.static_force[contacts]
+        self.centre[numbers] = chain.once("centres", lambda: chain.chain.centres)[bodies]
+        for i, interface, saved in zip(numbers, interfaces, frames, strict=True):
+            self.force[i] = saved.chains[0].force[:, : len(contacts)]
+            self.velocity[i] = saved.chains[0].velocity[:, : len(bodies)]
+            self.energy[i] = interface.chains[0].chain.impact_energy
+        return {run.number: run.findings + more for run, more in zip(runs, after, strict=True)}
 
     def dataset(self) -> xr.Dataset:
         """Return the runs."""

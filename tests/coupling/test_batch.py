@@ -9,7 +9,11 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.loops import Work
+from coupling.recording.frames import Frames, kept_at
+from coupling.run_checks import checked
 from particles.dissipation import Dissipation
+from structures.caution import collected
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 WALL, STONE = hl.half_space(hl.STEEL_440C), hl.half_space(hl.STEEL_440C)
@@ -41,12 +45,39 @@ def test_a_batch_on_a_structure_is_its_runs() -> None:
 
 
 def test_windows_are_as_long_as_the_shortest_contact_allows() -> None:
-    """The runs at the ends of a parameter tell it, as a list of all runs does."""
-    speeds = [0.3, 0.1, 0.44, 0.2]
-    by_function = hl.batch(tap, 1e-4, sensors=[7], speed=speeds)
-    by_list = hl.batch(list(map(tap, speeds)), 1e-4, sensors=[7])
+    """The runs at the ends of each parameter tell it, as a list of all runs does."""
+    speeds, losses = [0.3, 0.1, 0.44, 0.2], [2.0, 5.0, 1.0, 3.0]
+    by_function = hl.batch(tap, 1e-4, sensors=[7], speed=speeds, loss=losses)
+    by_list = hl.batch(list(map(tap, speeds, losses)), 1e-4, sensors=[7])
     assert np.array_equal(by_function.time.values, by_list.time.values)
     assert np.array_equal(by_function.contact_force.values, by_list.contact_force.values)
+
+
+def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
+    """Of a record that ends early, of beads and a wall beyond yield, of energy that long steps lose."""
+    kinds, late, soft = set[str](), hl.half_space(hl.PTFE), hl.half_space(hl.ALUMINIUM_6061)
+    for count, facing, until, kept in (
+        (10, late, 4e-4, None),
+        (10, soft, 1e-3, kept_at([4], 10)),
+        (3, WALL, 3e-4, None),
+    ):
+        runs = [
+            hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, speed), facing, None, dt, dt, substeps=dt and 1)
+            for speed, dt in ((0.05, None), (0.5, None), (3.0, None), (0.4, 4e-6))
+        ]
+        frames, plans = [], [run.plan(until, 4e-6) for run in runs]
+        for run, plan in zip(runs, plans, strict=True):
+            frames.append(Frames(run.interface, plan.rows, kept))
+            Work(run.interface, run.scheme, run.window, plan, frames[-1], None, None).do()
+        interfaces = [run.interface for run in runs]
+        with collected():
+            alone = [
+                checked([interface], [of_run], 4e-6)[0] for interface, of_run in zip(interfaces, frames, strict=True)
+            ]
+            assert checked(interfaces, frames, 4e-6) == alone
+        assert len(set(map(tuple, alone))) > 2
+        kinds |= {words.split(":")[0] for findings in alone for words in findings}
+    assert kinds == {"record", "yield", "energy"}
 
 
 MIXED = [

@@ -16,10 +16,9 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.kernels import loop
-from coupling.recording.frames import BLOCK, greatest
 from coupling.results.findings import findings_of
 from coupling.run_checks import check_before
-from coupling.structure_checks import push_length
+from coupling.structure_checks import push_lengths
 from particles.bead import Bead
 from particles.deformable.deformable_chain import moving_chain
 from particles.laws.axisymmetric import contact_law_fem
@@ -399,15 +398,13 @@ def test_the_length_of_a_push() -> None:
     time = np.linspace(0.0, 1e-4, 10001)
     cosine = np.where(time < 2e-5, 1.0 - np.cos(2.0 * pi * time / 2e-5), 0.0)
     half_sine = np.where((time > 4e-5) & (time < 7e-5), np.sin(pi * (time - 4e-5) / 3e-5), 0.0)
-    assert push_length(cosine + half_sine, 1e-8) == pytest.approx(2e-5, rel=1e-3)
-    assert push_length(0.1 * cosine + half_sine, 1e-8) == pytest.approx(4.0 / pi * 3e-5, rel=1e-3)
-    assert push_length(-cosine, 1e-8) == 0.0
-
-
-@pytest.mark.parametrize("rows", [1, BLOCK - 1, BLOCK, BLOCK + 1, 10 * BLOCK + 3])
-def test_greatest_values_in_blocks(rows: int) -> None:
-    values = np.random.default_rng(rows).normal(size=(rows, 5))
-    assert np.array_equal(greatest(values), values.max(axis=0))
+    forces = np.array([cosine + half_sine, 0.1 * cosine + half_sine, -cosine])
+    lengths = push_lengths(forces, 1e-8)
+    assert lengths == pytest.approx([2e-5, 4.0 / pi * 3e-5, 0.0], rel=1e-3)
+    assert lengths[2] == 0.0
+    # A push that a record begins or ends with is as long as it is seen.
+    cut = half_sine[:5500]
+    assert push_lengths(np.array([cut, cut[::-1]]), 1e-8) == pytest.approx(2.0 / pi * 3e-5, rel=1e-3)
 
 
 def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
