@@ -85,11 +85,7 @@ class _Frames(NamedTuple):
 
 
 def explicit_chain(
-    chain: Chain,
-    until: float,
-    spacing: float | None = None,
-    save_every: float | None = None,
-    rigid_wall: bool = False,
+    chain: Chain, until: float, spacing: float | None = None, save_every: float | None = None, rigid_wall: bool = False
 ) -> xr.Dataset:
     """Return a chain of equal deformable beads, by explicit finite elements: slow, and the reference for faster models.
 

@@ -154,16 +154,13 @@ class Interface:
         """Return a line: how many beads and on what, or how many chains, structures and contacts."""
         if len(self.chains) > 1 or len(self.structures) > 1:
             counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
-            return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
+            return ", ".join(count_of(count, name) for name, count in counts.items())
         structure, beads = self.structures[0], len(self.chains[0].chain.beads)
         if self.chains[0].surface is None:
-            return f"{beads} bead{'s' * (beads != 1)} that face{'s' * (beads == 1)} nothing"
-        kind = (
-            structure.structure.origin.get("kind", "structure")
-            if isinstance(structure, MovingStructure)
-            else structure.name
-        )
-        return f"{beads} bead{'s' * (beads != 1)} on {kind}"
+            return count_of(beads, "bead that faces nothing", "beads that face nothing")
+        if isinstance(structure, MovingStructure):
+            return f"{count_of(beads, 'bead')} on {structure.structure.origin.get('kind', 'structure')}"
+        return f"{count_of(beads, 'bead')} on {structure.name}"
 
     def start(self, memory: Any) -> CoupledState:
         """Return the state at time zero, in static equilibrium."""

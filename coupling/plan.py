@@ -131,17 +131,20 @@ def longest_substep(
 
 def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str]:
     """Return a finding, of which the user is warned, if substeps or saved times are too few in a contact."""
-    coarse = interface.contact_time / FEWEST_PER_CONTACT
     name = "window" if plan.substeps == 1 else "window / substeps"
-    for what, interval in ((name, plan.length), ("save_every", plan.interval)):
-        if interval > coarse * (1.0 + SAME_TIME) and not (what == name and adaptive):
-            finding = (
-                f"{what} = {readable(interval, 's')}: is coarse compared with a contact; take at most "
-                f"{readable(coarse, 's')}"
-            )
-            warn([finding])
-            return [finding]
-    return []
+    findings = [] if adaptive else coarse(name, plan.length, interface.contact_time)
+    findings = findings or coarse("save_every", plan.interval, interface.contact_time)
+    warn(findings)
+    return findings
+
+
+def coarse(name: str, interval: float, contact_time: float) -> list[str]:
+    """Return a finding if a time is long compared with a contact, s; name: the user's, of the time."""
+    longest = contact_time / FEWEST_PER_CONTACT
+    if interval <= longest * (1.0 + SAME_TIME):
+        return []
+    said = f"{name} = {readable(interval, 's')}: is coarse compared with a contact"
+    return [f"{said}; take at most {readable(longest, 's')}"]
 
 
 def _check_validity(interface: Interface, until: float) -> None:

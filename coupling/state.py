@@ -106,9 +106,7 @@ class Counts(NamedTuple):
     def after(self, state: CoupledState) -> "Counts":
         """Return the counts with one more substep, or its parts, which ended in this state."""
         return Counts(
-            self.evaluations + state.evaluations,
-            self.substeps + state.substeps,
-            max(self.residual, state.residual),
+            self.evaluations + state.evaluations, self.substeps + state.substeps, max(self.residual, state.residual)
         )
 
 

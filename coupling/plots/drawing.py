@@ -198,10 +198,7 @@ class Drawing:
         axes.set_xlabel(along, fontsize=LETTERS)
         axes.set_ylabel(up if scene.stretch == 1.0 else f"{up}\ndrawn × {scene.stretch:g}", fontsize=LETTERS)
         axes.tick_params(labelsize=LETTERS - 1.0)
-        for name, axis, inches in (
-            ("x", axes.xaxis, self.width),
-            ("y", axes.yaxis, self.width * scene.aspect),
-        ):
+        for name, axis, inches in (("x", axes.xaxis, self.width), ("y", axes.yaxis, self.width * scene.aspect)):
             axes.locator_params(axis=name, nbins=max(2, min(8, int(inches / 0.4))))
             if "r" in axis.get_label_text()[:1]:
                 axis.set_major_formatter(lambda value, _: f"{abs(value):g}")

@@ -6,16 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from coupling.plots.canvas import (
-    COLOURS,
-    axes_for,
-    from_zero,
-    in_words,
-    legend_below,
-    mark_missing,
-    plain,
-    styled,
-)
+from coupling.plots.canvas import COLOURS, axes_for, from_zero, in_words, legend_below, mark_missing, plain, styled
 from coupling.results.ar_and_tof import WAVES, amplitude_ratio, reflections, time_of_flight
 from coupling.results.findings import NUMBER
 from coupling.results.reading import Reading

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.files.user_files import path_of
-from coupling.plan import FEWEST_PER_CONTACT, SAME_TIME
+from coupling.plan import SAME_TIME, coarse
 from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance, version_of
@@ -28,7 +28,6 @@ from structures.moving import MovingStructure
 from structures.stepping import Stepper
 from structures.structure import Structure, Vector
 from structures.surface import Surface
-from structures.units import readable
 
 DATA = {"displacement": "Displacement", "force": "Force"}
 
@@ -307,10 +306,7 @@ class _Windows:
 
     def findings(self, moving: MovingChain, most: float) -> list[str]:
         """Return the windows that are coarse, or took as many iterations as they may."""
-        findings, coarse = [], moving.contact_time / FEWEST_PER_CONTACT
-        if self.longest > coarse * (1.0 + SAME_TIME):
-            size = f"time-window-size = {readable(self.longest, 's')}"
-            findings.append(f"{size}: is coarse compared with a contact; take at most {readable(coarse, 's')}")
+        findings = coarse("time-window-size", self.longest, moving.contact_time)
         if last := sum(tries >= most for tries in self.evaluations):
             count = sum(tries > 0 for tries in self.evaluations)
             findings.append(
@@ -338,8 +334,8 @@ def _exchange(moving: MovingChain, interface: "_Interface", longest: float | Non
         coupling.requires_writing_checkpoint()
         left = coupling.get_max_time_step_size()
         if longest is None:
-            coarse = left > moving.contact_time / FEWEST_PER_CONTACT * (1.0 + SAME_TIME)
-            longest = moving.contact_time / STEPS_PER_CONTACT if coarse else inf
+            too_long = coarse("time-window-size", left, moving.contact_time)
+            longest = moving.contact_time / STEPS_PER_CONTACT if too_long else inf
         step = left / max(1, ceil(left / longest * (1.0 - SAME_TIME)))
         windows.states.append(advance(moving, windows.states[-1], float(interface.read(step)[0]), step))
         interface.write(np.array([windows.mean_force()]))

@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends
+from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why_missing
 from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
 from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
-from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, series_of, why_missing
+from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, series_of
 from structures.caution import caution
 from structures.checks import count_of, not_negative, one_of, positive, whole
 from structures.structure import Vector
@@ -101,7 +101,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     incident, back, record = _of_one(reading, sensor, smallest, len(Reflections._fields), earliest)
     if isinstance(record, Series):
         back = _with_margins(back, run, sensor)
-    _warn_of_ends(reading, sensor)
+        warn_of_ends(int(sensor), reading.beads)
     if incident is None:
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
         none = f"none {where} within the record, {readable(reading.time[-1], 's', 4)}"
@@ -113,7 +113,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     second = "second " if back else ""
     reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
     if isinstance(record, Series):
-        reason = why_missing(reading.time, record, 0, smallest, sensor, reading.beads, bool(back))[0] or reason
+        reason = why_missing(reading.time, record.dynamic(0), smallest, sensor, reading.beads, bool(back))[0] or reason
     elif ends_rising(bridged(record), incident.amplitude, smallest):
         reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
     if reason.startswith(RECORD):
@@ -253,7 +253,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
         many = find_waves(reading.time, series, SMALLEST_WAVE, 2 + place)
         values = many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight
         values_of_signal = series.over_axes(values[:, place])
-        _warn_of_ends(reading, sensor)
+        warn_of_ends(int(sensor), reading.beads)
         _warn_of_short_record(reading, sensor, series, many, 2 + place)
     values_of_signal.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     result: xr.DataArray = values_of_signal.rename(what)
@@ -357,17 +357,10 @@ def _warn_of_short_record(reading: Reading, sensor: int, series: Series, many: W
     late = list[tuple[float, str]]()
     for run in np.flatnonzero((many.found > 0) & (many.found < wanted)).tolist():
         back = bool(many.found[run] > 1)
-        reason, until = why_missing(reading.time, series, run, SMALLEST_WAVE, sensor, reading.beads, back)
+        force = series.dynamic(run)
+        reason, until = why_missing(reading.time, force, SMALLEST_WAVE, sensor, reading.beads, back)
         if until > reading.time[-1]:
             late.append((until, reason.removeprefix(RECORD)))
     if late:
         several = f", in {len(late)} of {many.found.size} runs" if many.found.size > 1 else ""
         caution(f"record: {max(late)[1]}{several}")
-
-
-def _warn_of_ends(reading: Reading, sensor: int) -> None:
-    """A warning for a sensor too near to an end of a chain of a run; of a signal the chain is not known."""
-    if not reading.is_signal:
-        longer = [beads for beads in reading.beads if beads >= sensor]
-        if longer:
-            warn_of_ends(int(sensor), min(longer))

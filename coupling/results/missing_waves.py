@@ -1,7 +1,8 @@
 """Reasons for a missing reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
 
+from collections.abc import Sequence
 from itertools import pairwise
-from math import ceil, floor, isfinite, log10
+from math import ceil, floor, isfinite, log10, nan
 
 import numpy as np
 
@@ -27,8 +28,9 @@ PUSH = 3.0
 """Hops that a push on a half-space lasts; until it is known, that on any structure."""
 
 
-def warn_of_ends(sensor: int, beads: int) -> None:
-    """Warn where a bead is fewer than WAVE_LENGTH beads from an end of a chain of so many."""
+def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
+    """Warn where a bead is fewer than WAVE_LENGTH beads from an end of a chain; chains: the number of beads of each."""
+    beads = min(beads for beads in chains if beads >= sensor)
     for distance, end in ((sensor - 1, "struck end"), (beads - sensor, "structure")):
         if distance < WAVE_LENGTH:
             cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
@@ -49,10 +51,10 @@ def latest_return(time: Vector, force: Vector, smallest: float) -> float:
     """
     top = float(force[0].max(initial=0.0))
     if top <= 0.0:
-        return float("nan")
+        return nan
     taken = hops(time, force)
     if not np.isfinite(taken).all():
-        return float("nan")
+        return nan
     travel, hop = float(taken.sum()), float(np.median(taken))
     reaches = float(time[int((force[0] >= 0.5 * top).argmax())]) + travel + hop
     leaves = end_of_push(time, force[-1], FIRST_WAVE * top, reaches + PUSH * hop)
@@ -79,7 +81,7 @@ def cut_off(time: Vector, force: Vector, smallest: float) -> float:
     """
     taken = hops(time, force)
     if not np.isfinite(taken).all():
-        return float("nan")
+        return nan
     pace = float(np.median(taken)) * float(smallest ** (-1.0 / 6.0))
     rises_of_sensors = [rises(time, trace, smallest * float(trace.max(initial=0.0))) for trace in force[:NEAR]]
     for away, ((near, near_open), (far, far_open)) in enumerate(pairwise(rises_of_sensors)):
@@ -95,7 +97,7 @@ def cut_off(time: Vector, force: Vector, smallest: float) -> float:
             comes = not near.size or near[-1] <= far[-1]
         if comes:
             return float(far[-1]) + lasts
-    return float("nan")
+    return nan
 
 
 def rounded_up(value: float) -> float:
@@ -124,19 +126,32 @@ def cut_record(ends: float, needed: float, where: str) -> str:
     return f"{RECORD}ends at {readable(ends, 's', 4)}, within a wave that comes back to {where}; {cure}"
 
 
-def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:
-    """Return why no reflected wave was found in a run, and the `until` (s) that would hold it; NaN where time is not
-    short.
+def why_missing(
+    time: Vector, force: Vector, smallest: float, sensor: int, chains: Sequence[int], back: bool
+) -> tuple[str, float]:
+    """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
+    NaN where neither is known.
 
-    complete: whether the contacts reach to the structure.
+    force: contacts × time, dynamic, the sensor's two contacts first. chains: the number of beads of each. back: whether
+    a wave came back.
     """
-    needed = latest_return(time, force, smallest) if complete else float("nan")
+    complete = len(force) - 2 + sensor in chains
+    reason, needed = ("", nan) if back else _why_none(time, force, smallest, sensor, complete)
+    if not needed > time[-1] and (cut := cut_off(time, force, smallest)) > time[-1]:
+        return cut_record(float(time[-1]), cut, f"bead {sensor}"), cut
+    return reason, needed
+
+
+def _why_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:
+    """Return why no wave came back, and the `until` (s) that would hold it; complete: whether the contacts reach to the
+    structure."""
+    needed = latest_return(time, force, smallest) if complete else nan
     if needed > time[-1]:
         return short_record(float(time[-1]), needed, f"bead {sensor}"), needed
     distance = len(force) - 2 if complete else WAVE_LENGTH
     if distance < WAVE_LENGTH:
-        return f"bead {sensor} is {distance} beads from the structure, where incident and reflected waves merge", np.nan
+        return f"bead {sensor} is {distance} beads from the structure, where incident and reflected waves merge", nan
     return (
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
         f"record, {readable(time[-1], 's', 4)}: the structure took it, or it is weaker"
-    ), np.nan
+    ), nan

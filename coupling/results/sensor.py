@@ -7,9 +7,8 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from structures.checks import count_of, one_of, positive
+from structures.structure import Vector
 from structures.user_arrays import in_si_units
-
-Vector = NDArray[np.float64]
 
 FEWEST_SAMPLES = 16
 """A trace with fewer samples holds no pulse that could be measured."""

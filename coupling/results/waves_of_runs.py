@@ -1,6 +1,5 @@
 """The waves at a sensor of one run or of thousands, from plain arrays: forces, preloads and velocities."""
 
-from collections.abc import Sequence
 from itertools import count, takewhile
 from typing import Any, NamedTuple
 
@@ -9,7 +8,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.results import wave_kernels
-from coupling.results.missing_waves import cut_off, cut_record, reason_for_none
 from coupling.results.reading import Reading, without_padding
 from structures.structure import Vector
 
@@ -74,23 +72,6 @@ def find_waves(time: Vector, series: Series, smallest: float, most: int) -> Wave
     wave_kernels.waves_of_many(*map(wave_kernels.plain, (time, *series[:3])), smallest, waves, counts)
     begins = np.where(np.isnan(waves[..., 2]), 0.0, waves[..., 2]).astype(np.int64)
     return WavesOfRuns(waves[..., 0], waves[..., 1], begins, counts)
-
-
-def why_missing(
-    time: Vector, series: Series, run: int, smallest: float, sensor: int, beads: Sequence[int], back: bool
-) -> tuple[str, float]:
-    """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
-    NaN where neither is known.
-
-    beads: the number of beads of each chain; back: whether a wave came back.
-    """
-    force = series.dynamic(run)
-    reason, needed = "", float("nan")
-    if not back:
-        reason, needed = reason_for_none(time, force, smallest, sensor, len(force) - 2 + sensor in beads)
-    if not needed > time[-1] and (cut := cut_off(time, force, smallest)) > time[-1]:
-        return cut_record(float(time[-1]), cut, f"bead {sensor}"), cut
-    return reason, needed
 
 
 def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:

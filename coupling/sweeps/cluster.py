@@ -119,12 +119,7 @@ def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
 
 
 def _spread(
-    distributed: ModuleType,
-    client: Any,
-    task: bytes,
-    batches: Iterable[Batch],
-    store: Store | None,
-    wait: bool = False,
+    distributed: ModuleType, client: Any, task: bytes, batches: Iterable[Batch], store: Store | None, wait: bool = False
 ) -> Iterator[tuple[int, Point, xr.Dataset | Failure | str | None]]:
     """Run as many batches at once as the workers have threads, one point of each at a time; None if workers died.
 
