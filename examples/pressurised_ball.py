@@ -23,7 +23,7 @@ for name, radius, thickness, material, diameter, until, highest in (
         )
         small = hl.reduce(shell, until, pulse=2e-3 if soft else 25e-6)
         found.append(float(hl.time_of_flight(hl.CoSimulation(chain, small).run(until=until), sensor=8)))
-    relative = pressures / hl.theory.shell_buckling_pressure(radius, thickness, material)
+    relative = pressures / hl.theory.ThinSphere(radius, thickness, material).buckling_pressure
     flights[name] = relative, np.array(found)
     print(f"{name}: to {highest / 1e3:.0f} kPa TOF falls from {1e6 * found[0]:.1f} to {1e6 * found[-1]:.1f} µs")
 

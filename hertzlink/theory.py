@@ -8,12 +8,12 @@ from plates.theory.impact import PlateImpact as PlateImpact
 from plates.theory.lamb import LambWaves as LambWaves
 from plates.theory.lamb import rayleigh_speed as rayleigh_speed
 from structures.bodies import layers as _layers
-from structures.bodies import thin_sphere as _thin_sphere
 from structures.bodies.anisotropy import indentation_modulus as indentation_modulus
 from structures.bodies.anisotropy import orthotropic_stiffness as orthotropic_stiffness
 from structures.bodies.layers import characteristic_length as characteristic_length
 from structures.bodies.layers import critical_modulus as critical_modulus
 from structures.bodies.layers import secondary_delay as secondary_delay
+from structures.bodies.thin_sphere import ThinSphere as ThinSphere
 from structures.surface import hertz_pressure as hertz_pressure
 from structures.surface import hertz_stiffness as hertz_stiffness
 from structures.surface import yield_pressure as yield_pressure
@@ -26,7 +26,5 @@ hertz_contact_time = _layers.contact_time
 layer_restitution = _layers.restitution
 primary_time_of_flight = _layers.time_of_flight
 layer_speed = _layers.upper_speed
-shell_buckling_pressure = _thin_sphere.buckling_pressure
-shell_point_stiffness = _thin_sphere.point_stiffness
 
 _offer(__name__)

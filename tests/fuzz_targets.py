@@ -472,11 +472,10 @@ def _plates() -> dict[str, Target]:
             },
             push,
         ),
-        "theory.shell_point_stiffness": Target(
-            hl.theory.shell_point_stiffness, {"radius": 0.03, "thickness": 3e-3, "material": STEEL, "pressure": 1e5}
-        ),
-        "theory.shell_buckling_pressure": Target(
-            hl.theory.shell_buckling_pressure, {"radius": 0.03, "thickness": 3e-3, "material": STEEL}
+        "theory.ThinSphere": Target(
+            hl.theory.ThinSphere,
+            {"radius": 0.03, "thickness": 3e-3, "material": STEEL},
+            lambda one: (one.point_stiffness(), one.buckling_pressure),
         ),
         "theory.beam_buckling_force": Target(
             hl.theory.beam_buckling_force,

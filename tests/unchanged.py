@@ -446,8 +446,8 @@ def closed_forms() -> Mapping[str, Any]:
             hl.drop_speed(0.01),
         ],
         "shells": [
-            theory.shell_buckling_pressure(0.03, 1e-3, hl.PTFE),
-            theory.shell_point_stiffness(0.03, 1e-3, hl.PTFE, 1e5),
+            theory.ThinSphere(0.03, 1e-3, hl.PTFE).buckling_pressure,
+            theory.ThinSphere(0.03, 1e-3, hl.PTFE).point_stiffness(1e5),
         ],
         "beams": theory.beam_buckling_force(0.4, 300.0, ("clamped", "free"), 1e5),
         "laminates": theory.indentation_modulus(theory.orthotropic_stiffness([9e10] * 3, [0.3] * 3, [4e9] * 3)),

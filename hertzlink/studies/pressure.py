@@ -39,7 +39,7 @@ class Shell(levels.Body):
 
     def scales(self, levels: np.ndarray) -> dict[str, Any]:
         """Return the pressures, Pa, and those over the one outside that would buckle the shell."""
-        buckling = hl.theory.shell_buckling_pressure(self.radius, self.thickness, self.material)
+        buckling = hl.theory.ThinSphere(self.radius, self.thickness, self.material).buckling_pressure
         relative = {"units": "1", "long_name": "pressure over buckling's"}
         return {
             "pressure": ("case", levels, {"units": "Pa"}),

@@ -1,5 +1,6 @@
 """Thin spherical shells in closed form: the stiffness under a force, and the pressure that buckles them."""
 
+from dataclasses import dataclass
 from math import acos, atanh, pi, sqrt
 
 from structures.checks import finite, instance, positive
@@ -15,78 +16,18 @@ LARGEST_RADIUS = 5.0
 """m. A radius given in millimetres is mostly above this value."""
 
 
-def point_stiffness(radius: float, thickness: float, material: Material, pressure: float = 0.0) -> float:
-    """Return the stiffness of a thin spherical shell under a force at one point, in the theory of shallow shells.
+@dataclass(frozen=True)
+class ThinSphere:
+    """A thin spherical shell in closed form: the stiffness under a force, and the pressure that buckles it.
 
     Parameters
     ----------
     radius : float
-        Outer radius, m. The formula takes that of the middle surface, R = radius − thickness/2.
+        Outer radius, m. The formulas take that of the middle surface, R = radius − thickness/2.
     thickness : float
         Thickness t, m.
     material : Material
         The material of the wall.
-    pressure : float
-        Pressure difference p, inside minus outside, Pa: above −`buckling_pressure`, at most 1e6 times that pressure.
-
-    Returns
-    -------
-    float
-        k = 8 √(D E t)/R · (π/2) √(1 − τ²)/arccos τ, N/m, with D = E t³/12(1 − ν²) and τ = p R²/4 √(D E t). Above τ = 1
-        the last factor is √(τ² − 1)/artanh √(1 − τ⁻²). Without pressure both factors together are 1.
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of its range, or the wall buckles.
-
-    References
-    ----------
-    Reissner, J. Math. Phys. 25 (1946) 279; Vella et al., J. R. Soc. Interface 9 (2012) 448.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> ratios = [hl.theory.shell_point_stiffness(0.1, 1e-3, hl.STEEL_316, p) / 1e6 for p in (-1e6, 0.0, 1e6)]
-    >>> [round(one, 2) for one in ratios]  # kN/mm
-    [4.57, 4.7, 4.82]
-    """
-    middle, bending, stretching = _thin(radius, thickness, material)
-    pressure, least = finite("pressure", pressure, "Pa"), -buckling_pressure(radius, thickness, material)
-    if not least < pressure <= -MOST * least:
-        raise ValueError(
-            f"pressure = {pressure!r}: must be above {least:.4g} Pa, at which the wall buckles, and at most "
-            f"{-MOST * least:.4g} Pa"
-        )
-    tau = -pressure / least
-    without = 8.0 * sqrt(bending * stretching) / middle
-    # artanh(√(1 − τ⁻²))/√(τ² − 1) is arccos(τ)/√(1 − τ²) below 1; both are smooth there.
-    if abs(tau - 1.0) < 1e-6:
-        integral = 1.0 - (tau - 1.0) / 3.0
-    elif tau > 1.0:
-        integral = atanh(sqrt(1.0 - tau**-2)) / sqrt(tau**2 - 1.0)
-    else:
-        integral = acos(tau) / sqrt(1.0 - tau**2)
-    return without * 0.5 * pi / integral
-
-
-def buckling_pressure(radius: float, thickness: float, material: Material) -> float:
-    """Return the pressure difference, outside minus inside, at which a perfect thin spherical shell buckles.
-
-    Parameters
-    ----------
-    radius : float
-        Outer radius, m. The formula takes that of the middle surface, R = radius − thickness/2.
-    thickness : float
-        Thickness t, m.
-    material : Material
-        The material of the wall.
-
-    Returns
-    -------
-    float
-        2 E t²/R² √(3(1 − ν²)), Pa. Real shells buckle at a fifth to a half of it. In thick walls shear lowers it, by
-        16 % for t/R = 0.11.
 
     Raises
     ------
@@ -95,16 +36,83 @@ def buckling_pressure(radius: float, thickness: float, material: Material) -> fl
 
     References
     ----------
-    Zoelly (1915); Timoshenko, Gere, Theory of Elastic Stability, 2nd ed. (1961), section 11.13.
+    Zoelly (1915); Timoshenko, Gere, Theory of Elastic Stability, 2nd ed. (1961), section 11.13; Reissner, J. Math.
+    Phys. 25 (1946) 279; Vella et al., J. R. Soc. Interface 9 (2012) 448.
 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.theory.shell_buckling_pressure(0.1, 1e-3, hl.STEEL_316) / 1e6, 1)  # MPa
+    >>> shell = hl.theory.ThinSphere(0.1, 1e-3, hl.STEEL_316)
+    >>> round(shell.buckling_pressure / 1e6, 1)  # MPa
     23.6
+    >>> [round(shell.point_stiffness(pressure) / 1e6, 2) for pressure in (-1e6, 0.0, 1e6)]  # kN/mm
+    [4.57, 4.7, 4.82]
     """
-    middle, bending, stretching = _thin(radius, thickness, material)
-    return 4.0 * sqrt(bending * stretching) / middle**2
+
+    radius: float
+    thickness: float
+    material: Material
+
+    def __post_init__(self) -> None:
+        instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
+        radius, thickness = sizes(self.radius, self.thickness)
+        object.__setattr__(self, "radius", radius)
+        object.__setattr__(self, "thickness", thickness)
+
+    @property
+    def _middle(self) -> float:
+        """Radius of the middle surface, m."""
+        return self.radius - 0.5 * self.thickness
+
+    @property
+    def _stiffness(self) -> float:
+        """√(D E t), N, with D = E t³/12(1 − ν²)."""
+        stretching = self.material.youngs_modulus * self.thickness
+        return stretching * self.thickness / sqrt(12.0 * (1.0 - self.material.poisson_ratio**2))
+
+    @property
+    def buckling_pressure(self) -> float:
+        """Pressure difference, outside minus inside, at which a perfect shell buckles: 2 E t²/R² √(3(1 − ν²)), Pa.
+
+        Real shells buckle at a fifth to a half of it. In thick walls shear lowers it, by 16 % for t/R = 0.11.
+        """
+        return 4.0 * self._stiffness / self._middle**2
+
+    def point_stiffness(self, pressure: float = 0.0) -> float:
+        """Return the stiffness under a force at one point, in the theory of shallow shells.
+
+        Parameters
+        ----------
+        pressure : float
+            Pressure difference p, inside minus outside, Pa: above −`buckling_pressure`, at most 1e6 times that
+            pressure.
+
+        Returns
+        -------
+        float
+            k = 8 √(D E t)/R · (π/2) √(1 − τ²)/arccos τ, N/m, with D = E t³/12(1 − ν²) and τ = p R²/4 √(D E t). Above
+            τ = 1 the last factor is √(τ² − 1)/artanh √(1 − τ⁻²). Without pressure both factors together are 1.
+
+        Raises
+        ------
+        ValueError
+            If the wall buckles under the pressure, or it is out of its range.
+        """
+        pressure, least = finite("pressure", pressure, "Pa"), -self.buckling_pressure
+        if not least < pressure <= -MOST * least:
+            raise ValueError(
+                f"pressure = {pressure!r}: must be above {least:.4g} Pa, at which the wall buckles, and at most "
+                f"{-MOST * least:.4g} Pa"
+            )
+        tau = -pressure / least
+        # artanh(√(1 − τ⁻²))/√(τ² − 1) is arccos(τ)/√(1 − τ²) below 1; both are smooth there.
+        if abs(tau - 1.0) < 1e-6:
+            integral = 1.0 - (tau - 1.0) / 3.0
+        elif tau > 1.0:
+            integral = atanh(sqrt(1.0 - tau**-2)) / sqrt(tau**2 - 1.0)
+        else:
+            integral = acos(tau) / sqrt(1.0 - tau**2)
+        return 4.0 * pi * self._stiffness / self._middle / integral
 
 
 def sizes(radius: float, thickness: float) -> tuple[float, float]:
@@ -118,11 +126,3 @@ def sizes(radius: float, thickness: float) -> tuple[float, float]:
             f"{THINNEST * radius:.4g} and {0.9 * radius:.4g} m"
         )
     return radius, thickness
-
-
-def _thin(radius: float, thickness: float, material: Material) -> tuple[float, float, float]:
-    """Return the radius of the middle surface, m, bending stiffness D, N m, and E t, N/m."""
-    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    radius, thickness = sizes(radius, thickness)
-    bending = material.youngs_modulus * thickness**3 / (12.0 * (1.0 - material.poisson_ratio**2))
-    return radius - 0.5 * thickness, bending, material.youngs_modulus * thickness

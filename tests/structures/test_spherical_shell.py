@@ -118,8 +118,8 @@ def test_breathing_of_a_thick_sphere() -> None:
 
 def test_a_thin_shell_under_a_force_is_that_of_shallow_shells() -> None:
     """Reissner, and Vella et al. under pressure. What shear and the patch add hardly depends on the pressure."""
-    pressures = np.array([-0.8, 0.0, 1.0, 3.0]) * hl.theory.shell_buckling_pressure(0.1, 5e-4, hl.STEEL_316)
-    exact = np.array([1.0 / hl.theory.shell_point_stiffness(0.1, 5e-4, hl.STEEL_316, one) for one in pressures])
+    pressures = np.array([-0.8, 0.0, 1.0, 3.0]) * hl.theory.ThinSphere(0.1, 5e-4, hl.STEEL_316).buckling_pressure
+    exact = np.array([1.0 / hl.theory.ThinSphere(0.1, 5e-4, hl.STEEL_316).point_stiffness(one) for one in pressures])
     bodies = [metal(5e-4, one, base="fixed") for one in pressures]
     found = np.array([displaced(one) + one.flexibility for one in bodies])
     assert found == pytest.approx(exact, rel=0.03)
@@ -139,9 +139,9 @@ def test_closed_forms() -> None:
             return k / (bending * k**4 + 0.5 * pressure * middle * k**2 + spring) / (2.0 * pi)
 
         exact = 1.0 / quad(moved, 0.0, 2e4, limit=500)[0]
-        assert hl.theory.shell_point_stiffness(0.1, 1e-3, steel, pressure) == pytest.approx(exact, rel=1e-3)
-    around = [hl.theory.shell_buckling_pressure(0.1, 1e-3, steel) * (1.0 + step) for step in (-2e-6, 0.0, 2e-6)]
-    low, same, high = (hl.theory.shell_point_stiffness(0.1, 1e-3, steel, one) for one in around)
+        assert hl.theory.ThinSphere(0.1, 1e-3, steel).point_stiffness(pressure) == pytest.approx(exact, rel=1e-3)
+    around = [hl.theory.ThinSphere(0.1, 1e-3, steel).buckling_pressure * (1.0 + step) for step in (-2e-6, 0.0, 2e-6)]
+    low, same, high = (hl.theory.ThinSphere(0.1, 1e-3, steel).point_stiffness(one) for one in around)
     assert same == pytest.approx(0.5 * (low + high), rel=1e-9)
 
 
@@ -156,7 +156,7 @@ def refused(build: Callable[[], hl.Structure]) -> float:
 @pytest.mark.parametrize("base", ["fixed", "free", "contact"])
 def test_buckling(base: str) -> None:
     """Zoelly's pressure for a thin wall, and the series for any."""
-    critical = hl.theory.shell_buckling_pressure(0.1, 1e-3, hl.STEEL_316)
+    critical = hl.theory.ThinSphere(0.1, 1e-3, hl.STEEL_316).buckling_pressure
     assert refused(partial(metal, 1e-3, -2.0 * critical, base=base)) == pytest.approx(0.5, rel=0.01)
     factor = Ball(*CONSTANTS, -1e5).buckling_factor(range(2, 40))
     assert refused(partial(ball, -1e5, base="free")) == pytest.approx(factor, rel=1e-3)
@@ -271,4 +271,4 @@ def test_bad_input(given: dict[str, object], message: str) -> None:
 @pytest.mark.parametrize("pressure", [-25e6, 1e300, "much"])
 def test_bad_input_of_closed_forms(pressure: object) -> None:
     with pytest.raises(ValueError, match="pressure = "):
-        hl.theory.shell_point_stiffness(0.1, 1e-3, hl.STEEL_316, pressure)
+        hl.theory.ThinSphere(0.1, 1e-3, hl.STEEL_316).point_stiffness(pressure)
