@@ -4,7 +4,6 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
 from textwrap import fill, wrap
 from typing import Any
 
@@ -16,7 +15,7 @@ from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
 from hertzlink.cases.run_with_yielding import WITH_YIELDING
-from hertzlink.cases.running import Task, of_chain
+from hertzlink.cases.running import Task, of_chain, points
 from structures.caution import collected
 from structures.checks import count_of
 
@@ -158,10 +157,7 @@ def _heads(axes: Iterable[Axis]) -> list[str]:
 def _sweep(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     names = ("amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight")
     rows, shown = [], []
-    for places in product(*(range(len(axis.values)) for axis in task.axes)):
-        at = data.isel({axis.name: i for axis, i in zip(task.axes, places, strict=True)})
-        values = [axis.values[i] for axis, i in zip(task.axes, places, strict=True)]
-        texts = [axis.shown(value) for axis, value in zip(task.axes, values, strict=True)]
+    for at, values, texts in points(task.axes, data):
         for sensor in task.sensors:
             measures = [float(at[name].sel(sensor=sensor)) for name in names]
             rows.append([*values, sensor, *measures])
@@ -180,10 +176,7 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     assert wanted is not None
     rows, shown, samples = [], [], []
     remarks = set()
-    for places in product(*(range(len(axis.values)) for axis in task.others)):
-        at = data.isel({axis.name: i for axis, i in zip(task.others, places, strict=True)})
-        values = [axis.values[i] for axis, i in zip(task.others, places, strict=True)]
-        texts = [axis.shown(value) for axis, value in zip(task.others, values, strict=True)]
+    for at, values, texts in points(task.others, data):
         low, high = (float(end) for end in at.bracket)
         critical, far = float(at.critical_distance), float(at.far_value)
         rows.append([*values, critical, low, high, far, wanted.tolerance])

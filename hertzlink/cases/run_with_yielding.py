@@ -1,7 +1,6 @@
 """Yielding in a case with elastic contacts: the case runs once more, with Jackson and Green's law."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import product
 from math import isnan
 
 import xarray as xr
@@ -11,7 +10,7 @@ from coupling.results.findings import findings_of, with_warnings
 from coupling.sweeps.progress import labelled
 from coupling.yield_check import CURE
 from hertzlink.cases.faults import YIELDING
-from hertzlink.cases.running import Task, of_chain, run_task, task_of
+from hertzlink.cases.running import Task, of_chain, points, run_task, task_of
 from structures.caution import caution, collected
 
 WITH_YIELDING = "with_yielding"
@@ -83,13 +82,13 @@ def _waves(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
 
 def _distances(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
     assert task.along is not None
-    for number, places in enumerate(product(*(range(len(axis.values)) for axis in task.others))):
+    both = zip(points(task.others, dented), points(task.others, data), strict=True)
+    for number, ((new, _, texts), (old, *_)) in enumerate(both):
         if number == MOST:
             yield "and so on"
             return
-        at = {axis.name: i for axis, i in zip(task.others, places, strict=True)}
-        where = [f"{axis.head} {axis.shown(axis.values[i])}" for axis, i in zip(task.others, places, strict=True)]
-        distances = [float(result.critical_distance.isel(at)) / task.along.size for result in (dented, data)]
+        where = [f"{axis.head} {text}" for axis, text in zip(task.others, texts, strict=True)]
+        distances = [float(result.critical_distance) / task.along.size for result in (new, old)]
         words = f"the critical distance is {_instead(distances, '.4g')} {task.along.unit}".strip()
         yield f"{words} ({', '.join(where)})" if where else words
 

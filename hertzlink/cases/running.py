@@ -1,6 +1,8 @@
 """Running a case: one run, a sweep, or a search for the critical distance; each gives a Dataset."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -55,6 +57,15 @@ class Measure:
             data = data.assign_coords(time=run.time)
             data["sensor_force"] = (("sensor", "time"), np.stack([force.values for force in forces]), forces[0].attrs)
         return data
+
+
+def points(axes: Sequence[Axis], data: xr.Dataset) -> Iterator[tuple[xr.Dataset, list[Any], list[str]]]:
+    """Yield the results at each combination of the values of some axes, with these, in SI and as texts."""
+    for places in product(*(range(len(axis.values)) for axis in axes)):
+        each = list(zip(axes, places, strict=True))
+        values = [axis.values[i] for axis, i in each]
+        texts = [axis.shown(axis.values[i]) for axis, i in each]
+        yield data.isel({axis.name: i for axis, i in each}), values, texts
 
 
 def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:

@@ -11,9 +11,10 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.on_plates import DIAMETERS, IMPACT_SPEED, THICKNESSES, OnPlate, theirs
-from hertzlink.studies.results import with_units
+from hertzlink.studies.results import scalars, with_units
 from hertzlink.studies.table import Named, Row, Rows
 from hertzlink.studies.verdicts import printed
+from hertzlink.studies.waves import returned
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.theory.impact import THESIS_IMPACT
 
@@ -74,10 +75,8 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
         return hl.CoSimulation(of.chain(diameter), of.structure(body, thickness))
 
     def measure(run: xr.Dataset) -> xr.Dataset:
-        contact = {"units": "s", "long_name": "last bead's contact with the plate"}
-        waves = (hl.amplitude_ratio(run, of.sensor), hl.time_of_flight(run, of.sensor), hl.sensor_force(run, of.sensor))
-        names = ("amplitude_ratio", "time_of_flight", "sensor_force")
-        return xr.Dataset(dict(zip(names, waves, strict=True)) | {"contact_time": ((), hl.contact_time(run), contact)})
+        contact = scalars(contact_time=(hl.contact_time(run), "s", "last bead's contact with the plate"))
+        return returned(run, of.sensor).merge(contact).assign(sensor_force=hl.sensor_force(run, of.sensor))
 
     data = hl.sweep(build, of.until, jobs, measure, body=BODIES, thickness=of.thickness, diameter=of.bead)
     lines = np.array([[of.theory(ratio, speed) for speed in of.speeds] for ratio in of.ratios()])
@@ -192,7 +191,6 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
     ratios, (axis,) = draw.panels(1, width=4.6, height=3.6)
     _points(axis, data, data.amplitude_ratio)
-    _without_wave(axis, data)
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
     flights, axes = draw.panels(2, width=4.0, height=3.6, sharey=False)
@@ -215,16 +213,10 @@ def _points(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
         plate, infinite = (values.sel(diameter=diameter, body=body) for body in BODIES[:2])
         axis.plot(ratio, plate, markersize=4.5, label=label, **look)
         axis.plot(ratio, infinite, markersize=8.0, fillstyle="none", label=f"{label}, infinite plate", **look)
+        draw.mark_missing(axis, ratio[plate.isnull().values], i)
     largest = float((data.diameter / data.thickness).max())
+    axis.plot([], [], "x", color="dimgrey", label="no wave came back")
     axis.set(xlabel="D/t", xlim=(0.0, 1.15 * largest if Conditions.read(data).own else 9.0))
-
-
-def _without_wave(axis: draw.Axes, data: xr.Dataset) -> None:
-    """Draw crosses just above the axis where no wave came back within the record."""
-    missing = data.amplitude_ratio.sel(body="plate", drop=True).isnull()
-    if bool(missing.any()):
-        places = (data.diameter / data.thickness).transpose(*missing.dims).values[missing.values]
-        axis.plot(places, np.full(places.size, 0.02), "x", color="dimgrey", markersize=5.0, label="no wave came back")
 
 
 def _lines(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
@@ -237,9 +229,9 @@ def _forces(data: xr.Dataset) -> draw.Figure:
     figure, (axis,) = draw.panels(1, width=4.8, height=3.4)
     of = Conditions.read(data)
     diameter = of.bead[len(of.bead) // 2]
-    middle = data.sensor_force.sel(body="plate", diameter=diameter)
-    for thickness in dict.fromkeys((of.thickness[0], of.thickness[-1])):
-        axis.plot(data.time * 1e6, middle.sel(thickness=thickness), "-", label=draw.thick(thickness))
+    ends = list(dict.fromkeys((of.thickness[0], of.thickness[-1])))
+    force = data.sensor_force.sel(body="plate", diameter=diameter, thickness=ends)
+    draw.lines(axis, force, "time", "thickness", draw.thick, 1e6, "-")
     axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)", title=f"D = {diameter * 1e3:.2f} mm")
     axis.set_xlim(0.0, of.until * 1e6 if of.own else 1500.0)
     axis.legend()

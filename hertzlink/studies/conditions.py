@@ -5,7 +5,7 @@ annotation of a field holds its quantity and what it is: `Annotated[float, BEAD,
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from decimal import Decimal
 from functools import cache
@@ -19,7 +19,7 @@ from hertzlink._hints import nearest
 from structures.checks import did_you_mean, short
 from structures.described import noted
 from structures.quantities import Likely
-from structures.units import NUMBER, factor
+from structures.units import NUMBER, factor, handy
 
 BEAD = replace(Likely.BEAD, low=1e-4, high=0.5)
 SPEED = replace(Likely.SPEED, low=1e-3, high=20.0)
@@ -32,8 +32,6 @@ OWN = "own_parameters"  # The attribute of results that holds, as JSON, the para
 DIFFERS = "differs_from_thesis"  # The attribute that says the same in words.
 MOST_COLOURED = 6  # Figures have as many colours.
 LISTED = 5  # Most values that are printed one by one.
-# The units in which values are printed, and how many make one of the SI unit.
-READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}
 
 
 class WrongValue(ValueError):
@@ -239,7 +237,7 @@ def _material(value: object) -> hl.Material:
     raise ValueError(f"no such material; {nearest(str(value), list(hl.MATERIALS))}")
 
 
-def _printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:
+def _printed(values: Sequence[float], unit: str = "", words: str = "{}") -> str:
     """Return values with their unit, in the digits that a user would type. words: what stands around the numbers."""
-    unit, factor = READABLE.get(unit, (unit, 1.0))
+    factor, unit = handy(values, unit)
     return f"{words.format(*(f'{factor * value:.6g}' for value in values))} {unit}".rstrip()

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 import hertzlink as hl
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, waves
-from hertzlink.studies.results import named, with_units
+from hertzlink.studies.results import named, over, with_units
 from hertzlink.studies.table import Named, Row, Rows, span
 from plates.additions import Addition
 from structures.caution import collected
@@ -19,6 +19,7 @@ from structures.caution import collected
 row = Rows("cracks")
 BEADS, SENSOR = 20, 12
 SPEEDS = (0.05, 0.1, 0.2, 0.4, 0.8)  # m/s.
+measure = partial(waves.returned, sensor=SENSOR)
 OPENINGS = (3e-8, 1e-7, 3e-7, 1e-6, 3e-6)  # m.
 WIDE = 1e-3  # m, an opening that no tap closes.
 ERROR = 0.02  # Relative error to which the opening is found that lies half-way.
@@ -62,9 +63,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: two speeds, three openings, and none half-way. jobs: always one process.
     """
     with collected():  # that aluminium yields under steel beads is the study of yield's
+        bodies = {body.name: body for body in BODIES}
         speeds, openings = (SPEEDS[::4], OPENINGS[::2]) if quick else (SPEEDS, OPENINGS)
-        parts = [_measured(body, speeds, openings, quick) for body in BODIES]
-    return xr.concat(parts, "body").assign_coords(body=[body.name for body in BODIES])
+        return over(lambda body: _measured(bodies[body], speeds, openings, quick), body=list(bodies))
 
 
 def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...], quick: bool) -> xr.Dataset:
@@ -82,7 +83,7 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
 
     def half_way(speed: float, middle: float) -> float:
         def beyond(exponent: float) -> float:
-            return float(measure(split(10.0**exponent, speed).run(body.until)).amplitude_ratio) - middle
+            return float(hl.amplitude_ratio(split(10.0**exponent, speed).run(body.until), SENSOR)) - middle
 
         return float(10.0 ** brentq(beyond, -8.3, -5.0, xtol=np.log10(1.0 + ERROR)))
 
@@ -92,12 +93,6 @@ def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...]
     half = [np.nan] * len(speeds) if quick else [half_way(*of_speed) for of_speed in watched(middles)]
     data["half_way"] = ("impact_speed", half, {"units": "m", "long_name": "opening whose AR lies half-way"})
     return with_units(data.merge(named(limits, "limit")), impact_speed="m/s", opening="m")
-
-
-def measure(run: xr.Dataset) -> xr.Dataset:
-    """Return AR and TOF."""
-    measures = (hl.amplitude_ratio(run, SENSOR), hl.time_of_flight(run, SENSOR))
-    return xr.Dataset(dict(zip(("amplitude_ratio", "time_of_flight"), measures, strict=True)))
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -134,8 +129,8 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         for name, style in (("closed", "--"), ("open", ":")):
             limit = at.limit_amplitude_ratio.sel(limit=name)
             axis.plot(speeds, limit, style, color="0.3", label=f"linear, {name}")
-        for opening in data.opening.values[1:]:
-            axis.plot(speeds, at.amplitude_ratio.sel(opening=opening), label=f"{1e6 * opening:g} µm")
+        openings = at.amplitude_ratio.isel(opening=slice(1, None))
+        draw.lines(axis, openings, "impact_speed", "opening", lambda opening: f"{1e6 * opening:g} µm")
         axis.set_xscale("log")
         axis.set_xticks(SPEEDS, [f"{speed:g}" for speed in SPEEDS])
         axis.minorticks_off()

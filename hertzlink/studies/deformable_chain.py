@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from time import process_time
 
-import joblib
 import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
@@ -60,7 +59,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
     spacings, modes = LAW_SPACINGS[::every], MODES_TRIED[::every]
     # The longest run starts first.
-    explicit = over(by_elements, jobs or joblib.cpu_count(), spacing=SPACINGS[::every][::-1])
+    explicit = over(by_elements, jobs, spacing=SPACINGS[::every][::-1])
     explicit = explicit.sortby("spacing", ascending=False)
     by_law = over(by_modes, law_spacing=spacings)
     tried = over(partial(by_modes, spacings[-1]), modes=modes)
@@ -155,7 +154,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
     return scalars(
         peak_force=(peak, "N", "peak force between beads 15 and 16"),
         wave_speed=(speed, "m/s", "wave speed between contacts 10 and 16"),
-        energy_error=(float(hl.energy_error(run)), "1", "energy error"),
+        energy_error=(hl.energy_error(run), "1", "energy error"),
     )
 
 

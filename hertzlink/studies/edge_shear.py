@@ -72,18 +72,19 @@ def table(data: xr.Dataset) -> list[Row]:
     rows, thickness = [], data.relative_thickness.values
     for place in data.place.values:
         differences = lowered(data).sel(place=place).values
-        where = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ, clamped"
         samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, differences, strict=True))
-        rows.append(row("limit", limit(thickness, differences), PARAMETER, samples, place=where))
+        rows.append(row("limit", limit(thickness, differences), PARAMETER, samples, place=_place(place)))
     return rows
+
+
+def _place(place: float) -> str:
+    return "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
 
 
 def figure(data: xr.Dataset) -> draw.Figure:
     """Return AR lost by shear against t/ℓ."""
     drawn, (axis,) = draw.panels(1, width=4.4, height=3.4)
-    for place in data.place.values:
-        label = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
-        axis.plot(data.relative_thickness, lowered(data).sel(place=place), label=label)
+    draw.lines(axis, lowered(data), "relative_thickness", "place", _place)
     axis.axhline(REPORTED_DIFFERENCE, color="black", linewidth=0.8, linestyle=":")
     axis.set(xlabel="thickness t / ℓ", ylabel="AR, Kirchhoff less Mindlin", xlim=(0.0, None), ylim=(0.0, None))
     axis.legend()

@@ -4,11 +4,11 @@ Cramér–Rao bounds (`hl.identifiability`) of a plate's distance to its edge an
 layer of a rod, over the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from itertools import product
 from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
 
@@ -17,7 +17,6 @@ from hertzlink.studies import identifiable_cases as cases
 from hertzlink.studies.identifiable_cases import BLIND, CHECKED, DISTANCES, FEATURES, Conditions
 from hertzlink.studies.results import over, with_units
 from hertzlink.studies.table import Named, Row, Rows
-from structures.checks import whole
 from structures.structure import Vector
 
 row = Rows("identifiability")
@@ -51,23 +50,22 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     """
     distances, thicknesses = (QUICK_DISTANCES, QUICK_THICKNESSES) if quick else (DISTANCES, THICKNESSES)
     near, bonds = (QUICK_NEAR, (QUICK_UPPERS, QUICK_BONDS)) if quick else (NEAR, (UPPER_THICKNESSES, BOND_STIFFNESSES))
-    jobs = 1 if quick and jobs is None else joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    of = Conditions.of(parameters)
+    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs
     if of.own:
         data = edges(jobs, of.few("distance", distances), of.thickness, of.bead, of)
-        return of.marked(data.drop_vars(["edge_error_of_steps", "step"]))
+        data = data.drop_vars(["edge_error_of_steps", "step"])
+        return of.marked(with_units(data, distance="m", thickness="m", diameter="m", record="s"))
     data = edges(jobs, distances, thicknesses)
-    return data.merge(near_edge(jobs, near)).merge(bonded(jobs, *bonds))
-
-
-def _over(jobs: int, compute: Callable[..., xr.Dataset], **axes: Sequence[float | str]) -> xr.Dataset:
-    """Return what is computed over some axes, which get their units."""
-    data = over(compute, jobs, **axes)
-    return with_units(data, **{name: unit for name, unit in cases.UNITS.items() if name in data.coords})
+    of_contact = partial(cases.combinations_near_edge, MAIN_DIAMETER, thickness=MAIN_THICKNESS)
+    data = data.merge(over(of_contact, jobs, contact=(cases.KNOWN, cases.OF_PLATE), near=near))
+    uppers, stiffnesses = bonds
+    upper = list(cases.UPPERS)
+    data = data.merge(over(cases.bond_errors, jobs, upper=upper, upper_thickness=uppers, bond_stiffness=stiffnesses))
+    return with_units(data, **cases.UNITS)
 
 
 def edges(
-    jobs: int, distances: Sequence[float], thicknesses: Sequence[float],
+    jobs: int | None, distances: Sequence[float], thicknesses: Sequence[float],
     diameters: Sequence[float] = DIAMETERS, of: Conditions = cases.THESIS,
 ) -> xr.Dataset:  # fmt: skip
     """Return the half-widths over the distance, the thickness, the beads and what is measured."""
@@ -77,23 +75,8 @@ def edges(
         steps = cases.STEPS if distance in tested else cases.STEPS[:1]
         return cases.edge_errors(diameter, distance, thickness, steps, of)
 
-    widths = _over(jobs, errors, diameter=diameters, distance=distances, thickness=thicknesses).half_width
+    widths = over(errors, jobs, diameter=diameters, distance=distances, thickness=thicknesses).half_width
     return xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
-
-
-def near_edge(jobs: int, distances: Sequence[float]) -> xr.Dataset:
-    """Return combinations of distance, thickness and modulus, the best first, where the contact is known or is not."""
-
-    def combinations(contact: str, distance: float) -> xr.Dataset:
-        return cases.combinations_near_edge(MAIN_DIAMETER, distance, MAIN_THICKNESS, contact)
-
-    return _over(jobs, combinations, contact=(cases.KNOWN, cases.OF_PLATE), near=distances)
-
-
-def bonded(jobs: int, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
-    """Return the half-widths of the bond and the upper layer."""
-    axes = Named(upper=list(cases.UPPERS), upper_thickness=uppers, bond_stiffness=stiffnesses)
-    return _over(jobs, cases.bond_errors, **axes)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -163,7 +146,8 @@ def _combination_rows(data: xr.Dataset) -> Iterator[Row]:
     for contact, distance in product(data.contact.values, data.near.values):
         at = data.sel(contact=contact, near=distance)
         vectors, errors, matrix = at.combination_of.values, at.combination_error.values, at.correlation.values
-        parts = [f"{_vector(vector)} {_pm(error)}" for vector, error in zip(vectors, errors, strict=True)]
+        half_widths = ["blind" if error > BLIND else f"± {printed(error)}" for error in errors]
+        parts = [f"{_vector(vector)} {half}" for vector, half in zip(vectors, half_widths, strict=True)]
         pairs = f"dt {matrix[0, 1]:+.2f}, dE {matrix[0, 2]:+.2f}, tE {matrix[1, 2]:+.2f}"
         expected = 1.0 if contact == cases.KNOWN and distance <= NEAR_STATICS else ""
         named = Named(distance=distance * 1e3, contact=contact)
@@ -174,10 +158,6 @@ def _combination_rows(data: xr.Dataset) -> Iterator[Row]:
 
 def _cosine(vector: Vector, pattern: Vector) -> float:
     return float(abs(np.dot(vector, pattern)) / np.linalg.norm(vector) / np.linalg.norm(pattern))
-
-
-def _pm(error: float) -> str:
-    return "blind" if error > BLIND else f"± {printed(error)}"
 
 
 def _vector(parts: Vector) -> str:
@@ -234,8 +214,7 @@ def _own_figure(data: xr.Dataset) -> draw.Figure:
     figure, plates = draw.each(data, "thickness", lambda t: f"{bead}, t = {t * 1e3:.2f} mm", height=3.6, **labels)
     for axis, plate in plates:
         at = plate.edge_error.sel(unknown="distance", free="all").isel(record=0)
-        for what in (name for name in data.measured.values if name != FEATURES):
-            axis.plot(data.distance * 1e3, 100.0 * at.sel(measured=what), label=str(what))
+        draw.lines(axis, 100.0 * at.drop_sel(measured=FEATURES), "distance", "measured", factor=1e3)
         axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
         axis.set(xscale="log", yscale="log")
     plates[0][0].legend()

@@ -143,13 +143,13 @@ def _waveform_errors(
     return errors
 
 
-def combinations_near_edge(diameter: float, distance: float, thickness: float, contact: str) -> xr.Dataset:
+def combinations_near_edge(diameter: float, near: float, thickness: float, contact: str) -> xr.Dataset:
     """Return the 95 % half-widths of the eigenvectors of the information, best first, these in rows, and the
     correlations: of relative changes of distance, thickness and modulus, by the trace of bead 7 in the shorter record.
 
     The impact speed, the gain and time zero are not known either.
     """
-    values = (distance, thickness, hl.ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
+    values = (near, thickness, hl.ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
     names = (*MATERIAL_UNKNOWNS, "impact_speed")
     changes = Sensitivities(edge_design(diameter, dict(zip(names, values, strict=True)), contact=contact))
     covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
@@ -163,13 +163,13 @@ def combinations_near_edge(diameter: float, distance: float, thickness: float, c
     ).assign_coords(of=list(MATERIAL_UNKNOWNS), other=list(MATERIAL_UNKNOWNS))  # fmt: skip
 
 
-def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> xr.Dataset:
+def bond_errors(upper: str, upper_thickness: float, bond_stiffness: float) -> xr.Dataset:
     """Return 95 % half-widths as parts of the values: measured × free × unknowns; NaN for what is known.
 
     The mesh is the same for all runs, so that derivatives are those of the rod alone. bond_stiffness: N/m³.
     """
     top = UPPERS[upper]
-    elements = max(FEWEST, ceil(thickness / top.bar_speed / CROSSING))
+    elements = max(FEWEST, ceil(upper_thickness / top.bar_speed / CROSSING))
 
     def build(bond_stiffness: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
         glue = hl.Material(bond_stiffness * GLUE, GLUE_POISSON, GLUE_DENSITY, "glue")
@@ -178,7 +178,7 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> xr.Datas
         chain = hl.Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed)
         return hl.CoSimulation(chain, hl.rod(layers, "fixed", elements))
 
-    values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, thickness, IMPACT_SPEED), strict=True))
+    values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, upper_thickness, IMPACT_SPEED), strict=True))
     with collected():
         changes = Sensitivities(Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY))
     errors = _waveform_errors(changes, BOND_MEASURED.values(), BOND_RECORD, BOND_FREE)

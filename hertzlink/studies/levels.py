@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
+from hertzlink.studies.results import over
 from structures.caution import collected
 
 NOISE = 0.01  # Part of a trace's peak.
@@ -89,10 +89,10 @@ def over_bodies(axis: str, bodies: Sequence[Body], quick: bool, steps: Sequence[
 
     quick: every second level. steps: as of `measured`.
     """
+    by_name = {body.name: body for body in bodies}
     with collected():  # that contacts yield, or are wide, is said elsewhere
-        parts = [body.measured(quick, steps) for body in watched(bodies)]
-    names = [body.name for body in bodies]
-    return xr.concat(parts, axis, join="outer").assign_coords({axis: names}).drop_vars("case")
+        data = over(lambda body: by_name[body].measured(quick, steps), body=list(by_name))
+    return data.drop_vars("case").rename({"body": axis})
 
 
 def figure(

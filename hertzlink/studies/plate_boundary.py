@@ -4,15 +4,13 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any, ClassVar
 
-import joblib
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import draw, plate_edges
 from hertzlink.studies.on_plates import BEADS, DIAMETERS, SENSOR, SIDE, THICKNESSES, UNTIL, OnPlate, theirs
-from hertzlink.studies.results import with_units
+from hertzlink.studies.results import each, scalars, with_units
 from hertzlink.studies.table import WORDS, Named, Row, Rows, bracketed
 from hertzlink.studies.waves import contact_time
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
@@ -21,7 +19,6 @@ from plates.section import point_rigidity
 from plates.theory.impact import THESIS_IMPACT
 from structures.bodies.layers import HERTZ_COLLISION
 from structures.caution import collected
-from structures.checks import whole
 
 row, row_of_waves = Rows("plate_boundary"), Rows("plate_waves")
 # m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So
@@ -90,9 +87,9 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     eight of the 27 distances of the first scan, and brackets of 5 mm, beside which numerical errors do not count.
     """
     of = Conditions.of(parameters)
-    count, bases = joblib.cpu_count() if jobs is None else whole("jobs", jobs), of.bases(quick)
-    parallel = joblib.Parallel(min(count, len(bases)), return_as="generator")
-    plates = tuple(watched(parallel(joblib.delayed(reduced)(*basis, of) for basis in bases), len(bases)))
+    plates = tuple(
+        each(reduced, [{"place": place, "walls": walls, "of": of} for place, walls in of.bases(quick)], jobs)
+    )
 
     def build(thickness: float, distance: float, diameter: float) -> hl.CoSimulation:
         return hl.CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
@@ -113,7 +110,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
     data = with_units(data, thickness="m", diameter="m").merge(without_edges(of))
     if not quick:
-        data = with_margins(data, of, count)
+        data = with_margins(data, of, jobs)
     return of.marked(data) if of.own else data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
 
 
@@ -124,9 +121,8 @@ def without_edges(of: Conditions) -> xr.Dataset:
         return hl.CoSimulation(of.chain(diameter), hl.infinite_plate(thickness, of.material))
 
     def measure(run: xr.Dataset) -> xr.Dataset:
-        contact = {"units": "s", "long_name": "contact with the infinite plate"}
-        ratio = hl.amplitude_ratio(run, of.sensor).rename(None)
-        return xr.Dataset({"infinite_amplitude_ratio": ratio, "contact_time": ((), hl.contact_time(run), contact)})
+        contact = scalars(contact_time=(hl.contact_time(run), "s", "contact with the infinite plate"))
+        return contact.assign(infinite_amplitude_ratio=hl.amplitude_ratio(run, of.sensor))
 
     runs = hl.sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
     speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(of.plate, of.thickness)]
@@ -137,16 +133,17 @@ def without_edges(of: Conditions) -> xr.Dataset:
     return runs.drop_attrs(deep=False)
 
 
-def with_margins(data: xr.Dataset, of: Conditions, jobs: int) -> xr.Dataset:
+def with_margins(data: xr.Dataset, of: Conditions, jobs: int | None) -> xr.Dataset:
     """Return critical distances with the numerical errors of AR there, and with the errors of distance that follow, m.
 
     The far value is as wrong as it differs from AR on the infinite plate, which has neither mesh nor reduction.
     """
     pairs = data.critical_distance.sel(within=TOLERANCE).stack(pair=["diameter", "thickness"]).dropna("pair")
-    parallel = joblib.Parallel(min(jobs, max(1, pairs.size)), return_as="generator")
-    cases = [(*map(float, pair.pair.item()), float(pair)) for pair in pairs]
-    errors = tuple(watched(parallel(joblib.delayed(ratio_error)(*case, of) for case in cases), len(cases)))
-    here = xr.DataArray(list(errors), coords=pairs.coords, dims="pair").unstack("pair")
+    cases = [
+        {"diameter": diameter, "thickness": thickness, "distance": float(pair), "of": of}
+        for pair in pairs for diameter, thickness in [pair.pair.item()]
+    ]  # fmt: skip
+    here = xr.DataArray(each(ratio_error, cases, jobs), coords=pairs.coords, dims="pair").unstack("pair")
     far = data.far_value.fillna(0.0) - data.infinite_amplitude_ratio.fillna(0.0)
     data["ratio_error"] = (here**2 + far**2) ** 0.5
     for name in ("", "relative_"):

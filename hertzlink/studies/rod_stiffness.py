@@ -98,7 +98,10 @@ def walls(of: Conditions) -> xr.Dataset:
     def against(wall: str) -> xr.Dataset:
         run = hl.CoSimulation(of.chain(), of.slender(of.layers(shown[wall]))).run(of.until)
         behind = hl.reflections(struck.high_pass(run, TIME_CONSTANT), SENSOR).primary
-        stored = _wall_energy(run, of.wall(shown[wall]))
+        stiffness = of.wall(shown[wall])
+        resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
+        overlap = run.displacement.sel(bead=BEADS) - run.surface_displacement + resting
+        stored = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
         share = stored / (run.kinetic_energy + run.contact_energy + run.structure_energy)
         last = run.contact_force.sel(contact=BEADS, drop=True).assign_attrs(
             long_name="force between the last two beads"
@@ -115,14 +118,6 @@ def walls(of: Conditions) -> xr.Dataset:
 
     data = named(over(against, wall=list(shown)), "wall")
     return data if of.own else data.merge(candidates.on_ptfe(of.layers))
-
-
-def _wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
-    """Return the potential energy of the last bead's contact, J: 2/5 k δ^5/2. stiffness: k, N/m^1.5."""
-    resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
-    overlap = run.displacement.sel(bead=BEADS, drop=True) - run.surface_displacement + resting
-    energy: xr.DataArray = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
-    return energy
 
 
 def _speed_ratio(run: xr.Dataset) -> float:
@@ -206,25 +201,20 @@ def _waves(data: xr.Dataset) -> list[Row]:
     steel, ptfe = (data.sel(material=name, dashpot=DASHPOT) for name in WALLS)
     flights = [struck.flight(of.material_time_of_flight) for of in (steel, ptfe)]
     theory = [float(THESIS.time_of_flight(THESIS.wall(m))) * 1e6 for m in WALLS.values()]
+    tried, ratios = (data[f"tried_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
+    stiffer = candidates.of_stiffer_contact(1e6 * float(data.tried_on_steel))
+    said = f"{candidates.listed(tried, 1e6, ratio=ratios)}. {stiffer}"
     slower = [100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall=name))) for name in WALLS]
     return [
         row("definition of AR", "F_ref/F_in", holds=True),
         row("definition of TOF", "peak to peak", holds=True),
         row("incident wave at sensor 7", float(steel.material_incident_arrival) * 1e6),
         *_both(data, "AR,", "amplitude_ratio"),
-        *_timed(data, theory),
+        *_both(data, "TOF,", "time_of_flight", 1e6, said, theory),
         row("TOF, PTFE over steel", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %"),
         row("SSW after PSW, PTFE", struck.delay(ptfe.material_time_of_flight)),
         row("reflected wave slower than incident, steel", f"{slower[0]:.1f} %", slower[1]),
     ]
-
-
-def _timed(data: xr.Dataset, theory: list[float]) -> Iterable[Row]:
-    """Return the rows of TOF, and what the candidates do on PTFE."""
-    flights, ratios = (data[f"tried_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
-    stiffer = candidates.of_stiffer_contact(1e6 * float(data.tried_on_steel))
-    tried = f"{candidates.listed(flights, 1e6, ratio=ratios)}. {stiffer}"
-    return _both(data, "TOF,", "time_of_flight", 1e6, tried, theory)
 
 
 def _contacts(data: xr.Dataset) -> Iterable[Row]:

@@ -155,15 +155,11 @@ def judge(rows: list[tuple[str, Row]]) -> tuple[list[tuple[str, Row]], list[verd
 
 def spread(rows: list[tuple[str, Row]], row: Row) -> str:
     """Return the range of what theory, simulation and experiment give for the quantity of a row; "" of a single one."""
-    alike = [other for _, other in rows if row.of and other.of == row.of]
-    ends = {end for other in alike for value in (other.thesis, other.theory) for end in exact_ends(value)}
+    alike = [value for _, other in rows if row.of and other.of == row.of for value in (other.thesis, other.theory)]
+    # Of a number with a scatter its middle counts.
+    plain = [value.partition("±")[0] if isinstance(value, str) else value for value in alike]
+    ends = {end for value in plain for end in verdicts.exact(value) or ()}
     return f"{min(ends):g} to {max(ends):g}" if len(ends) > 1 else ""
-
-
-def exact_ends(value: float | str) -> list[float]:
-    """Return the ends of a range, a number, or the middle of a number with a scatter."""
-    said = verdicts.exact(value.partition("±")[0] if isinstance(value, str) else value)
-    return [] if said is None else [*said]
 
 
 def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, verdicts.Verdict]]:

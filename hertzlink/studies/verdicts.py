@@ -104,7 +104,9 @@ def verdict(row: Row) -> Verdict:
 def _agreement(row: Row) -> Verdict | None:
     """Return the verdict on a row where ours agrees, with a condition or without one; None where it does not."""
     if row.holds is not None:
-        return Verdict(REPRODUCED, _allowed_by_words(row)) if row.holds else None
+        limit, how = WORDS.get(str(row.thesis)), "by more than" if row.thesis in EXCEEDED else "within"
+        allowed_by_words = "" if limit is None else f"{how} {100.0 * limit:g} %"
+        return Verdict(REPRODUCED, allowed_by_words) if row.holds else None
     expected, ours = printed(row.thesis), exact(row.computed)
     if expected is None:
         return None
@@ -129,12 +131,6 @@ def _agreement(row: Row) -> Verdict | None:
 
 def _joined(*parts: str) -> str:
     return "; ".join(filter(None, parts))
-
-
-def _allowed_by_words(row: Row) -> str:
-    """Return how far the words of the thesis allow ours to lie away; "" of words without a limit."""
-    limit = WORDS.get(str(row.thesis))
-    return "" if limit is None else f"{'by more than' if row.thesis in EXCEEDED else 'within'} {100.0 * limit:g} %"
 
 
 def share_off(row: Row) -> float:

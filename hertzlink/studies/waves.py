@@ -49,6 +49,12 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     )
 
 
+def returned(run: xr.Dataset, sensor: int) -> xr.Dataset:
+    """Return AR and TOF of the primary wave."""
+    measures = {"amplitude_ratio": hl.amplitude_ratio(run, sensor), "time_of_flight": hl.time_of_flight(run, sensor)}
+    return xr.Dataset(measures)
+
+
 def sensor_forces(run: xr.Dataset, sensors: Sequence[int]) -> xr.DataArray:
     """Return the force over time, N, at several sensors."""
     force = xr.concat([hl.sensor_force(run, sensor) for sensor in sensors], "sensor")
