@@ -191,6 +191,10 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
     ratios, (axis,) = draw.panels(1, width=4.6, height=3.6)
     _points(axis, data, data.amplitude_ratio)
+    missing = data.amplitude_ratio.sel(body="plate").isnull()
+    if bool(missing.any()):
+        places = (data.diameter / data.thickness).where(missing).values.ravel()
+        draw.mark_missing(axis, places, 0, color="dimgrey", label="no wave came back")
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
     flights, axes = draw.panels(2, width=4.0, height=3.6, sharey=False)
@@ -213,9 +217,7 @@ def _points(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
         plate, infinite = (values.sel(diameter=diameter, body=body) for body in BODIES[:2])
         axis.plot(ratio, plate, markersize=4.5, label=label, **look)
         axis.plot(ratio, infinite, markersize=8.0, fillstyle="none", label=f"{label}, infinite plate", **look)
-        draw.mark_missing(axis, ratio[plate.isnull().values], i)
     largest = float((data.diameter / data.thickness).max())
-    axis.plot([], [], "x", color="dimgrey", label="no wave came back")
     axis.set(xlabel="D/t", xlim=(0.0, 1.15 * largest if Conditions.read(data).own else 9.0))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
-from itertools import cycle, repeat
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,9 +80,9 @@ def lines(
     styles: of the lines, in turn; look: of all.
     """
     name = label.format if isinstance(label, str) else label
-    formats = cycle(styles) if styles else repeat("")
+    formats = cycle([(style,) for style in styles] or [()])
     for value, style in zip(values[by].values, formats, strict=False):
-        axis.plot(factor * values[over], values.sel({by: value}), style, label=name(value), **look)
+        axis.plot(factor * values[over], values.sel({by: value}), *style, label=name(value), **look)
 
 
 def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
