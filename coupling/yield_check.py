@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from coupling.recording.frames import Motion, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
+from coupling.results.findings import Finding
 from coupling.results.waves_of_runs import Series, find_waves
 from particles.contacts import once_per_pair
 from particles.deformable.deformable_chain import DeformableChain
@@ -44,6 +45,11 @@ Numbers: TypeAlias = NDArray[np.intp]
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
 
+def is_of_yield(finding: str) -> bool:
+    """Return whether a law of yielding would change the run that a finding is about."""
+    return finding.startswith("yield: ") and CURE in finding
+
+
 def yields(
     chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion], times: Vector
 ) -> Iterator[tuple[int, str]]:
@@ -62,9 +68,10 @@ def yields(
             chain, contact, worst[run] = of_runs[run], int(contacts[run]), greatest[run]
             where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
             what = weaker(chain, contact).name or "the softer body"
-            words[run] = (
+            words[run] = Finding(
                 f"yield: {where} presses {what} to {worst[run]:.3g} times the pressure at which it yields; "
-                f"{change or slower(chain, contact, float(worst[run]))}"
+                f"{change or slower(chain, contact, float(worst[run]))}",
+                {"chain": number, **change.spot} if isinstance(change, Finding) else {},
             )
     unknown = dict.fromkeys(strength for of_runs in chains for strength in unknown_strengths(of_runs[0]))
     for run, finding in enumerate(words):
@@ -107,7 +114,11 @@ def _changes(chain: MovingChain, motion: Motion, times: Vector, runs: Numbers) -
     dents = _of_wall(chain, motion, beyond[of_wall, -1], times, runs[of_wall])
     for place, change in zip(of_wall.tolist(), dents, strict=True):
         changes[place] = change
-    return [change if change == "" else f"{change or 'its dent is left out'}; {CURE}" for change in changes]
+    spots = [change.spot if isinstance(change, Finding) else {} for change in changes]
+    return [
+        change if change == "" else Finding(f"{change or 'its dent is left out'}; {CURE}", spot)
+        for change, spot in zip(changes, spots, strict=True)
+    ]
 
 
 def _of_wall(chain: MovingChain, motion: Motion, beyond: Vector, times: Vector, runs: Numbers) -> list[str | None]:
@@ -127,15 +138,20 @@ def _of_wall(chain: MovingChain, motion: Motion, beyond: Vector, times: Vector, 
     elastic, hop = waves.amplitude_ratio[:, 0], waves.arrival[:, 0] / sensor
     ratio, delay = (_estimate(what, elastic, beyond) for what in ("AR", "delay"))
     travel = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
-    later = 1e6 * hop * (delay + travel * (ratio ** (-1.0 / 6.0) - 1.0))
+    later = hop * (delay + travel * (ratio ** (-1.0 / 6.0) - 1.0))
     return [
         None
         if many < 2
         else ""
         if before * (1.0 - part) < NEGLIGIBLE
-        else f"on a fresh spot AR at bead {sensor} would be about {before * part:.2f} ± {ERROR:g} instead of "
-        f"{before:.2f}, and TOF {time:.0f} µs longer"
-        for many, before, part, time in zip(waves.found, elastic, ratio, later, strict=True)
+        else Finding(
+            f"on a fresh spot AR at bead {sensor} would be about {before * part:.2f} ± {ERROR:g} instead of "
+            f"{before:.2f}, and TOF {1e6 * time:.0f} µs longer",
+            {"ratio": part, "later": time, "error": ERROR},
+        )
+        for many, before, part, time in zip(
+            waves.found.tolist(), elastic.tolist(), ratio.tolist(), later.tolist(), strict=True
+        )
     ]
 
 

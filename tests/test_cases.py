@@ -621,9 +621,12 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     """Distances of independent runs with the law: 24.87 mm instead of 19.46; AR 0.068 instead of 0.181."""
     (tmp_path / "brass.toml").write_text(BRASS, encoding="utf-8")
     table = command("run", "brass.toml")
-    assert "On a fresh spot the metal yields: with law" in " ".join(table.split())
-    assert "bead 7 is 0.068 instead of 0.181" in " ".join(table.split())
-    assert "These are of elastic contacts" in Path("brass/report.html").read_text(encoding="utf-8")
+    ratios = {row[6]: float(row[4]) for row in map(str.split, table.splitlines()) if row[1:2] == ["primary"]}
+    assert ratios == {"elastic": pytest.approx(0.181, abs=5e-4), "fresh": pytest.approx(0.068, abs=5e-4)}
+    assert "fresh spot: there the metal yields; computed with law" in table
+    page = Path("brass/report.html").read_text(encoding="utf-8")
+    assert "These are of elastic contacts" in page
+    assert "bead 7, primary, fresh spot" in page
     with xr.open_dataset(tmp_path / "brass" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     assert 'with law = { kind = "jackson_green" } in [chain], AR at bead 7 is 0.068 instead of 0.181, TOF 69' in said
@@ -646,6 +649,19 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     new, old = map(float, re.search(r"the critical distance is ([\d.]+) instead of ([\d.]+) mm", said).groups())
     assert (new, old) == (pytest.approx(24.87, abs=0.1), pytest.approx(19.46, abs=0.1))
+
+
+def test_a_sweep_estimates_ar_on_a_fresh_spot(tmp_path: Path, command: Callable[..., str]) -> None:
+    """Within its error of a run with the law, 0.068, at 0.31 m/s; the elastic AR where nothing yields."""
+    sweep = '[sweep]\n"chain.impact_speed" = ["1 mm/s", "0.31 m/s"]\n'
+    (tmp_path / "brass.toml").write_text(BRASS.replace("2 ms", "2.6 ms") + sweep, encoding="utf-8")
+    table = command("run", "brass.toml", "--jobs", "1", "--figures", "svg")
+    (slow, speed) = rows_of("brass/points.csv")
+    assert (slow[-2:], float(speed[-1])) == ([slow[2], "0.0"], 0.05)
+    assert 0.02 < float(speed[2]) - 0.068
+    assert float(speed[-2]) == pytest.approx(0.068, abs=0.05)
+    assert f"{float(speed[-2]):.2f} ± 0.05" in table
+    assert "on a fresh spot, estimated" in Path("brass/report.html").read_text(encoding="utf-8")
 
 
 BRASS = """

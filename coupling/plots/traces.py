@@ -99,6 +99,22 @@ def traces(
     return ax
 
 
+def on_a_fresh_spot(run: xr.Dataset, sensors: Iterable[int], ax: "Axes") -> None:
+    """Add the forces of the same run with a law of yielding to a plot of `traces`."""
+    for place, number in enumerate(sensors):
+        force, colour = sensor_force(run, number), COLOURS[place % len(COLOURS)]
+        ax.plot(
+            1e6 * force.time.values,
+            force.values,
+            ":",
+            color=colour,
+            linewidth=1.3,
+            label=f"bead {number} on a fresh spot, where the metal yields",
+        )
+        _mark_waves(ax, run, number, colour, f"bead {number} on a fresh spot, ", ("primary",))
+    legend_below(ax)
+
+
 def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     """Draw the forces of all contacts of a chain over time: each wave is an oblique line.
 
@@ -278,14 +294,19 @@ def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, fl
     return width
 
 
-def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str) -> None:
+def _mark_waves(
+    ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str, which: Iterable[str] = tuple(WAVE_MARKERS)
+) -> None:
     """Mark each peak from above, with words in the legend; a clipped peak has no mark."""
     try:
         waves = reflections(run, sensor)
     except ValueError as error:
         ax.plot([], [], linestyle="none", label=f"{who}no AR and TOF: {error}")
         return
-    for (name, words), wave in zip(waves.in_words().items(), waves, strict=True):
+    for name, words in waves.in_words().items():
+        wave = getattr(waves, name)
+        if name not in which:
+            continue
         place = ([1e6 * wave.arrival], [wave.amplitude]) if wave else ([], [])
         ax.plot(
             *place, WAVE_MARKERS[name], color=colour, markersize=6.0, markerfacecolor="white", markeredgewidth=1.2,

@@ -5,16 +5,17 @@ import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import fill, wrap
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from coupling.plots.swept import FRESH, FRESH_ERROR
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
-from hertzlink.cases.run_with_yielding import WITH_YIELDING
+from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.running import Task, of_chain, points
 from structures.caution import collected
 from structures.checks import count_of
@@ -28,8 +29,17 @@ MOST_ROWS = 40
 
 TRACES, TRACES_YIELDING = "traces.csv", "traces_yielding.csv"
 
+SPOTS = ("elastic", "fresh spot")
+"""The same in the table of the terminal."""
+
+ON_A_FRESH_SPOT = f"fresh spot: there the metal yields; computed with {YIELDING}"
+"""Below such a table."""
+
 CONTACT_LAWS = ("elastic", "Jackson-Green")
 """Of the rows of CSV files, where the metal yields."""
+
+OF_SECOND = (3, 4)
+"""Columns of the second wave behind the axes of a sweep; a table without such a wave leaves them out."""
 
 Row = Sequence[Any]
 
@@ -37,14 +47,18 @@ Row = Sequence[Any]
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list[str]:
     """Return the lines of a table, numbers to the right; what is left out is said to be in the file.
 
-    Of a table that is too wide the widest column stands on a line above each row; if that does not help, each row is
-    a sentence.
+    Of a table that is too wide the heads have two lines; if that does not help, the widest column stands on a line
+    above each row, or each row is a sentence.
     """
     shown = [*rows[:MOST_ROWS]]
     more = [f"... and {len(rows) - MOST_ROWS} more in {file}"] if len(rows) > MOST_ROWS else []
     first, *lines = _aligned(head, *shown)
     if len(first) <= WIDTH:
         return [first, "-" * len(first), *lines, *more]
+    halves = [(words.rpartition(" ")[::2] if " " in words else ("", words)) for words in head]
+    top, first, *lines = _aligned(*zip(*halves, strict=True), *shown)
+    if len(first) <= WIDTH:
+        return [top, first, "-" * len(first), *lines, *more]
     sizes = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
     widest = sizes.index(max(sizes))
     first, *lines = _aligned(*([*row[:widest], *row[widest + 1 :]] for row in (head, *shown)))
@@ -72,16 +86,34 @@ def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
     return file.getvalue()
 
 
+class Answer(NamedTuple):
+    """A table by its head and rows, the file that has all of these, lines below the table, and CSV files by name."""
+
+    head: list[str]
+    rows: list[list[str]]
+    file: str
+    below: list[str]
+    files: dict[str, str]
+
+
 def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
     """Return the text for the terminal, and CSV files by name. dented: the result with a law of yielding."""
     of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
-    lines, files = of(task, data)
-    lines += [fill(data.attrs[WITH_YIELDING], WIDTH)] if data.attrs.get(WITH_YIELDING) else []
-    title = [fill(task.case.model.title, WIDTH), ""] if task.case.model.title else []
+    head, rows, file, below, files = of(task, data)
     if dented is not None:
         with collected():  # The warnings of a run are those of its elastic contacts.
-            files = _both(files, of(task, dented)[1])
-    return "\n".join([*title, *lines]), files
+            law = of(task, dented)
+        head, files = [*head, "contacts"], _both(files, law.files)
+        pairs = zip(rows, law.rows, strict=True)
+        rows = [
+            [*row, spot]
+            for pair in pairs
+            for row, spot in zip(pair, SPOTS, strict=True)
+            if row != pair[0] or spot == SPOTS[0]
+        ]
+        below = [fill(ON_A_FRESH_SPOT, WIDTH), *below]
+    title = [fill(task.case.model.title, WIDTH), ""] if task.case.model.title else []
+    return "\n".join([*title, *table(head, rows, file), *below]), files
 
 
 def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, str]:
@@ -97,7 +129,7 @@ def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, st
     return files
 
 
-def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
+def _run(task: Task, data: xr.Dataset) -> Answer:
     rows: list[list[Any]] = []
     chains = task.case.model.chains
     of = [(chain, sensor) for chain, part in enumerate(chains) for sensor in task.sensors if sensor <= part.count]
@@ -120,15 +152,13 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
         head, heads, shown, rows = head[1:], heads[1:], [row[1:] for row in shown], [row[1:] for row in rows]
     error = float(energy_error(data))
     above = _above_one(row[-2] for row in rows)
-    lines = [*table(head, shown, "waves.csv"), *above, f"energy created or lost: {error:.1e} of the impact's"]
+    lines = [*above, f"energy created or lost: {error:.1e} of the impact's"]
     lines += ["\n" + entry["text"] for entry in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
     for sensor, budget in json.loads(data.attrs.get(UNCERTAINTY, "{}")).items():
         lines += [f"\nuncertainty at bead {sensor}, with the share of each entry", budget["text"]]
     columns = np.column_stack([data.time.values, *(force.values for force in forces)])
-    return lines, {
-        "waves.csv": csv_text(heads, rows),
-        TRACES: csv_text(["time (s)", *names], columns.tolist()),
-    }
+    files = {"waves.csv": csv_text(heads, rows), TRACES: csv_text(["time (s)", *names], columns.tolist())}
+    return Answer(head, shown, "waves.csv", lines, files)
 
 
 def _above_one(ratios: Iterable[float]) -> list[str]:
@@ -154,23 +184,43 @@ def _heads(axes: Iterable[Axis]) -> list[str]:
     return [f"{axis.name} ({axis.si})" if axis.si else axis.name for axis in axes]
 
 
-def _sweep(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
-    names = ("amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight")
+def _sweep(task: Task, data: xr.Dataset) -> Answer:
+    names = (
+        "amplitude_ratio",
+        "time_of_flight",
+        "secondary_amplitude_ratio",
+        "secondary_time_of_flight",
+        f"{FRESH}amplitude_ratio",
+    )
     rows, shown = [], []
     for at, values, texts in points(task.axes, data):
         for sensor in task.sensors:
             measures = [float(at[name].sel(sensor=sensor)) for name in names]
-            rows.append([*values, sensor, *measures])
-            shown.append([*texts, str(sensor), *map(_cell, measures, ("", "µs", "", "µs"))])
-    head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
-    wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
-    above = _above_one(ratio for row in rows for ratio in (row[-4], row[-2]))
-    return [*table(head, shown, "points.csv"), *above], {
-        "points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)
-    }
+            error = float(at[FRESH_ERROR].sel(sensor=sensor))
+            rows.append([*values, sensor, *measures, error])
+            fresh = f"{measures[-1]:.2f} ± {error:g}" if error else _cell(measures[-1], "")
+            shown.append([*texts, str(sensor), *map(_cell, measures[:-1], ("", "µs", "", "µs")), fresh])
+    wide = [
+        "amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)",
+        "amplitude ratio on a fresh spot", "error of this estimate",
+    ]  # fmt: skip
+    head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs", "AR, fresh spot"]
+    below = _above_one(ratio for row in rows for ratio in (row[-6], row[-4]))
+    second = any(row[-3] != "-" for row in shown)
+    yields = any(row[-1] for row in rows) or any(np.isnan(row[-2]) != np.isnan(row[-6]) for row in rows)
+    if not yields:
+        head, wide, rows, shown = head[:-1], wide[:-2], [row[:-2] for row in rows], [row[:-1] for row in shown]
+    else:
+        below.append(fill(f"AR on a fresh spot, where the metal yields, is estimated; {YIELDING} computes it", WIDTH))
+    if not second:
+        head, *shown = (
+            [cell for i, cell in enumerate(row) if i - len(task.axes) not in OF_SECOND] for row in (head, *shown)
+        )
+    files = {"points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)}
+    return Answer(head, shown, "points.csv", below, files)
 
 
-def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
+def _critical(task: Task, data: xr.Dataset) -> Answer:
     along, wanted = task.along, task.case.model.measure.critical_distance
     assert along is not None
     assert wanted is not None
@@ -197,16 +247,17 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     heads = _heads(task.others)
     head = [*(axis.head for axis in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
     axis = f"distance ({along.si})"
-    lines = [*table(head, shown, "critical_distance.csv"), *(fill(remark, WIDTH) for remark in sorted(remarks))]
+    lines = [fill(remark, WIDTH) for remark in sorted(remarks)]
     share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
     lines.append(f"beyond the critical distance AR stays within {share} of AR far away")
     lines.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
     within = f"tolerance of AR{', as a part of AR far away' * wanted.relative}"
-    head = [*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away", within]
-    return lines, {
-        "critical_distance.csv": csv_text(head, rows),
+    of_curves = [*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away", within]
+    files = {
+        "critical_distance.csv": csv_text(of_curves, rows),
         "points.csv": csv_text([*heads, axis, "amplitude ratio", "time of flight (s)"], samples),
     }
+    return Answer(head, shown, "critical_distance.csv", lines, files)
 
 
 def _round(along: Axis, value: float) -> str:

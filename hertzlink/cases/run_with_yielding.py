@@ -8,7 +8,7 @@ import xarray as xr
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
 from coupling.sweeps.progress import labelled
-from coupling.yield_check import CURE
+from coupling.yield_check import is_of_yield
 from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.running import Task, of_chain, points, run_task, task_of
 from structures.caution import caution, collected
@@ -28,7 +28,7 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
     dented = None
     with collected() as said:
         data = run_task(task, jobs)
-        if task.kind != "sweep" and any(map(_is_of_yield, (*findings_of(data), *said))):
+        if task.kind != "sweep" and any(map(is_of_yield, (*findings_of(data), *said))):
             dented = _dented(task, jobs)
             words = "" if dented is None else _changes(task, data, dented)
             said[:] = dict.fromkeys(_with(said, words))
@@ -39,15 +39,9 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
     return data, dented
 
 
-def _is_of_yield(finding: str) -> bool:
-    return finding.startswith("yield: ") and CURE in finding
-
-
 def _with(findings: Iterable[str], words: str) -> list[str]:
     """Return the findings, with computed changes in the place of estimated ones."""
-    return [
-        f"{finding.split('; ')[0]}; {words}" if words and _is_of_yield(finding) else finding for finding in findings
-    ]
+    return [f"{finding.split('; ')[0]}; {words}" if words and is_of_yield(finding) else finding for finding in findings]
 
 
 def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:

@@ -87,19 +87,21 @@ def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: in
 
     def work() -> Done:
         data, dented = run_both(task, jobs)
-        return Done(data, *report(task, data, dented))
+        return Done(data, *report(task, data, dented), dented=dented)
 
     _written(name, output, force, case, work, task.sensors, form)
 
 
 class Done(NamedTuple):
-    """A Dataset, its text, CSV files by name, what to sketch where the Dataset does not hold it, and the exit code."""
+    """A Dataset, its text, CSV files by name, what to sketch where the Dataset does not hold it, the exit code, and the
+    result with a law of yielding."""
 
     data: "Dataset"
     text: str
     files: dict[str, str]
     sketched: "CoSimulation | None" = None
     code: int = 0
+    dented: "Dataset | None" = None
 
 
 def _written(
@@ -138,7 +140,7 @@ def _written(
     # Measures that warn of what the result says already must not warn again.
     with collected():
         title = case.model.title or printable(Path(name).stem)
-        shown = page(data, done.files, title, took, sensors, done.sketched)
+        shown = page(data, done.files, title, took, sensors, done.sketched, done.dented)
 
     def write(into: Path) -> None:
         (into / "report.html").write_text(html(shown), encoding="utf-8")

@@ -25,14 +25,18 @@ MOST_POINTS = 60
 MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
 
 
-def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
-    """Return a run or a signal; of several chains each by itself."""
+def of_one(data: xr.Dataset, sensors: Any, dented: xr.Dataset | None = None) -> tuple[list[str], list[Section]]:
+    """Return a run or a signal; of several chains each by itself. dented: the same run with a law of yielding."""
     reading = Reading(data)
     is_run, numbers = kind_of(data) == RUN, traces.sensors_of(reading, sensors)
     several = data.sizes.get("chain", 1) > 1
-    parts = {f"chain {i}": data.isel(chain=i) for i in range(data.sizes["chain"])} if several else {"": data}
+
+    def parts_of(run: xr.Dataset) -> dict[str, xr.Dataset]:
+        return {f"chain {i}": run.isel(chain=i) for i in range(run.sizes["chain"])} if several else {"": run}
+
+    parts, fresh = parts_of(data), {} if dented is None else parts_of(dented)
     summary = [in_a_sentence.of_run(part, numbers[0], who) for who, part in parts.items()]
-    sections = [_chain(part, numbers, who) for who, part in parts.items()]
+    sections = [_chain(part, numbers, who, fresh.get(who)) for who, part in parts.items()]
     length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {count_of(reading.time.size, 'sample')}"
     record = f"The record is {'simulated' if is_run else 'measured'}: {length}."
     if is_run and "kinetic_energy" in data:
@@ -43,16 +47,25 @@ def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
     return summary, [*sections, Section("Record", [record])]
 
 
-def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
-    """Return the waves of one chain, or of a signal. who: which of several chains."""
-    rows = [row for number in numbers for row in _waves(data, number)]
+def _chain(data: xr.Dataset, numbers: list[int], who: str, fresh: xr.Dataset | None) -> Section:
+    """Return the waves of one chain, or of a signal. who: which of several chains. fresh: with a law of yielding."""
+    rows: list[tuple[str, ...]] = []
+    for number in numbers:
+        rows += _waves(data, number)
+        rows += [] if fresh is None else [*_waves(fresh, number, ", fresh spot")][1:]
     head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
 
     def shown(kind: str, words: str, draw: Callable[[Any], Any]) -> Picture:
         return drawn("-".join([kind, *who.split()]), f"Of {who}: {words}" if who else words, draw)
 
     words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
-    pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax))]
+
+    def forces(ax: Any) -> None:
+        traces.traces(data, numbers, ax)
+        if fresh is not None:
+            traces.on_a_fresh_spot(fresh, numbers, ax)
+
+    pictures = [shown("traces", words, forces)]
     if kind_of(data) == RUN and not Reading(data).at_sensors:
         words = "Force at each contact over time: waves run down the chain, and back from the structure."
         pictures.append(shown("map", words, lambda ax: traces.contact_map(data, ax)))
@@ -68,22 +81,23 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
     return Section(title, tables=tables, pictures=pictures)
 
 
-def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
-    """Yield a row for each wave at a sensor."""
+def _waves(data: xr.Dataset, sensor: int, spot: str = "") -> Iterator[tuple[str, ...]]:
+    """Yield a row for each wave at a sensor. spot: which, in words."""
     try:
         waves = reflections(data, sensor)
     except ValueError as error:
         yield f"bead {sensor}", "", "", "", "", str(error)
         return
     for name, wave in zip(waves._fields, waves, strict=True):
-        words = f"bead {sensor}, {name}"
+        words = f"bead {sensor}, {name}{spot}"
         if isinstance(wave, NoWave):
             yield words, "", "", "", "", f"none; {wave.reason}"
             continue
         peak = (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}")
         if isinstance(wave, ReflectedWave):
             begins = "" if wave.begins == "unknown" else f"begins at the {wave.begins}"
-            remark = "; ".join(filter(None, (begins, ABOVE_ONE * (wave.amplitude_ratio > 1.0))))
+            spot_words = f"on a fresh spot AR ≈ {wave.on_a_fresh_spot}" * bool(wave.fresh_spot)
+            remark = "; ".join(filter(None, (begins, spot_words, ABOVE_ONE * (wave.amplitude_ratio > 1.0))))
             yield words, *peak, *wave.texts, remark
         else:
             yield words, *peak, "", "", ""
