@@ -137,7 +137,7 @@ class Judgement:
         if failed := self.misfit.prediction.failed:
             notes.append(f"{failed} of {self.misfit.prediction.runs} runs failed, and were left out")
         for note in notes[len(elastic) :]:
-            caution(f"identify: {note}")
+            caution(note)
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
             [self.misfit.prediction.values(mode.p[: len(self.ranges)]) for mode in modes], best.converged,

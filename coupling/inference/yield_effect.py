@@ -47,7 +47,7 @@ def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[st
             curable = CURE in finding and not isinstance(search.misfit, Features)
             moved = _moved(search, best, degrees) if curable else ""
             words = f"{finding.split('; ')[0]}; {moved}; {CURE}" if curable else finding
-            caution(f"identify: {words}")
+            caution(words)
             said.append(words)
     return said
 

@@ -129,11 +129,14 @@ def _written(
     folder = output or Path(Path(name).stem)
     check_output(folder, force)
     findings: list[str] = []
+    said = ""
     try:
         with collected() as findings:
             done = work()
+        said = " ".join(of_case(done.text).split())
     finally:
-        warn(one_of_each([of_case(finding) for finding in findings]))
+        # What the table's notes say is not said twice.
+        warn([finding for finding in one_of_each(list(map(of_case, findings))) if finding not in said])
     messages = [of_case(finding) for finding in (*findings_of(done.data), *findings)]
     data, text, took = with_warnings(done.data, messages), of_case(done.text), perf_counter() - began
 

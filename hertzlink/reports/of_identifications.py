@@ -2,6 +2,7 @@
 
 import json
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,11 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
     explained, size = bool(data.attrs["explained"]), float(data.attrs["misfit"])
     said = "The model explains the signal" if explained else "The model does not explain the signal"
     summary = [f"{said}: its residual is {size:.3g} times the noise. {int(data.attrs['runs'])} runs."]
+    file = str(_read_of(data).get("signal", "arrays"))
+    if file != "arrays":
+        beads = np.atleast_1d(data.sensor.values).tolist() if "sensor" in data.coords else []
+        at = f", at bead {' and '.join(map(str, beads))}," if beads else ""
+        summary.insert(0, f"The signal of {Path(file).name}{at} was fitted by the model that is drawn below.")
     if not explained:
         summary.append("Mend the model first: a wrong model biases values by more than any interval.")
     rows = [unknown.row() for unknown in unknowns]
@@ -63,7 +69,7 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
 def _measurement(data: xr.Dataset) -> Section:
     """Return from which file the signal comes, how it was read, and what was done to it; empty where that is not
     known."""
-    read = json.loads(str(data.attrs.get("input", "{}"))).get("identify", {}).get("signal") or {}
+    read = _read_of(data)
     rows = [
         (words, _in_words(read[name])) for name, words in OF_FILE.items() if read.get(name) not in (None, "", {}, [])
     ]
@@ -72,6 +78,12 @@ def _measurement(data: xr.Dataset) -> Section:
         rows.append(("samples", f"{data.time.size}, {1e-6 / step:.6g} MHz, {1e3 * step * (data.time.size - 1):.6g} ms"))
     tables = [table("The signal, and how it was read", ("", ""), rows)] if rows else []
     return Section("Measurement", tables=tables, sentences=read.get("conditioning", []))
+
+
+def _read_of(data: xr.Dataset) -> dict[str, Any]:
+    """Return how the signal was read; empty where that is not known."""
+    read: dict[str, Any] = json.loads(str(data.attrs.get("input", "{}"))).get("identify", {}).get("signal") or {}
+    return read
 
 
 def _in_words(value: Any) -> str:

@@ -373,3 +373,16 @@ def test_a_law_of_a_users_own() -> None:
     assert float(run.dent[-1, 0]) > 0.0
     with pytest.raises(ValueError, match=r"law: Impossible.dent = .* must be less than the overlap"):
         hl.CoSimulation(chain(Impossible()), WALL).run(1e-5)
+
+
+def test_elastic_waves_say_what_a_fresh_spot_returns() -> None:
+    """Within the error of the estimate of a run with the law; of the wave that comes back first, not of a tail."""
+    bead, wall = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.half_space(hl.ALUMINIUM_6061)
+    with pytest.warns(hl.HertzlinkWarning, match="on a fresh spot AR"):
+        elastic = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), wall).run(8e-4)
+    wave = hl.reflections(elastic, 7).primary
+    dented = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31, law=hl.laws.JacksonGreen()), wall).run(8e-4)
+    ratio, error = wave.fresh_spot
+    assert abs(ratio - float(hl.amplitude_ratio(dented, 7))) < error < wave.amplitude_ratio - ratio
+    assert f"on a fresh spot AR ≈ {ratio:.2f} ± 0.05" in repr(wave)
+    assert hl.reflections(dented, 7).primary.fresh_spot is None
