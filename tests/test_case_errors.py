@@ -516,6 +516,24 @@ def test_faults_of_the_file_below_are_named_there(
     )
 
 
+def test_a_case_leaves_out_what_the_file_below_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Sections and entries of any depth, by their paths; what is not there is refused by its line."""
+    monkeypatch.chdir(tmp_path)
+    Path("base.toml").write_text(
+        ROD + '\n[measure]\nsensor = 3\ntraces = true\n[sweep]\n"chain.gravity" = [0.0, 9.81]\n'
+    )
+    Path("case.toml").write_text('extends = "base.toml"\nwithout = ["sweep", "measure.traces"]\n')
+    case, source = read("case.toml")
+    assert case.data == tomllib.loads(ROD) | {"measure": {"sensor": 3}}
+    assert ("sweep",) not in source.places
+    for name in ("sweeps", "structure.layers[0]", "chain.beads.count", "measure.", 3):
+        Path("case.toml").write_text(f'extends = "base.toml"\nwithout = ["sweep", {name!r}]\n')
+        said = f'case.toml:2: without[1]: {name!r} is no entry of "base.toml", such as "sweep"'
+        assert complaint(capsys, "check", "case.toml") == said
+
+
 def test_a_value_of_a_sweep_is_echoed_as_typed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -194,7 +194,10 @@ def schema() -> dict[str, Any]:
     """
     document = case_model().model_json_schema(by_alias=True)
     document.pop("required", None)
-    document["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}
+    document["properties"] |= {
+        "extends": {"type": "string", "description": "a case file that this one changes"},
+        "without": {"type": "array", "items": {"type": "string"}, "description": "entries of that file to leave out"},
+    }
     return {"$schema": DIALECT, **document, "title": "hertzlink case"}
 
 

@@ -15,6 +15,7 @@ from hertzlink.cases.entry_paths import Path, entry, has, parsed, put, written
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.parts import names_file
+from structures.checks import short
 from structures.units import in_si
 
 DEEPEST = 10
@@ -118,7 +119,7 @@ def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
     source = Source(data, name, path.resolve().parent, places)
     if "extends" not in data:
         return source
-    base = data.pop("extends")
+    base, without = data.pop("extends"), data.pop("without", [])
     if not isinstance(base, str) or not base:
         raise source.error(Fault(("extends",), 'must be the name of a case file, such as "plate.toml"'))
     file = path.parent / base
@@ -128,7 +129,22 @@ def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
         raise source.error(Fault(("extends",), f'there is no file "{base}" in {path.parent}'))
     shown = str(File(name).parent / base)
     below = _read(shown, file, (*above, path.resolve()))
+    for i, name in enumerate(without if isinstance(without, list) else [without]):
+        if not isinstance(name, str) or not _removed(below, name):
+            raise source.error(Fault(("without", i), f'{short(name)} is no entry of "{base}", such as "sweep"'))
     return Source(_merged(below.data, data), name, below.folder, _kept(below.places, below.data, data) | places)
+
+
+def _removed(source: Source, name: str) -> bool:
+    """Remove an entry of a table, and return whether there was one."""
+    try:
+        path = parsed(name)
+        table = entry(source.data, path[:-1])
+        del table[str(path[-1])]
+    except (KeyError, TypeError, ValueError):  # also for an entry of a list, which is written again as a whole
+        return False
+    source.places = {at: place for at, place in source.places.items() if at[: len(path)] != path}
+    return True
 
 
 def _text(name: str, path: File) -> str:
