@@ -327,6 +327,9 @@ def test_optional_numbers_that_a_case_states_have_sliders(tmp_path: Path) -> Non
         explorer.answer({"structure.foundation": text})["waves"]["primary"]["amplitude_ratio"] for text in ("5", "60")
     )
     assert soft < hard
+    losses = '[chain.dissipation]\nkind = "linear_dashpot"\ncoefficient = "4 N s/m"\n'
+    names = [one.name for one in explorer_of(tmp_path, ROD, losses).sliders]
+    assert names[-3:] == ["chain.impact_speed", "chain.dissipation.coefficient", "measure.sensor"]
 
 
 def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:

@@ -5,13 +5,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from math import ceil, floor, inf, log10
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 from hertzlink.cases.axes import Axis, unit_at, words_of
 from hertzlink.cases.bodies import Built
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import perhaps_at
+from hertzlink.cases.declared import Declared
 from hertzlink.cases.entry_paths import Path, put, written
 from hertzlink.cases.materials import material_of
 from hertzlink.cases.parts import World
@@ -33,6 +34,8 @@ PREFERRED = {"m": "mm", "Pa": "GPa"}
 """Units of values that a case gives as plain numbers."""
 
 SENSOR: Path = ("measure", "sensor")
+
+DROP: Path = ("chain", "drop_height")
 
 NUMBER = re.compile(r"-?\d{1,15}(\.\d{1,15})?([eE][-+]?\d{1,2})?")
 
@@ -113,15 +116,18 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
     sliders = [_of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
     if not task.axes:
         sliders = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
-    varied = [slider.path for slider in sliders]
-    for path in (("chain", "impact_speed"), ("chain", "drop_height")):
-        value = perhaps_at(start.model, path)
-        if path not in varied and isinstance(value, float) and value > 0.0:
-            sliders.append(_around(start, path, value, WIDE))
+    varied = [*(slider.path for slider in sliders), *(axis.path for axis in task.axes)]
+    chain, world = start.model.only_chain("the page"), world_of(start.model, start.folder)
+    losses = getattr(chain, "dissipation", None)
+    stated = [
+        *_stated(chain, ("chain",), world),
+        *(_stated(losses, ("chain", "dissipation"), world) if isinstance(losses, Declared) else ()),
+        *([(DROP, chain.drop_height, WIDE, inf)] if chain.drop_height else []),
+    ]
+    sliders += [_around(start, path, value, part, most) for path, value, part, most in stated if path not in varied]
     if SENSOR not in varied:
-        count = start.model.only_chain("the page").count
         sensor = Decimal(start.data["measure"]["sensor"])
-        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(count), sensor, whole=True))
+        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(chain.count), sensor, whole=True))
     return sliders
 
 
@@ -135,22 +141,22 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
             yield (*inside, "length"), layer.length, WIDE, none
             modulus = material_of(layer.material, world, *inside, "material").youngs_modulus
             yield (*inside, "material", "youngs_modulus"), modulus, WIDE, none
-        yield from _stated(body, world)
+        yield from _stated(body, at, world)
     if isinstance(body, RectanglePlate) and body.contacts == 1 and body.place[0] > 0.0:
         yield (*at, "at", 0), body.place[0], NEAR, body.length
     if isinstance(body, Walled) and body.thickness is not None:
         yield (*at, "thickness"), body.thickness, NEARER if isinstance(body, PlateBody) else HALVES, none
 
 
-def _stated(body: Built, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """Yield the positive numbers that a case states of a described structure, and Young's modulus of its material.
+def _stated(body: Declared, inside: Path, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+    """Yield the positive numbers that a case states of a described part, and Young's modulus of its material.
 
     Frequencies and times are left out: they say how finely, and for how long, it is computed.
     """
     for parameter in body.of.parameters.values():
         by_diameter = parameter.name == "radius" and getattr(body, "diameter", None) is not None
         name = "diameter" if by_diameter else parameter.name
-        value, at = getattr(body, name), ("structure", name)
+        at, value = (*inside, name), cast("Any", getattr(body, name, None))
         if Material in (parameter.type, *get_args(parameter.type)):
             modulus = material_of(value, world, *at).youngs_modulus
             yield (*at, "youngs_modulus"), modulus, HALVES, inf
