@@ -14,8 +14,8 @@ class Reader(str):
     """The name of a function of `recorder_files` that reads a format."""
 
 
-SCOPE, TDMS, MATLAB, HDF5, SOUND, UNIVERSAL, WORKBOOK, PARQUET = map(
-    Reader, ("scope", "tdms", "matlab", "hdf5", "sound", "universal", "workbook", "parquet")
+SCOPE, YOKOGAWA, TDMS, MATLAB, HDF5, SOUND, UNIVERSAL, WORKBOOK, PARQUET = map(
+    Reader, ("scope", "yokogawa", "tdms", "matlab", "hdf5", "sound", "universal", "workbook", "parquet")
 )
 
 SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
@@ -50,6 +50,7 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"AG03", "a binary waveform of Keysight (.bin)", SCOPE),
     (0, b"RG01", "a binary waveform of Rigol (.bin)", SCOPE),
     (0, b"RG03", "a binary waveform of Rigol (.bin)", SCOPE),
+    (0, b"\4\0\0\0\0\x10\0\0", "a binary waveform of Siglent (.bin)", SCOPE),
     (0, b"PAR1", "a Parquet file", PARQUET),
     (0, b"SQLite format", "a database of SQLite", EXPORT),
     (0, b"\x89PNG", "a picture (.png)", PICTURE),
@@ -86,7 +87,7 @@ IN_ARCHIVES: tuple[tuple[bytes, str, str], ...] = (
 
 MARKUP: tuple[tuple[str, str, str], ...] = (
     (r"-1\s*\n\s{1,6}(58|151|164)\s*\n", "a universal file (UFF 58)", UNIVERSAL),
-    (r"[^\0]*\$publicinfo", "a header of Yokogawa (.hdr)", SCOPE),
+    (r"[^\0]*\$publicinfo", "a header of Yokogawa (.hdr)", YOKOGAWA),
     (r"(<\?xml.*?\?>\s*)<database\b.*saveitemtype=\"data\"", "a waveform of Rohde & Schwarz (.bin)", SCOPE),
     (r"(<\?xml.*?\?>\s*|<!--.*?-->\s*|<!doctype svg.*?>\s*)*<(\w+:)?svg\b", "a picture (.svg)", PICTURE),
     (r"(<\?xml.*?\?>\s*|<!--.*?-->\s*)*<(!doctype html|html|head|body)\b", "a web page (HTML)", "save the file itself"),

@@ -102,6 +102,29 @@ def _unit_of_rigolwfm(channel: Any) -> str:
     return UNITS_OF_RIGOLWFM.get(getattr(channel.unit, "name", "v"), "")
 
 
+def _yokogawa(path: str, segment: int) -> Recording:
+    """Read a header of Yokogawa (.hdr), whose samples lie beside it (.wvf): all groups, one block."""
+    from RigolWFM.yokogawa_hdr import parse_hdr, wvf_byte_offset
+
+    header, named = parse_hdr(path), Path(path)
+    samples = [one for one in named.parent.iterdir() if one.stem == named.stem and one.suffix.lower() == ".wvf"]
+    if not samples:
+        raise ValueError("its samples, a .wvf of the same name, are not beside it")
+    content, channels = samples[0].read_bytes(), list[Channel]()
+    for number, group in enumerate(header.groups):
+        for place, trace in enumerate(group.traces):
+            kind, block = trace.v_data_type, min(segment, group.block_number) - 1
+            if kind is None or kind.is_logic:
+                continue
+            offset = wvf_byte_offset(header, number, place, block)
+            raw = np.frombuffer(content, header.byte_order + kind.numpy_dtype, trace.block_size, offset)
+            low, high = (np.inf if end is None else abs(end) for end in (trace.v_minus_over, trace.v_plus_over))
+            values = np.where((raw <= -low) | (raw >= high), np.nan, trace.v_resolution * raw + trace.v_offset)
+            time = trace.h_offset + trace.h_resolution * np.arange(raw.size)
+            channels.append(Channel(trace.name, trace.v_unit, values, time, f"time ({trace.h_unit})"))
+    return Recording(channels, max((group.block_number for group in header.groups), default=1))
+
+
 def _entry(content: bytes, pattern: bytes) -> str:
     """Return what an entry of a Tektronix preamble states, "" without any."""
     import re
@@ -302,7 +325,7 @@ def _text(value: Any) -> str:
 
 READERS: dict[str, Callable[[str, int], Recording]] = {
     function.__name__[1:]: function
-    for function in (_scope, _tdms, _matlab, _hdf5, _sound, _universal, _workbook, _parquet)
+    for function in (_scope, _yokogawa, _tdms, _matlab, _hdf5, _sound, _universal, _workbook, _parquet)
 }
 """Functions that read a file, by the name that the table of formats has for them."""
 

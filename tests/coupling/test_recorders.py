@@ -61,6 +61,42 @@ def keysight_bin(path: Path) -> None:
     path.write_bytes(b"AG10" + struct.pack("<II", 12 + len(body), 1) + body)
 
 
+def siglent_bin(path: Path) -> None:
+    """Layout: "How to Extract Data from the Binary File of SIGLENT Oscilloscope", format 4.0; signs as SDS814X HD have
+    them (SPEC.md of vindavs/siglent-bin). Channel 2, with a probe of 16 and an offset of 64 steps."""
+    head, step = bytearray(4096), 1e3 * VOLT / 16.0  # mV
+    units = (0, 1, 1, 0, 1, 0, 1), (0, 0, 1, 0, 1, 1, 1)  # V and s
+    for place, form, *values in (
+        (0, "2i", 4, 4096), (12, "i", 1), (0x40, "d8i", 7680 * step, 7, *units[0]),
+        (0xE0, "d8i", 64 * step, 7, *units[0]), (0x19C, "d8i", -2e8 * START, 5, *units[1]), (0x1EC, "i", 1200),
+        (0x1F0, "d8i", 1e-3 / STEP, 9, *units[1]), (0x24C, "d", 16.0), (0x264, "B", 1), (0x26C, "i", 10),
+        (0x274, "i", 7680),
+    ):  # fmt: skip
+        struct.pack_into("<" + form, head, place, *values)
+    path.write_bytes(bytes(head) + (COUNTS.astype(int) + 32768 + 64).astype("<u2").tobytes())
+
+
+def yokogawa_hdr(path: Path, blocks: int = 1) -> None:
+    """Layout: IM 707713-61E and the header of a WE7273; two groups, of which the second one holds the trace."""
+    lines = ["//YOKOGAWA ASCII FILE FORMAT", "", "$PublicInfo", "FormatVersion     1.01", "Model             WE7273"]
+    lines += ["Endian            Big", "DataFormat        Block", "GroupNumber       2", "TraceTotalNumber  3"]
+    lines += ["DataOffset        16", ""]
+    for group, names in ((1, ["CH1"]), (2, ["CH2", "CH3"])):
+        columns = {
+            "TraceName": names, "BlockSize": [1200], "VResolution": [1e3 * VOLT], "VOffset": [-250.0],
+            "VDataType": ["IS2"], "VUnit": ["mV"], "VPlusOverData": [32767], "VMinusOverData": [-32768],
+            "HResolution": [STEP], "HOffset": [START], "HUnit": ["s"], "Date": ["2026/11/27"], "Time": ["10:00:00"],
+        }  # fmt: skip
+        lines += [f"$Group{group}", f"TraceNumber       {len(names)}", f"BlockNumber       {blocks}"]
+        lines += [
+            f"{key:18}" + "".join(f"{v!s:20}" for v in (len(names) * v)[-len(names) :]) for key, v in columns.items()
+        ]
+    path.write_text("\n".join([*lines, "", "$PrivateInfo", "RefFileNumber     0", ""]))
+    block = (COUNTS + round(0.25 / VOLT)).astype(">i2").tobytes()
+    other = bytes(2400)
+    path.with_name("recording.wvf").write_bytes(bytes(16) + blocks * other + (blocks - 1) * 2 * other + other + block)
+
+
 def labview_tdms(path: Path) -> None:
     tdms = pytest.importorskip("nptdms")
     how = {"wf_increment": STEP, "wf_start_offset": START, "unit_string": "mV"}
@@ -135,6 +171,8 @@ FORMATS: dict[str, tuple[Callable[[Path], None], str]] = {
     "tektronix.wfm": (tektronix_wfm, "RigolWFM"),
     "lecroy.trc": (lecroy_trc, "RigolWFM"),
     "keysight.bin": (keysight_bin, "RigolWFM"),
+    "siglent.bin": (siglent_bin, "RigolWFM"),
+    "yokogawa.hdr": (yokogawa_hdr, "RigolWFM"),
     "labview.tdms": (labview_tdms, "nptdms"),
     "pico.mat": (picoscope_mat, "scipy"),
     "matlab73.mat": (matlab_73, "h5py"),
@@ -154,7 +192,8 @@ def test_a_recording_holds_the_samples_and_times_that_were_written(tmp_path: Pat
     write(tmp_path / name)
     plain = (tmp_path / name).rename(tmp_path / "recording")  # formats are recognised by content
     is_sound = name == "sound.wav"  # which begins at 0, and whose full scale is 1
-    signal = hl.read_signal(plain, {7: 1}, calibration=20.0 if is_sound else 10.0, baseline=0.0)
+    channel = 3 if name == "yokogawa.hdr" else 1
+    signal = hl.read_signal(plain, {7: channel}, calibration=20.0 if is_sound else 10.0, baseline=0.0)
     np.testing.assert_allclose(signal.time, TIME - START * is_sound, atol=1e-10)
     np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), 10.0 * VOLTS, atol=1e-6)
 
@@ -166,6 +205,18 @@ def test_segments_of_a_sequence(tmp_path: Path) -> None:
         hl.read_signal(tmp_path / "taps.trc", {7: 1}, calibration=1.0)
     signal = hl.read_signal(tmp_path / "taps.trc", {7: 1}, calibration=1.0, segment=3, baseline=0.0)
     np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), VOLTS, atol=1e-6)
+
+
+def test_blocks_of_yokogawa_are_segments(tmp_path: Path) -> None:
+    pytest.importorskip("RigolWFM")
+    yokogawa_hdr(tmp_path / "recording.hdr", blocks=2)
+    with pytest.raises(ValueError, match="holds 2 segments"):
+        hl.read_signal(tmp_path / "recording.hdr", {7: 3}, calibration=1.0)
+    signal = hl.read_signal(tmp_path / "recording.hdr", {7: 3}, calibration=1.0, segment=2, baseline=0.0)
+    np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), VOLTS, atol=1e-6)
+    (tmp_path / "recording.wvf").unlink()
+    with pytest.raises(ValueError, match=r"recording\.hdr: .*its samples, a \.wvf of the same name, are not beside it"):
+        hl.read_signal(tmp_path / "recording.hdr", {7: 3}, calibration=1.0, segment=2)
 
 
 @pytest.mark.thorough
