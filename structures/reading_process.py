@@ -12,8 +12,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-PATIENCE = 20.0
-"""Time by the clock, in times of that of the processor."""
+LEAST_PATIENCE = 120.0
+"""Time by the clock, s, that a process may take on an idle machine, or twice that of the processor."""
+
+LOAD = 4.0
+"""Processes for each processor, where the system does not count them."""
 
 MISSING = 3
 """Exit status where a library is missing."""
@@ -35,11 +38,17 @@ def read_apart(script: Path, function: str, path: Path, *arguments: str, seconds
     try:
         done = subprocess.run(
             [*command, *arguments], capture_output=True, check=False, env=os.environ | settings,
-            stdin=subprocess.DEVNULL, timeout=PATIENCE * seconds, cwd=path.parent,
+            stdin=subprocess.DEVNULL, timeout=patience(seconds), cwd=path.parent,
         )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise Unread(f"ValueError: reading it takes more than {PATIENCE * seconds:.0f} s") from None
+    except subprocess.TimeoutExpired as error:
+        raise Unread(f"ValueError: reading it takes more than {error.timeout:.0f} s") from None
     return answer_of(done.returncode, done.stdout, done.stderr)
+
+
+def patience(seconds: int) -> float:
+    """Return the time by the clock, s, for so much of the processor: longer where other processes wait for it."""
+    load = os.getloadavg()[0] / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else LOAD
+    return max(LEAST_PATIENCE, 2.0 * seconds) * (1.0 + load)
 
 
 def answer_of(status: int, answer: bytes, said: bytes) -> Any:

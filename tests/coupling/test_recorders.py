@@ -3,8 +3,11 @@
 The samples are whole counts of a digitiser, so that every format holds them exactly. `hl.read_signal` reads volts.
 """
 
+import os
 import re
 import struct
+import subprocess
+import sys
 import wave
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +20,7 @@ import scipy.io
 
 import hertzlink as hl
 from hertzlink import cli
+from structures import reading_process
 
 STEP, START, VOLT = 5e-7, -1e-4, 2.0**-12
 TIME = START + STEP * np.arange(1200)
@@ -264,6 +268,26 @@ def test_no_more_memory_than_a_file_states(tmp_path: Path) -> None:
         ValueError, match=r"huge\.h5: is an HDF5 file that cannot be read \(ValueError: /force holds 10+ numbers"
     ):
         hl.read_signal(path, {7: 1}, calibration=1.0)
+
+
+def test_a_reader_that_waits_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After two minutes on an idle machine, and later where 10 processes share a processor."""
+    for load, minutes in ((0.0, 2), (10.0 * (os.cpu_count() or 1), 22)):
+        monkeypatch.setattr(os, "getloadavg", lambda load=load: (load, 0.0, 0.0), raising=False)
+        assert reading_process.patience(60) == pytest.approx(60.0 * minutes)
+    (tmp_path / "waits.py").write_text("import os\ndef read(path):\n    os.read(os.pipe()[0], 1)\n")
+    monkeypatch.setattr(reading_process, "patience", lambda seconds: 1.0)
+    with pytest.raises(reading_process.Unread, match="reading it takes more than 1 s"):
+        reading_process.read_apart(tmp_path / "waits.py", "read", tmp_path / "a", seconds=60, memory=1 << 30)
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+def test_hostile_recordings_are_read_or_refused() -> None:
+    """`python tests/fuzz_recordings.py 20000` tries more."""
+    script = str(Path(__file__).parents[1] / "fuzz_recordings.py")
+    done = subprocess.run([sys.executable, script, "300", "0"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
 
 
 def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
