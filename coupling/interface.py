@@ -5,7 +5,6 @@ from itertools import pairwise
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from coupling.kernels.agreement import PIECES
 from coupling.kernels.records import REMEMBERED
@@ -25,8 +24,6 @@ from structures.surface import Surface
 
 NAMES = ("structure", "behind")
 """The arguments of CoSimulation that give what each end faces."""
-
-Seats: TypeAlias = NDArray[np.intp]
 
 PARTICIPANTS = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
 

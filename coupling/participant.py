@@ -106,12 +106,12 @@ class CheckedParticipant:
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
 
     def describe(self) -> Any:
-        """Return the our own one as plain data, a user's by its name."""
+        """Return our own structure as plain data, a user's by its name."""
         return self.name if self.closing is None else self.closing.describe()
 
     @property
     def compact(self) -> bool:
-        """True if it is our own one, and small enough for the compiled window loop."""
+        """True if it is our own structure, and small enough for the compiled window loop."""
         # A class derived from ours may advance in its own way.
         return self.closing is not None and type(self.closing) is Closing and self.closing.moving.small
 
@@ -122,11 +122,11 @@ class CheckedParticipant:
 
     @property
     def size(self) -> int:
-        """The number of degrees of freedom of our own one."""
+        """The number of degrees of freedom of our own structure; zero of a user's."""
         return 0 if self.structure is None else self.structure.size
 
     def window(self, length: float) -> Any:
-        """Return a window (s) of our own one while no gap presses, as a piece; its last contacts are the gaps."""
+        """Return a window (s) of our own structure while no gap presses, as a piece; its last contacts are the gaps."""
         assert self.closing is not None
         return self.closing.moving.window(length)
 
@@ -232,7 +232,7 @@ class CheckedParticipant:
             )
 
     def _pushed(self, number: int, force: float, window: float) -> float:
-        """Return where a point is, m, that was pushed alone from rest over a window."""
+        """Return the displacement, m, of a point that was pushed alone from rest over a window."""
         forces = np.zeros(self.contacts)
         forces[number] = force
         return float(self.move(self.start(), forces, window)[1][number])

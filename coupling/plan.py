@@ -178,5 +178,5 @@ def _saved_times(interface: Interface, intervals: float, save_every: float | Non
 
 
 def _power_of_two(parts: float) -> int:
-    """Return least power of two that is not below: windows can be halved, and runs of one length share their times."""
+    """Return the next power of two: windows can be halved, and runs of one length share their times."""
     return int(2 ** max(0, ceil(log2(parts * (1.0 - SAME_TIME)))))

@@ -102,7 +102,7 @@ def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
 
 
 def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
-    """Yield the length, s: of the push."""
+    """Yield a doubt where a push is too short for the reduction; length: of the push, s."""
     report = _part(origin, "reduction")
     if not {"pulse", "error_estimate", "tolerance"} <= set(report):
         return
@@ -117,7 +117,7 @@ def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
 
 
 def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
-    """Yield the length, s: of the push."""
+    """Yield a doubt where a push is too short for the mesh; length: of the push, s."""
     frequency = 0.0 if origin.get("kind") in GRADED else _number(origin, "highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (

@@ -243,7 +243,7 @@ def _deserted(part: Path) -> bool | None:
 
 
 def _put_aside(folder: Path, target: Path) -> Path | None:
-    """A complete folder gets the first free name like that of the target; None where it can get none."""
+    """Give a complete folder the first free name like that of the target; return it, None where it can get none."""
     for number in range(2, 1000):
         place = target.with_name(f"{_stem(target)}-{number}")
         if not os.path.lexists(place):

@@ -88,7 +88,7 @@ def from_zero(ax: "Axes") -> None:
 
 
 def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
-    """A cross at the bottom for each place of a curve without a value, which no point drawn as 0 could say."""
+    """Draw a cross at the bottom for each place of a curve without a value, which no point drawn as 0 could say."""
     height = np.full(len(x), 0.03 + 0.05 * number)
     look = dict[str, Any](color=COLOURS[number], markersize=6.0, linestyle="none") | look
     ax.plot(x, height, marker="x", transform=ax.get_xaxis_transform(), **look)

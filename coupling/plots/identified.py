@@ -180,7 +180,7 @@ def dataset_of(result: Any) -> xr.Dataset:
 
 
 def _fit_of_features(data: xr.Dataset, ax: "Axes") -> "Axes":
-    """Return AR and TOF, fitted and measured, over the measured values: all units on one axis."""
+    """Draw AR and TOF, fitted and measured, over the measured values: all units on one axis."""
     measured, places = data.measured.values, np.arange(data.sizes[FEATURE])
     part = np.full(measured.shape, np.nan)
     np.divide(data.noise.values, abs(measured), out=part, where=measured != 0.0)

@@ -399,7 +399,7 @@ def _surface(name: str, facing: object) -> Surface | None:
 
 
 def _faced(run: xr.Dataset) -> dict[str, int]:
-    """The ends of this chain that face something, and the numbers of the structures there."""
+    """Return the ends of this chain that face something, and the numbers of the structures there."""
     here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
     number = int(run.chain) if "chain" in run.coords else 0
     contacts = zip(Reading(run).contacts, here, strict=True)

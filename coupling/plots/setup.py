@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from coupling.plots.canvas import INK, ROW, SMALL, axes_for, legend_texts, resized, width_of
-from coupling.plots.setup_structures import Drawn, front_view, side_view
+from coupling.plots.setup_structures import Drawn, front_view, half_height, side_view
 from coupling.plots.swept import varied, words_of
 from coupling.results.provenance import stored
+from coupling.results.schema import END_NAMES
 from structures.checks import count_of, short
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc")
 SKETCH_WIDTH, EDGE = 7.2, 0.12
 """Usual width of a sketch, and that of its margin, inches."""
 
-LAST, FIRST = "last bead", "first bead"
+LAST, FIRST = END_NAMES
 
 LONG = ("Cylinder", "Ellipsoid")
 """Beads with a length."""
@@ -137,11 +138,11 @@ def _rows(inputs: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
-    """Return one chain and what it faces, below `top`; returns the lowest y, mm."""
+    """Draw one chain and what it faces, below `top`; return the lowest y, mm."""
     chain = row["chain"]
     high = 0.5 * max(_size(bead)[1] for bead in chain["beads"])
     last, first = (row.get(end, (None, 0)) for end in (LAST, FIRST))
-    high = max([high, *(side_view(None, structure) for structure, _ in (last, first) if structure is not None)])
+    high = max([high, *(half_height(structure) for structure, _ in (last, first) if structure is not None)])
     y = top - high
     if row.get("name"):
         y -= 9.0
@@ -160,7 +161,7 @@ def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
 
 
 def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
-    """Return the beads, whose last one ends at x = 0; returns the x of the struck end, mm."""
+    """Draw the beads, whose last one ends at x = 0; return the x of the struck end, mm."""
     from matplotlib.patches import Circle, Ellipse, Rectangle
 
     kinds: dict[str, int] = {}

@@ -74,11 +74,16 @@ class Drawn:
         return list(labelled.values()), list(labelled)
 
 
-def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.0, mirrored: bool = False) -> float:
-    """Return a structure from the side, whose face is at x; returns its far end, mm.
+def half_height(structure: Any) -> float:
+    """Return half of the height of a structure from the side, mm."""
+    if isinstance(structure, Mapping) and structure.get("layers"):
+        return 1.2e3 * max(float(layer["radius"]) for layer in structure["layers"])
+    shell = isinstance(structure, Mapping) and structure.get("kind") == "spherical shell"
+    return 1.1e3 * float(structure["radius"]) if shell else SPACE
 
-    Without `drawn` nothing is drawn, and half of its height is returned.
-    """
+
+def side_view(drawn: Drawn, structure: Any, x: float, y: float, mirrored: bool = False) -> float:
+    """Draw a structure from the side, whose face is at x; return its far end, mm."""
     data = structure if isinstance(structure, Mapping) else {"kind": str(structure)}
     kind, sign = str(data.get("kind", "structure")), -1.0 if mirrored else 1.0
     if data.get("layers"):
@@ -87,8 +92,6 @@ def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.
         return _shell(drawn, data, x, y, sign)
     if "thickness" in data:
         return _plate_from_side(drawn, data, kind, x, y, sign)
-    if drawn is None:
-        return SPACE
     of = f" of {_material(data)}" if data.get("material") else ""
     words = f"half-space{of}" if kind == "half-space" else f"{kind}{of}, not to scale"
     _block(drawn, x, y - SPACE, sign * SPACE, 2.0 * SPACE, words, hatch="//" if kind == "half-space" else "..")
@@ -102,12 +105,10 @@ def _block(drawn: Drawn, x: float, y: float, width: float, height: float, words:
     drawn.add(Rectangle((min(x, x + width), y), abs(width), height, **full), words)
 
 
-def _layers(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
-    """Return a rod or a cylinder of layers, and what holds its far end."""
+def _layers(drawn: Drawn, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
+    """Draw a rod or a cylinder of layers, and what holds its far end."""
     layers = data["layers"]
     radius = max(1e3 * float(layer["radius"]) for layer in layers)
-    if drawn is None:
-        return 1.2 * radius
     names = list(dict.fromkeys(_material(layer) for layer in layers))
     ends: list[float] = []
     for layer in layers:
@@ -128,13 +129,11 @@ def _layers(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, si
     return x + sign * 0.35 * radius
 
 
-def _shell(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
-    """Return a hollow sphere, cut through its axis, and the seat that holds it."""
+def _shell(drawn: Drawn, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
+    """Draw a hollow sphere, cut through its axis, and the seat that holds it."""
     from matplotlib.patches import Annulus, Arc
 
     radius, thick = (1e3 * float(data[name]) for name in ("radius", "thickness"))
-    if drawn is None:
-        return 1.1 * radius
     centre = x + sign * radius
     words = f"{_material(data)}, radius {radius:.4g} mm, wall {thick:.4g} mm"
     drawn.add(Annulus((centre, y), radius, thick, facecolor=LAYER_COLOURS[0], edgecolor=INK, linewidth=0.6), words)
@@ -150,13 +149,10 @@ def _shell(drawn: Drawn | None, data: Mapping[str, Any], x: float, y: float, sig
     return x + sign * 2.0 * radius
 
 
-def _plate_from_side(drawn: Drawn | None, data: Mapping[str, Any], kind: str, x: float, y: float, sign: float) -> float:
-    """A thin block at the chain's end, as high as the part of the plate that fits the sketch."""
+def _plate_from_side(drawn: Drawn, data: Mapping[str, Any], kind: str, x: float, y: float, sign: float) -> float:
+    """Draw a thin block at the chain's end, as high as the part of the plate that fits the sketch."""
     thick = 1e3 * float(data["thickness"])
-    if drawn is None:
-        return SPACE
-    name = _material(data)
-    words = f"{kind}, {thick:.4g} mm of {name}"
+    words = f"{kind}, {thick:.4g} mm of {_material(data)}"
     _block(drawn, x, y - SPACE, sign * thick, 2.0 * SPACE, words, facecolor=LAYER_COLOURS[0], edgecolor=INK)
     return x + sign * thick
 
@@ -257,7 +253,7 @@ def _marks(drawn: Drawn, structure: Mapping[str, Any], point: int, to_sketch: An
 
 
 def _without_outline(drawn: Drawn, structure: Mapping[str, Any], x: float, y: float) -> float:
-    """Return a half-plane with its edge, a plate without edges, or one whose outline is in a file."""
+    """Draw a half-plane and its edge, a plate without edges, or one with an outline in a file; return its lowest y."""
     away = 1e3 * float(structure.get("distance") or 0.0)
     x0 = x + 12.0
     _block(drawn, x0, y - SPACE, away + SPACE, 2.0 * SPACE, "", edgecolor="none", facecolor="#eef1f4")

@@ -292,12 +292,12 @@ class _Windows:
         return float(spans @ [state.mean_force for state in states[1:]] / spans.sum())
 
     def repeat(self) -> None:
-        """Back to the begin of the window."""
+        """Go back to the beginning of the window."""
         self.tries, self.force = self.tries + 1, self.mean_force()
         del self.states[self.first + 1 :]
 
     def accept(self) -> None:
-        """The next window begins."""
+        """Begin the next window."""
         force, inner = self.mean_force(), [0] * (len(self.states) - self.first - 2)
         self.longest = max(self.longest, self.states[-1].chain.time - self.states[self.first].chain.time)
         self.evaluations += [*inner, self.tries]

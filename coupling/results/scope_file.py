@@ -389,7 +389,7 @@ def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
 
 
 def _plain(cells: list[str], groups: bool) -> list[str]:
-    """Return the groups: whether commas separate thousands."""
+    """Return cells with decimal points, and without marks between thousands; groups: whether commas are such marks."""
     bare = [cell.strip(BARE) for cell in cells]
     pointed = [cell.replace(",", "") if groups else _with_point(cell) for cell in bare]
     return [BLANK_GROUPS.sub("", cell) for cell in pointed]

@@ -155,7 +155,7 @@ def resolution(values: Vector) -> float:
 
 
 def smoothed(values: Vector) -> tuple[Vector, float, float]:
-    """A trace made smooth enough to look for waves, the noise left on it, and the width of its pulses in samples.
+    """Return a trace smooth enough to look for waves, the noise left on it, and the width of its pulses in samples.
 
     The width is the narrowest large pulse's, or the greatest's where none is large, at half its rise: pulses that pile
     up stay apart. A trace without a peak comes back as it is, with the width 0.

@@ -246,7 +246,7 @@ def _doubts(data: xr.Dataset) -> list[str]:
 
 
 def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors: list[int]) -> dict[int, float]:
-    """Return Newtons for each sensor's unit."""
+    """Return how many N a unit of each sensor's column is."""
     if unit == "N":
         if calibration is not None:
             raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")

@@ -58,7 +58,7 @@ class Condensed:
         return [self._solved(interface, state, length)]
 
     def _solved(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
-        """Return Newton's method on r(F) = G(w_free + C F) − F G the chains' mean forces, its slopes by secants."""
+        """Solve G(w_free + C F) = F by Newton's method, its slopes by secants; G: the forces that chains answer."""
         tolerance, compliance = self.tolerance * interface.force_scale, interface.compliance(length)
         # Linear structures need one solve a window; where gaps close each trial has another response.
         linear = not interface.boxes

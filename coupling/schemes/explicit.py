@@ -89,7 +89,7 @@ class Explicit:
         return [end]
 
     def _enough(self, interface: Interface, length: float) -> float:
-        """Return greatest difference between predicted and answered forces, N; in short substeps its impulse counts."""
+        """Return the allowed difference of predicted and answered forces, N; in short substeps its impulse counts."""
         if self.tolerance is None:
             return inf
         usual = interface.contact_time / self.substeps_per_contact

@@ -75,7 +75,7 @@ class Search:
         self.factor = relaxation
 
     def step(self, residual: Vector, answer: Vector) -> Vector:
-        """Return change of the forces (N), given what the chains answered and how far that is from the forces tried."""
+        """Return the change of the forces (N) after an answer of the chains; residual: it less the forces tried."""
         return self.factor * residual
 
     def memory(self) -> Any:

@@ -545,7 +545,7 @@ def _together(
 def finished(
     what: str, data: xr.Dataset, reasons: list[str], inputs: dict[str, Any], before: list[str], findings: Sequence[str]
 ) -> xr.Dataset:
-    """Return Dataset of runs with why each failed, the input, and findings; raise a RuntimeError where all failed.
+    """Return runs with the reason why each failed, the input, and findings; raise a RuntimeError where all failed.
 
     what: the function that did them. before: findings of which the user was warned already.
     """
