@@ -288,11 +288,8 @@ class Interface:
         earlier = past[-2].surface if len(past) > 1 else np.zeros(self.size)
         last = past[-1].length
         bend = 2.0 * ((surface - before) / length - (before - earlier) / last) / (length + last)
-        corners = []
-        for i in range(PIECES + 1):
-            part = i / PIECES
-            corners.append(before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0))
-        return corners
+        parts = (i / PIECES for i in range(PIECES + 1))
+        return [before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0) for part in parts]
 
     def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
         """Return the place of what an end of a chain faces among the structures, and the number of its point."""

@@ -71,7 +71,7 @@ def yields(
             words[run] = Finding(
                 f"yield: {where} presses {what} to {worst[run]:.3g} times the pressure at which it yields; "
                 f"{change or slower(chain, contact, float(worst[run]))}",
-                {"chain": number, **change.spot} if isinstance(change, Finding) else {},
+                {"chain": number, **change.spot} if isinstance(change, Finding) and change.spot else {},
             )
     unknown = dict.fromkeys(strength for of_runs in chains for strength in unknown_strengths(of_runs[0]))
     for run, finding in enumerate(words):

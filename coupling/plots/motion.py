@@ -192,10 +192,9 @@ def _contacts_of(data: object, structure: Structure) -> tuple[int, Vector, Vecto
     if max(place_of, default=0) >= structure.contacts:
         raise ValueError(f"body: has {structure.contacts} contact points, that of the run more; give that one")
     dynamic, surface = force - static, run.surface_displacement.values.reshape(moments.size, -1)
-    points = [place_of.get(point) for point in range(structure.contacts)]
-    nothing = np.full(moments.size, np.nan)
-    forces = np.stack([nothing if k is None else dynamic[:, k] for k in points], axis=-1)
-    places = np.stack([nothing if k is None else surface[:, k] for k in points], axis=-1)
+    forces, places = np.full((2, moments.size, structure.contacts), np.nan)
+    points, columns = list(place_of), list(place_of.values())
+    forces[:, points], places[:, points] = dynamic[:, columns], surface[:, columns]
     return place, 0.5 * (forces[1:] + forces[:-1]), places
 
 

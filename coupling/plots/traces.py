@@ -290,8 +290,7 @@ def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, fl
         raise ValueError(f"spreads: {short(wrong[0])} is no parameter; the run has {has}")
     slopes = run.contact_force_derivative.sel(contact=[sensor, sensor + 1]).mean("contact").transpose("parameter", ...)
     deviations = np.array([positive(f"spreads[{name!r}]", spread) for name, spread in spreads.items()])
-    width: Vector = np.linalg.norm(deviations[:, None] * slopes.sel(parameter=list(spreads)).values, axis=0)
-    return width
+    return np.asarray(np.linalg.norm(deviations[:, None] * slopes.sel(parameter=list(spreads)).values, axis=0))
 
 
 def _mark_waves(

@@ -5,6 +5,7 @@ from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 
 from coupling.results.schema import SIGNAL, kind_of
@@ -185,12 +186,10 @@ def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, nois
             continue
         depth = max(TOP_STEPS * step, TOP_NOISES * noise)
         on, near = unclipped == level, np.abs(unclipped - level) <= depth
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], near, [False]))))
         here = np.zeros(unclipped.size, dtype=bool)
-        for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            count = int(on[begin:end].sum())
-            if count >= FEWEST_CLIPPED and count > FLAT * (end - begin):
-                here[begin:end] |= on[begin:end]
+        for (piece,) in scipy.ndimage.find_objects(scipy.ndimage.label(near)[0]):
+            if on[piece].sum() >= FEWEST_CLIPPED and on[piece].mean() > FLAT:
+                here[piece] = on[piece]
         if here.any():
             span = time[here]
             texts.append(

@@ -49,11 +49,8 @@ def latest_return(time: Vector, force: Vector, smallest: float) -> float:
     push on the structure ends, or after the record where it lasts to its end, and is slower than the incident one:
     its speed is proportional to F^(1/6) (Nesterenko, as above). NaN without an incident wave.
     """
-    top = float(force[0].max(initial=0.0))
-    if top <= 0.0:
-        return nan
-    taken = hops(time, force)
-    if not np.isfinite(taken).all():
+    top, taken = float(force[0].max(initial=0.0)), hops(time, force)
+    if top <= 0.0 or not np.isfinite(taken).all():
         return nan
     travel, hop = float(taken.sum()), float(np.median(taken))
     reaches = float(time[int((force[0] >= 0.5 * top).argmax())]) + travel + hop

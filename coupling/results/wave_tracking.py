@@ -7,15 +7,15 @@ import scipy
 import xarray as xr
 
 from coupling.results.ar_and_tof import SMALLEST_WAVE
-from coupling.results.peaks import Peak, hops, interpolated, traced
+from coupling.results.peaks import hops, interpolated, traced
 from coupling.results.reading import Reading, without_padding
 from coupling.results.wave_kernels import FAINT, FEWEST_CONTACTS, NEAR_END
 from structures.checks import positive
 from structures.html_table import html_table
 from structures.structure import Vector
 
-Node = tuple[int, int]
-"""A contact's row, and which of its peaks."""
+Node = tuple[int, float]
+"""A contact's row, and the time of one of its peaks, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,54 +125,53 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
         best = max([*web.paths(True), *web.paths(False)], key=len, default=[])
         if len(best) < FEWEST_CONTACTS:
             break
-        web.take(best)
-        if max(web.peaks[row][which][0] for row, which in best) >= smallest * web.first:
-            tracks.append(_track(best, web.peaks, numbers))
+        for row, time in best:
+            web.free[row].discard(time)
+        forces = np.array([web.force[node] for node in best])
+        if forces.max() >= smallest * web.first:
+            contacts = tuple(int(numbers[row]) for row, _ in best)
+            begins, ends = (_place(contacts[i], int(numbers[0]), int(numbers[-1])) for i in (0, -1))
+            tracks.append(Track(contacts, np.array([time for _, time in best]), forces, begins, ends))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 
 class _Web:
-    """The peaks of all contacts, those that no wave has taken yet, and what links them."""
+    """The peaks of all contacts, their forces (N), those that no wave has taken yet, and what links them."""
 
     def __init__(self, time: Vector, force: Vector, smallest: float) -> None:
         self.hops = hops(time, force)
         middle = len(force) // 2
         self.first = float(force[middle].max())
         level = FAINT * smallest * self.first
-        self.peaks: list[list[Peak]] = []
-        for series in force:
-            indices = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
-            self.peaks.append([interpolated(time, series, int(i)) for i in indices])
-        if not self.peaks[middle] or not np.isfinite(self.hops).all():
+        self.force: dict[Node, float] = {}
+        for row, series in enumerate(force):
+            for i in scipy.signal.find_peaks(series, height=level, prominence=level)[0]:
+                amplitude, arrival = interpolated(time, series, int(i))
+                self.force[row, arrival] = amplitude
+        self.free = [{arrival for place, arrival in self.force if place == row} for row in range(len(force))]
+        if not self.free[middle] or not np.isfinite(self.hops).all():
             raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")
-        self.free = [set(range(len(peaks))) for peaks in self.peaks]
-
-    def take(self, path: list[Node]) -> None:
-        for row, which in path:
-            self.free[row].discard(which)
 
     def paths(self, forward: bool) -> list[list[Node]]:
         """Return all waves in one direction that can be linked from free peaks, in order of time.
 
         Each is traced back from the last contact that it reached, as `reflections` traces it from a sensor.
         """
-        rows = list(range(len(self.peaks)))
+        rows = list(range(len(self.free)))
         if forward:
             rows.reverse()
-        numbers = [sorted(self.free[row]) for row in rows]
-        times = [np.array([self.peaks[row][k][1] for k in which]) for row, which in zip(rows, numbers, strict=True)]
+        times = [np.array(sorted(self.free[row])) for row in rows]
         back = self.hops[::-1] if forward else self.hops
         taken: set[Node] = set()
         paths = []
         for start, row in enumerate(rows):
-            for place, which in enumerate(numbers[start]):
-                if (row, which) in taken:
+            for now in times[start].tolist():
+                if (row, now) in taken:
                     continue
-                now = float(times[start][place])
-                pace = (self.first / self.peaks[row][which][0]) ** (1.0 / 6.0)
-                path = [(row, which)]
+                pace = (self.first / self.force[row, now]) ** (1.0 / 6.0)
+                path = [(row, now)]
                 for step, before in enumerate(traced(times, back, start, now, now, pace, start), start=start + 1):
-                    node = rows[step], numbers[step][int(np.flatnonzero(times[step] == before)[0])]
+                    node = rows[step], before
                     if node in taken:
                         break
                     path.append(node)
@@ -181,19 +180,8 @@ class _Web:
         return paths
 
 
-def _track(path: list[Node], peaks: list[list[Peak]], contacts: Vector) -> Track:
-    numbers = tuple(int(contacts[n]) for n, _ in path)
-    values = [peaks[n][k] for n, k in path]
-
-    def place(number: int) -> str:
-        if number <= contacts[0] + NEAR_END - 1:
-            return "struck end"
-        return "structure" if number > contacts[-1] - NEAR_END else "chain"
-
-    return Track(
-        numbers,
-        np.array([time for _, time in values]),
-        np.array([force for force, _ in values]),
-        place(numbers[0]),
-        place(numbers[-1]),
-    )
+def _place(contact: int, first: int, last: int) -> str:
+    """Return where a wave is that begins or ends at a contact; first, last: the numbers of the chain's contacts."""
+    if contact < first + NEAR_END:
+        return "struck end"
+    return "structure" if contact > last - NEAR_END else "chain"

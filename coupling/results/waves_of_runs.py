@@ -52,14 +52,12 @@ class WavesOfRuns(NamedTuple):
     @property
     def amplitude_ratio(self) -> Vector:
         """AR of the reflected waves, runs × waves."""
-        ratio: Vector = self.amplitude[:, 1:] / self.amplitude[:, :1]
-        return ratio
+        return np.asarray(self.amplitude[:, 1:] / self.amplitude[:, :1])
 
     @property
     def time_of_flight(self) -> Vector:
         """TOF of the reflected waves, s, runs × waves."""
-        flight: Vector = self.arrival[:, 1:] - self.arrival[:, :1]
-        return flight
+        return np.asarray(self.arrival[:, 1:] - self.arrival[:, :1])
 
 
 def find_waves(time: Vector, series: Series, smallest: float, most: int) -> WavesOfRuns:
