@@ -27,6 +27,7 @@ STIFFER = sqrt(2.0)  # A_c of equation 6.2 has √(2R), A_w has √R.
 DEEPEST = 450e-6  # s, when the thesis finds bead 20 deepest in PTFE.
 DASHPOTS = ((5.0, 40.0), (0.0, 30.0))  # γ_c and γ_w of equation 6.3, N s/m, which the thesis does not give.
 SENSORS = (10, 15)  # Of section 3.3.2.
+DISPLACED = "displaced by more than 1 %"
 Rods = Callable[[hl.Material], Sequence[hl.Layer]]
 
 
@@ -149,7 +150,7 @@ def durations(run: xr.Dataset) -> xr.DataArray:
     readings = {
         "above 10 % of the greatest force": _above(time, force, 0.1),
         "above 50 % of the greatest force": _above(time, force, 0.5),
-        "displaced by more than 1 %": _above(time, moved, 0.01),
+        DISPLACED: _above(time, moved, 0.01),
         "from then to the first collision": first,
         "from then to the second collision": second,
     }

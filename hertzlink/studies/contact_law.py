@@ -1,6 +1,5 @@
 """Thesis figures 3.2, 5.3, 5.7 and 5.12 and Table 5.1: contact laws computed with finite and boundary elements."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -11,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
+from hertzlink.studies.results import over, scalars
 from hertzlink.studies.table import SIMILAR, SIMULATED, Row, Rows
 from particles.laws.computed import ComputedLaw
 from particles.laws.power_fit import PowerFit
@@ -140,39 +139,33 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: cells twice as large. jobs: always one process, because each law takes a second.
     """
     chosen, meshes = contacts(), MESHES[:-1] if quick else MESHES
-    laws = {name: contact.law(2.0 if quick else 1.0) for name, contact in watched(chosen.items())}
-    fits = [[fitted.of(law) for fitted in FITS.values()] for law in laws.values()]
-    changes = [refinement(chosen[name], meshes) for name in watched(REFINED)]
-    over, of_fit = ("contact", "approach"), ("contact", "fit")
+    newton = {"units": "N"}
 
-    def forces(of: Iterable[hl.ContactLaw]) -> list[Any]:
-        return [law.force(APPROACHES) for law in of]
+    def of_contact(contact: str) -> xr.Dataset:
+        law = chosen[contact].law(2.0 if quick else 1.0)
+        fits = [fitted.of(law) for fitted in FITS.values()]
+        estimates = scalars(
+            error=(law.error, "1", "largest error of the force"), order=(law.order, "1", "observed order")
+        )
+        return estimates.assign(
+            force=("approach", law.force(APPROACHES), newton),
+            theory=("approach", chosen[contact].theory.force(APPROACHES), newton | {"long_name": "law by formulas"}),
+            exponent=("fit", [fit.exponent for fit in fits], {"units": "1"}),
+            stiffness=("fit", [fit.stiffness for fit in fits], {"units": "N/m^n"}),
+            misfit=("fit", [fit.misfit for fit in fits], {"units": "1"}),
+        )
 
-    theory, table = forces(contact.theory for contact in chosen.values()), forces(hollow_spheres.TABLE_5_1.values())
-    halved, largest = "mean change of the force by cells half as large", "largest error of the force"
-    return xr.Dataset(
-        {
-            "force": (over, forces(laws.values()), {"units": "N"}),
-            "theory": (over, theory, {"units": "N", "long_name": "contact law by formulas"}),
-            "printed": (("ratio", "approach"), table, {"units": "N", "long_name": "contact law of Table 5.1"}),
-            "error": ("contact", [law.error for law in laws.values()], {"long_name": largest, "units": "1"}),
-            "order": ("contact", [law.order for law in laws.values()], {"long_name": "observed order", "units": "1"}),
-            "exponent": (of_fit, [[fit.exponent for fit in row] for row in fits], {"units": "1"}),
-            "stiffness": (of_fit, [[fit.stiffness for fit in row] for row in fits], {"units": "N/m^n"}),
-            "misfit": (of_fit, [[fit.misfit for fit in row] for row in fits], {"units": "1"}),
-            "change": (("refined", "coarser"), changes, {"long_name": halved, "units": "1"}),
-        },
-        coords={
-            "contact": list(laws), "approach": ("approach", APPROACHES, {"units": "m"}), "fit": list(FITS),
-            "ratio": list(hollow_spheres.TABLE_5_1), "refined": list(REFINED), "coarser": list(meshes[:-1]),
-        },
-    )  # fmt: skip
+    def refinement(refined: str) -> xr.Dataset:
+        forces = [chosen[refined].law(coarser).force(APPROACHES[FIRST_COMPARED:]) for coarser in meshes]
+        changes = [float(np.abs(force / finer - 1.0).mean()) for force, finer in pairwise(forces)]
+        label = {"units": "1", "long_name": "mean change of the force by cells half as large"}
+        return xr.Dataset({"change": ("coarser", changes, label)}, {"coarser": list(meshes[:-1])})
 
-
-def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
-    """Return the mean relative change of the force from each mesh to the next."""
-    forces = [contact.law(coarser).force(APPROACHES[FIRST_COMPARED:]) for coarser in meshes]
-    return [float(np.abs(force / finer - 1.0).mean()) for force, finer in pairwise(forces)]
+    printed = [law.force(APPROACHES) for law in hollow_spheres.TABLE_5_1.values()]
+    data = over(of_contact, contact=list(chosen)).merge(over(refinement, refined=REFINED))
+    data["printed"] = (("ratio", "approach"), printed, newton | {"long_name": "contact law of Table 5.1"})
+    approaches = ("approach", APPROACHES, {"units": "m"})
+    return data.assign_coords(approach=approaches, fit=list(FITS), ratio=list(hollow_spheres.TABLE_5_1))
 
 
 def table(data: xr.Dataset) -> list[Row]:

@@ -15,6 +15,7 @@ from hertzlink.studies import conditions, corner, draw, edge_shear
 from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
 from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, SAME_MATERIALS, Pair, measure
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
+from hertzlink.studies.results import over, with_units
 from hertzlink.studies.table import Named, Row, Rows
 from plates.critical_distance import DECAYING, edge_difference, last_crossing, scaled_critical_distance
 from plates.half_plane import EDGES
@@ -172,33 +173,27 @@ def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
 
     The law and the search are NaN if λ lies outside the range of the law. quick: one search.
     """
-    shape = len(DIAMETERS), len(THICKNESSES)
-    parameters, lines = np.empty(shape), np.empty((*shape, 2))
-    law_found, searched = np.full((*shape, 3), np.nan), np.full((*shape, 3), np.nan)
-    for place in np.ndindex(shape):
-        pair = Pair(hl.Sphere(DIAMETERS[place[0]] / 2.0, hl.STEEL_440C), hl.ALUMINIUM_6061, MAIN.speed)
-        clamped = hl.Supports("clamped", "clamped")
-        wall = hl.kirchhoff_plate(0.914, 0.914, THICKNESSES[place[1]], hl.ALUMINIUM_6061, clamped)
-        parameters[place] = hl.theory.PlateImpact(pair.bead, wall, pair.speed).inelasticity
-        lines[place] = hl.critical_distance_bounds(pair.bead, wall, pair.speed)
-        if parameters[place] <= LAW_PARAMETERS[-1]:
-            with collected():  # the study compares elastic runs
-                law_found[place] = hl.critical_distance_law(pair.bead, wall, pair.speed)
-            if not quick or place == (0, 0):
-                searched[place] = search(pair, float(parameters[place]), jobs)
-    axes, metres = ("diameter", "thickness"), {"units": "m"}
-    return xr.Dataset(
-        {
-            "thesis_inelasticity": (axes, parameters),
-            "thesis_law": ((*axes, "estimate"), law_found, metres),
-            "searched": ((*axes, "estimate"), searched, metres),
-            "bound": ((*axes, "line"), lines, metres),
-        },
-        {
-            "diameter": ("diameter", list(DIAMETERS), metres), "thickness": ("thickness", list(THICKNESSES), metres),
-            "line": LINES, "estimate": ["value", "low", "high"],
-        },
-    )  # fmt: skip
+    clamped, none, metres = hl.Supports("clamped", "clamped"), [np.nan] * 3, {"units": "m"}
+
+    def of_plate(diameter: float, thickness: float) -> xr.Dataset:
+        pair = Pair(hl.Sphere(diameter / 2.0, hl.STEEL_440C), hl.ALUMINIUM_6061, MAIN.speed)
+        wall = hl.kirchhoff_plate(0.914, 0.914, thickness, hl.ALUMINIUM_6061, clamped)
+        parameter = float(hl.theory.PlateImpact(pair.bead, wall, pair.speed).inelasticity)
+        holds = parameter <= LAW_PARAMETERS[-1]
+        sought = holds and (not quick or (diameter, thickness) == (DIAMETERS[0], THICKNESSES[0]))
+        with collected():  # the study compares elastic runs
+            expected = hl.critical_distance_law(pair.bead, wall, pair.speed) if holds else none
+        return xr.Dataset(
+            {
+                "thesis_inelasticity": parameter,
+                "thesis_law": ("estimate", list(expected), metres),
+                "searched": ("estimate", list(search(pair, parameter, jobs) if sought else none), metres),
+                "bound": ("line", list(hl.critical_distance_bounds(pair.bead, wall, pair.speed)), metres),
+            },
+            {"line": LINES, "estimate": ["value", "low", "high"]},
+        )
+
+    return with_units(over(of_plate, diameter=DIAMETERS, thickness=THICKNESSES), diameter="m", thickness="m")
 
 
 def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, float, float]:

@@ -201,14 +201,13 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
         return waves.curve_figures(data)
     curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
     speeds = [(f"F = {force:.0f} N", np.array([_normalised(data, a, force) for a in ANGLES])) for force in FORCES]
-    laws = [(_named(angle), data.force.sel(angle=angle).values) for angle in (0.0, 5.0, 10.0, 30.0, 90.0)]
     angles = np.sort([*np.geomspace(1.0, 90.0, 91), HERTZ_ANGLE])
     ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in angles]
     theory = xr.DataArray(ratios, {"angle": angles}, ("angle",))  # equation 5.11, at the same force
     return {
         "speed_force": draw.compared(curves),
         "angle": draw.against_angle(np.array(ANGLES), speeds, theory, HERTZ_ANGLE, "wave speed over that at 90°"),
-        "laws": draw.contact_laws(data.approach.values, laws),
+        "laws": draw.contact_laws(data.force.sel(angle=[0.0, 5.0, 10.0, 30.0, 90.0]), "angle", _named),
     }
 
 

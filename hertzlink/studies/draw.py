@@ -291,12 +291,11 @@ def against_angle(
     return figure
 
 
-def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -> Figure:
-    """Return the force (N) over approach (m), both logarithmic."""
-    figure, (axis,) = panels(1, width=4.6, height=3.6)
-    for label, force in laws:
-        axis.plot(approach * 1e6, force, "-", label=label)
-    axis.set(xscale="log", yscale="log", xlabel="approach (µm)", ylabel="contact force (N)")
+def contact_laws(force: xr.DataArray, by: str, label: str | Callable[[Any], str] = "{}") -> Figure:
+    """Return the force (N) over approach (m), both logarithmic, a line for each law. by, label: as of `lines`."""
+    labels = Look(xscale="log", yscale="log", xlabel="approach (µm)", ylabel="contact force (N)")
+    figure, (axis,) = panels(1, width=4.6, height=3.6, **labels)
+    lines(axis, force, "approach", by, label, 1e6, "-")
     for side in (axis.xaxis, axis.yaxis):
         side.set_major_formatter("{x:g}")
     axis.legend()

@@ -382,12 +382,8 @@ CHAINS: tuple[Callable[..., Numbers], ...] = (_moose_chain, _moose_spheres, _ben
 
 def judged(data: xr.Dataset) -> list[tuple[str, Row, str, str]]:
     """Return name, row, verdict and condition of each number."""
-    found, errors = (_numbers(data, name) for name in ("value", "error"))
+    found, errors = (data[name].to_series().to_dict() for name in ("value", "error"))
     return [(name, one, *_verdict(one)) for name, one in rows_of(found, errors).items()]
-
-
-def _numbers(data: xr.Dataset, name: str) -> Numbers:
-    return dict(zip(data.number.values.tolist(), data[name].values.tolist(), strict=True))
 
 
 def problems(found: Numbers, errors: Numbers) -> list[str]:
@@ -441,22 +437,20 @@ def _verdict(one: Row) -> tuple[str, str]:
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then each number; a reason has verdict, numerical error, set-up and source."""
     entries = judged(data)
-    sources = [_source(name) for name, *_ in entries]
-    abstract = sum(ABSTRACT in source for source in sources)
-    read = len(entries) - abstract - sum(MEMORY in source for source in sources)
+    sources, last = dict[str, str](), ""
+    for name, entry in row.entries.items():
+        last = last if entry.source == "the same" else entry.source
+        sources[name] = last
+    abstract = sum(ABSTRACT in source for source in sources.values())
+    read = len(entries) - abstract - sum(MEMORY in source for source in sources.values())
     said = verdicts.in_words(verdicts.counted(verdicts.Verdict(word) for _, _, word, _ in entries))
-    head = Row(
-        f"{len(entries)} numbers",
-        "",
-        "",
-        reason=f"{said}; the text of {read} was read, of {abstract} the abstract. {RULE}",
-    )
-    errors = _numbers(data, "error")
+    words = f"{said}; the text of {read} was read, of {abstract} the abstract. {RULE}"
+    head, errors = Row(f"{len(entries)} numbers", "", "", reason=words), data.error.to_series().to_dict()
     rows = []
     for name, one, word, condition in entries:
         error = f"numerical error {f'{errors[name]:.1g} {one.unit}'.strip()}; " if name in errors else ""
         under = f" ({condition})" if condition else ""
-        said = f"{word.upper()}{under}: {error}{one.reason}. Source: {_source(name)}"
+        said = f"{word.upper()}{under}: {error}{one.reason}. Source: {sources[name]}"
         shown = one.computed if isinstance(one.computed, str) else _digits(one.computed, one)
         rows.append(one._replace(computed=shown, reason=said))
     return [head, *rows]
@@ -466,16 +460,6 @@ RULE = (
     "Ours agrees if it gives the printed digits when rounded, or lies within the printed scatter, up to its "
     "numerical error, which is the change by the last halving of steps and cells."
 )
-
-
-def _source(name: str) -> str:
-    """Return where a number stands; "the same" is that of the entry before."""
-    source = ""
-    for entry, expected in row.entries.items():
-        source = source if expected.source == "the same" else expected.source
-        if entry == name:
-            break
-    return source
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

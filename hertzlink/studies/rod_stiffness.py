@@ -220,12 +220,8 @@ def _waves(data: xr.Dataset) -> list[Row]:
 def _contacts(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
     tried = f"{candidates.spoken(data.wall_durations)}. {candidates.listed(data.tried_contact_time, 1e6)}"
-    durations = []
-    for wall in WALLS:
-        moved = data.wall_displacement.sel(wall=wall, bead=BEADS).values
-        begin, end = np.flatnonzero(np.diff(moved > 0.01 * moved.max()))[:2]
-        durations.append(float(data.time[end] - data.time[begin]) * 1e6)
-    return _both(data, "contact with", "contact_time", 1e6, tried, displaced=durations)
+    durations = 1e6 * data.wall_durations.sel(reading=candidates.DISPLACED)
+    return _both(data, "contact with", "contact_time", 1e6, tried, displaced=durations.values.tolist())
 
 
 def _displaced(data: xr.Dataset) -> Iterable[Row]:

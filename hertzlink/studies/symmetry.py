@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies.deformable_chain import WALL
+from hertzlink.studies.results import over
 from hertzlink.studies.table import SIMULATED, Row, Rows
 from particles.deformable.solid_vibration import vibration_of_solid
 from particles.deformable.vibration import Vibration, vibration
@@ -71,13 +71,16 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: larger cells in three dimensions. jobs: always one process, because there are only three runs.
     """
     chosen = models(quick)
-    waves = xr.concat([measure(model.run()) for model in watched(chosen.values())], "model")
-    laws = [model.law.force(APPROACHES) for model in chosen.values()]
-    frequencies = [model.vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi) for model in chosen.values()]
-    return waves.assign(
-        law=(("model", "approach"), laws, {"units": "N", "long_name": "contact law"}),
-        frequency=(("model", "mode"), frequencies, {"units": "Hz", "long_name": "frequency of a free bead"}),
-    ).assign_coords(model=list(chosen), approach=("approach", APPROACHES, {"units": "m"}), mode=np.arange(1, MODES))
+
+    def of_model(model: str) -> xr.Dataset:
+        frequencies = chosen[model].vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi)
+        return measure(chosen[model].run()).assign(
+            law=("approach", chosen[model].law.force(APPROACHES), {"units": "N", "long_name": "contact law"}),
+            frequency=("mode", frequencies, {"units": "Hz", "long_name": "frequency of a free bead"}),
+        )
+
+    data = over(of_model, model=list(chosen))
+    return data.assign_coords(approach=("approach", APPROACHES, {"units": "m"}), mode=np.arange(1, MODES))
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:

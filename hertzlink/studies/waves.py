@@ -228,10 +228,9 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
 def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the wave speed against peak contact force, and the contact laws."""
     curves = [data.sel(curve=label).sortby(data.sel(curve=label).peak_force) for label in data.curve.values]
-    laws = [(str(label), data.force.sel(curve=label).values) for label in data.curve.values]
     return {
         "speed_force": draw.compared(line(curve, str(curve.curve.values)) for curve in curves),
-        "laws": draw.contact_laws(data.approach.values, laws),
+        "laws": draw.contact_laws(data.force, "curve"),
     }
 
 
