@@ -437,12 +437,9 @@ def _verdict(one: Row) -> tuple[str, str]:
 def table(data: xr.Dataset) -> list[Row]:
     """Return the counts, then each number; a reason has verdict, numerical error, set-up and source."""
     entries = judged(data)
-    sources, last = dict[str, str](), ""
-    for name, entry in row.entries.items():
-        last = last if entry.source == "the same" else entry.source
-        sources[name] = last
-    abstract = sum(ABSTRACT in source for source in sources.values())
-    read = len(entries) - abstract - sum(MEMORY in source for source in sources.values())
+    source = sources()
+    abstract, unread = (sum(word in text for text in source.values()) for word in (ABSTRACT, MEMORY))
+    read = len(entries) - abstract - unread
     said = verdicts.in_words(verdicts.counted(verdicts.Verdict(word) for _, _, word, _ in entries))
     words = f"{said}; the text of {read} was read, of {abstract} the abstract. {RULE}"
     head, errors = Row(f"{len(entries)} numbers", "", "", reason=words), data.error.to_series().to_dict()
@@ -450,7 +447,7 @@ def table(data: xr.Dataset) -> list[Row]:
     for name, one, word, condition in entries:
         error = f"numerical error {f'{errors[name]:.1g} {one.unit}'.strip()}; " if name in errors else ""
         under = f" ({condition})" if condition else ""
-        said = f"{word.upper()}{under}: {error}{one.reason}. Source: {sources[name]}"
+        said = f"{word.upper()}{under}: {error}{one.reason}. Source: {source[name]}"
         shown = one.computed if isinstance(one.computed, str) else _digits(one.computed, one)
         rows.append(one._replace(computed=shown, reason=said))
     return [head, *rows]
@@ -460,6 +457,15 @@ RULE = (
     "Ours agrees if it gives the printed digits when rounded, or lies within the printed scatter, up to its "
     "numerical error, which is the change by the last halving of steps and cells."
 )
+
+
+def sources() -> dict[str, str]:
+    """Return where each number stands; "the same" is the source of the entry before."""
+    each, last = dict[str, str](), ""
+    for name, entry in row.entries.items():
+        last = last if entry.source == "the same" else entry.source
+        each[name] = last
+    return each
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

@@ -153,7 +153,7 @@ def test_every_number_has_a_source_and_a_set_up() -> None:
     entries = study.row.entries
     assert len(entries) >= 40
     assert all(entry.source and entry.reason for entry in entries.values())
-    assert sum(study.MEMORY not in study._source(name) for name in entries) >= 35
+    assert sum(study.MEMORY not in source for source in study.sources().values()) >= 35
 
 
 @pytest.mark.thorough
