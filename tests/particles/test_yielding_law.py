@@ -386,3 +386,11 @@ def test_elastic_waves_say_what_a_fresh_spot_returns() -> None:
     assert abs(ratio - float(hl.amplitude_ratio(dented, 7))) < error < wave.amplitude_ratio - ratio
     assert f"on a fresh spot AR ≈ {ratio:.2f} ± 0.05" in repr(wave)
     assert hl.reflections(dented, 7).primary.fresh_spot is None
+
+
+@pytest.mark.filterwarnings("ignore:yield")
+def test_a_chain_from_which_nothing_comes_back_has_no_fresh_spot() -> None:
+    """AR on a fresh spot belongs to a wave that comes back; without one the run holds no numbers of it."""
+    run = hl.CoSimulation(hl.Chain([SOFT] * 8, SOFT, 0.4), None).run(2e-4)
+    assert "times the pressure" in run.attrs["warnings"]
+    assert "fresh_spot" not in run.attrs
