@@ -5,7 +5,8 @@ library reads them. This reader understands what a file states about the mesh, o
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
@@ -57,6 +58,8 @@ FACES = {
 """Corners of the faces S1 to S6 of solids and of the edges E1 to E4 of shells."""
 
 FACET = {2: "line", 3: "triangle", 4: "quad"}
+
+WHAT = {"NSET": "nodes", "ELSET": "elements"}
 
 SCOPES = {"PART": "END PART", "INSTANCE": "END INSTANCE"}
 
@@ -150,11 +153,10 @@ class Card(NamedTuple):
 
 @dataclass
 class Members:
-    """A set as the file lists it: numbers, ranges of numbers, and names of other sets, each with its line."""
+    """A set as the file lists it: numbers and names of other sets, each with its line and its instance."""
 
     name: str
-    numbers: list[tuple[Line, str, list[int]]] = field(default_factory=list)
-    ranges: list[tuple[Line, str, range]] = field(default_factory=list)
+    numbers: list[tuple[Line, str, Sequence[int]]] = field(default_factory=list)
     others: list[tuple[Line, str, str]] = field(default_factory=list)
 
 
@@ -382,7 +384,7 @@ class _Reader:
         if card.name == "NSET" and card.options.get("ELSET"):
             members.others.append((card.head, instance, "ELSET " + card.options["ELSET"]))
         if "GENERATE" in card.options:
-            members.ranges += [(line, instance, _range(line)) for line in card.rows]
+            members.numbers += [(line, instance, _range(line)) for line in card.rows]
             return
         for line in card.rows:
             numbers = []
@@ -526,15 +528,27 @@ class _Flat:
         """Return the meshio.Mesh with the sets of all scopes."""
         import meshio  # type: ignore[import-untyped]
 
-        places = [place for scope in self.scopes.values() for place in scope.nodes.values()]
+        scopes = self.scopes.values()
+        places = [place for scope in scopes for place in scope.nodes.values()]
         if not places or not self.kinds:
             raise ValueError(f"mesh = {name!r}: has no *NODE or no *ELEMENT that is read")
-        sets = {kind: self._named(kind) for kind in ("NSET", "ELSET")}
-        for scope in self.scopes.values():
+        sets = {
+            kind: self._by_name(
+                (scope, members.name, self._resolved(scope, kind, key, ()))
+                for scope in scopes
+                for key, members in scope.sets[kind].items()
+            )
+            for kind in WHAT
+        }
+        surfaces = self._by_name(
+            (scope, name, [facet for line in rows for facet in self._facets(scope, line)])
+            for scope in scopes
+            for name, rows in scope.surfaces.values()
+        )
+        for scope in scopes:
             if scope.name:
                 members = list(self.index["ELSET"][scope.name.upper()].values())
                 sets["ELSET"].setdefault(scope.name, np.array(members, dtype=np.int64))
-        surfaces = self._surfaces()
         kinds = np.array([list(self.kinds).index(kind) for kind, _ in self.kind_of])
         within = np.array([i for _, i in self.kind_of])
         blocks = [(kind, np.array(cells, dtype=np.int64)) for kind, cells in self.kinds.items()]
@@ -554,17 +568,15 @@ class _Flat:
         numbers = {NODE_NUMBERS: np.array([*flat[0]], dtype=np.int64)} if len(flat) == 1 else {}
         return meshio.Mesh(np.array(places), blocks, numbers, point_sets=sets["NSET"], cell_sets=in_blocks)
 
-    def _named(self, kind: str) -> dict[str, Any]:
-        """Return the sets by name; a name that several scopes use is that of none alone."""
-        every = [(scope, key) for scope in self.scopes.values() for key in scope.sets[kind]]
-        members_by_name = {}
-        for scope, key in every:
-            name, members = scope.sets[kind][key].name, self._resolved(scope, kind, key, ())
-            if scope.name:
-                members_by_name[f"{scope.name}.{name}"] = members
-            if sum(other == key for _, other in every) == 1:
-                members_by_name[name] = members
-        return members_by_name
+    @staticmethod
+    def _by_name(every: Iterable[tuple[Scope, str, Any]]) -> dict[str, Any]:
+        """Return what scopes define by name; a name that several scopes use is that of none alone."""
+        every = [*every]
+        uses, by_name = Counter(name.upper() for _, name, _ in every), dict[str, Any]()
+        for scope, name, members in every:
+            by_name |= {f"{scope.name}.{name}": members} if scope.name else {}
+            by_name |= {name: members} if uses[name.upper()] == 1 else {}
+        return by_name
 
     def _resolved(self, scope: Scope, kind: str, key: str, above: tuple[tuple[str, str, str], ...]) -> Any:
         """Return the indices of the nodes or elements of a set; a warning where some do not exist."""
@@ -576,16 +588,16 @@ class _Flat:
         pieces: list[Any] = []
         for line, instance, numbers in members.numbers:
             index, unread = self._numbers(line, scope, instance, kind)
-            missing = [number for number in numbers if number not in index and number not in unread]
-            self._miss(line, members.name, kind, missing[:1], len(missing))
-            pieces.append(np.array([index[number] for number in numbers if number in index], dtype=np.int64))
-        for line, instance, generated in members.ranges:
-            index, unread = self._numbers(line, scope, instance, kind)
-            inside = [number for number in (*index, *unread) if number in generated]
-            lacking = len(generated) - len(inside)
-            first = [next(n for n in generated if n not in index and n not in unread)] if lacking else []
-            self._miss(line, members.name, kind, first, lacking)
-            pieces.append(np.array([index[number] for number in inside if number in index], dtype=np.int64))
+            # A range may be longer than all numbers there are.
+            few = numbers if len(numbers) < len(index) + len(unread) else [n for n in (*index, *unread) if n in numbers]
+            existing = [number for number in few if number in index or number in unread]
+            if lacking := len(numbers) - len(existing):
+                first = next(number for number in numbers if number not in index and number not in unread)
+                caution(
+                    f"mesh = {line.file!r}, line {line.number}: {lacking} of the {WHAT[kind]} of the set "
+                    f"{members.name!r} do not exist, the first {first}; they are left out"
+                )
+            pieces.append(np.array([index[number] for number in existing if number in index], dtype=np.int64))
         for line, instance, name in members.others:
             pieces.append(self._other(line, scope, instance, kind, name, (*above, path)))
         self.done[path] = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *pieces]))
@@ -616,29 +628,7 @@ class _Flat:
                 return np.array([index[int(last)]], dtype=np.int64)
         elif inside is not None and last.upper() in inside.sets[kind]:
             return self._resolved(inside, kind, last.upper(), above)
-        raise line.fail(f"{name!r} is no {'node' if kind == 'NSET' else 'element'}, and no set that is defined")
-
-    @staticmethod
-    def _miss(line: Line, name: str, kind: str, first: list[int], count: int) -> None:
-        if count:
-            what = "nodes" if kind == "NSET" else "elements"
-            caution(
-                f"mesh = {line.file!r}, line {line.number}: {count} of the {what} of the set {name!r} do not exist, "
-                f"the first {first[0]}; they are left out"
-            )
-
-    def _surfaces(self) -> dict[str, list[tuple[int, ...]]]:
-        """Return the corners of the facets of each surface; its name as that of a set."""
-        every = [(scope, key) for scope in self.scopes.values() for key in scope.surfaces]
-        facets_by_name: dict[str, list[tuple[int, ...]]] = {}
-        for scope, key in every:
-            name, rows = scope.surfaces[key]
-            facets = [facet for line in rows for facet in self._facets(scope, line)]
-            if facets and scope.name:
-                facets_by_name[f"{scope.name}.{name}"] = facets
-            if facets and sum(other == key for _, other in every) == 1:
-                facets_by_name[name] = facets
-        return facets_by_name
+        raise line.fail(f"{name!r} is no {WHAT[kind].removesuffix('s')}, and no set that is defined")
 
     def _facets(self, scope: Scope, line: Line) -> Iterator[tuple[int, ...]]:
         who, face = (*line.fields, "", "")[:2]
