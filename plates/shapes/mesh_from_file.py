@@ -11,15 +11,27 @@ from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import positive
 from structures.meshes.mesh_files import read_mesh, source_of
-from structures.meshes.mesh_reading import Numbers, Tag, Tags, cells_of, names, near, points_of, tagged_facets, used
+from structures.meshes.mesh_reading import (
+    FLAT_CORNERS,
+    Numbers,
+    Tag,
+    Tags,
+    box_of,
+    cells_of,
+    check_scale,
+    names,
+    near,
+    points_of,
+    tagged_facets,
+    used,
+)
 from structures.meshes.mesh_topology import check_joined, merged, once
-from structures.meshes.split_cells import QUADRILATERAL, TRIANGLE, triangles
+from structures.meshes.split_cells import QUADRILATERAL, TRIANGLE, edge_lengths, triangles
 from structures.structure import Vector
 from structures.units import readable
 
-LONGEST_SIDE, THINNEST = 10.0, 2e-4
-"""A mesh longer than the first, m, or of a plate thinner than the second part of its length, is probably in
-millimetres."""
+THINNEST = 2e-4
+"""A plate thinner than this part of its length is probably in millimetres."""
 
 OUT_OF_PLANE = 1e-6
 """Points may lie out of the plane by this part of the longest side."""
@@ -32,9 +44,6 @@ STEEPEST = 0.9
 
 TOO_LONG = 1.5
 """Sides of a mesh from a file may be longer than the coarsest cell that the waves require by this factor."""
-
-CELLS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-"""meshio's types of cells, and their numbers of corners."""
 
 LINES = {"line": 2, "line3": 2}
 
@@ -63,13 +72,15 @@ class FlatMesh:
         points = self.scale * points_of(read, flat=True)
         cells = _faces(read)
         count = cells.shape[1]
-        alias = merged(points, np.unique(cells), float(_edges(points, cells).min()), merge)
+        sides = TRIANGLE if count == 3 else QUADRILATERAL
+        alias = merged(points, np.unique(cells), float(edge_lengths(points, cells, sides).min()), merge)
         cells = once(alias[cells], count)[0]
         points, cells, number = used(points, cells, count, alias)
-        _check_size(points, thickness, scale)
+        thin = thickness < THINNEST * np.ptp(points, axis=0).max()
+        check_scale(points, thin, f"with a thickness of {thickness:.3g} m", scale)
         points = _in_its_plane(points)
         cells = _upright(points, cells)
-        check_joined(points, cells, TRIANGLE if count == 3 else QUADRILATERAL, float(_edges(points, cells).min()))
+        check_joined(points, cells, sides, float(edge_lengths(points, cells, sides).min()))
         make = MeshTri if count == 3 else MeshQuad
         mesh = make(np.ascontiguousarray(points[:, :2].T), np.ascontiguousarray(cells.T))
         self._tags: Tags = tagged_facets(read, mesh, number, LINES, tags)
@@ -153,7 +164,7 @@ class FlatMesh:
 def _faces(source: Any) -> Numbers:
     """Return the corners of the cells that fill the plate; triangles where the file has quadrilaterals as well."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
-    solid = sorted(kinds - set(CELLS))
+    solid = sorted(kinds - set(FLAT_CORNERS))
     if solid:
         raise ValueError(f"mesh: has cells of type {names(solid)}; a panel's mesh is flat, see solid(...) for bodies")
     if not kinds:
@@ -163,30 +174,12 @@ def _faces(source: Any) -> Numbers:
     faces: dict[int, list[Numbers]] = {3: [], 4: []}
     for i, block in enumerate(source.cells):
         if block.type in kinds:
-            faces[CELLS[block.type]].append(cells_of(source, i)[:, : CELLS[block.type]])
+            faces[FLAT_CORNERS[block.type]].append(cells_of(source, i)[:, : FLAT_CORNERS[block.type]])
     if not (faces[3] and faces[4]):
         return np.concatenate(faces[3] or faces[4])
     quadrilaterals = np.concatenate(faces[4])
     caution(f"mesh: its {len(quadrilaterals)} quadrilaterals are split, as it has triangles as well")
     return np.concatenate([*faces[3], *triangles(quadrilaterals)])
-
-
-def _edges(points: Vector, cells: Numbers) -> Vector:
-    """Return the lengths of the sides of each cell, m."""
-    return np.asarray(np.linalg.norm(points[cells] - points[np.roll(cells, 1, axis=1)], axis=2))
-
-
-def _check_size(points: Vector, thickness: float, scale: float | None) -> None:
-    sides = np.ptp(points, axis=0)
-    if scale is None and (sides.max() > LONGEST_SIDE or thickness < THINNEST * sides.max()):
-        raise ValueError(
-            f"mesh: its box is {_box(sides)} m, with a thickness of {thickness:.3g} m: in millimetres? "
-            "Give scale=1e-3, or scale=1.0 if it is in m"
-        )
-
-
-def _box(sides: Vector) -> str:
-    return " × ".join(f"{side:.3g}" for side in sides)
 
 
 def _in_its_plane(points: Vector) -> Vector:
@@ -200,7 +193,7 @@ def _in_its_plane(points: Vector) -> Vector:
         return points
     normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
     if np.ptp(points @ normal) > OUT_OF_PLANE * sides.max():
-        raise ValueError(f"mesh: is not flat, its box is {_box(sides)} m; must lie in a plane")
+        raise ValueError(f"mesh: is not flat, its box is {box_of(points)} m; must lie in a plane")
     # Axes of coordinates in the plane stay exact.
     normal = np.where(np.abs(normal) < OUT_OF_PLANE, 0.0, normal)
     normal = normal / np.linalg.norm(normal)

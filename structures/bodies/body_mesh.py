@@ -11,10 +11,12 @@ from structures.checks import instance, positive
 from structures.material import Material
 from structures.meshes.mesh_files import read_mesh
 from structures.meshes.mesh_reading import (
+    FLAT_CORNERS,
     Numbers,
     Tag,
     Tags,
     cells_of,
+    check_scale,
     hint_of,
     names,
     near,
@@ -27,10 +29,8 @@ from structures.meshes.mesh_topology import check_joined, merged, once
 from structures.meshes.split_cells import BY_CORNERS, edge_lengths, tetrahedra
 from structures.structure import Vector
 
-LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02
-"""m. A body is assumed to be in millimetres if it is larger than LONGEST_SIDE, or if all its edges are longer than
-SHORTEST_EDGE (a quarter of the wavelength of a shear wave of 40 kHz in steel).
-"""
+SHORTEST_EDGE = 0.02
+"""m. A body whose edges all are longer is probably in millimetres: a quarter of a shear wave of 40 kHz in steel."""
 
 FLAT_JACOBIAN = 1e-9
 """A cell is flat if its Jacobian at a corner is below this fraction of the cube of its size."""
@@ -49,13 +49,10 @@ CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
 }
 """For each of meshio's cell types: scikit-fem's mesh and element, the number of corners, the order of integration."""
 
-FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-"""meshio's types of facets and their numbers of corners."""
-
 SPLIT = {"wedge": 6, "wedge15": 6, "wedge18": 6, "pyramid": 5, "pyramid13": 5, "pyramid14": 5}
 """Further types of cells, which are split into tetrahedra, and their numbers of corners."""
 
-IGNORED_CELL_TYPES = {"vertex", "line", "line3", *FACET_CORNERS}
+IGNORED_CELL_TYPES = {"vertex", "line", "line3", *FLAT_CORNERS}
 
 CORNER_NEIGHBOURS = {
     4: ((0, 1, 2, 3),),
@@ -90,7 +87,7 @@ class BodyMesh:
         cells, renumbered = once(cells, corners)
         points, cells, number = used(points, cells, corners, alias)
         edges = edge_lengths(points, cells[:, :corners])
-        _check_scale(points, edges, scale)
+        check_scale(points, edges.min() > SHORTEST_EDGE, f"its shortest edge {edges.min():.3g} m", scale)
         _check_shapes(points, cells[:, :corners])
         check_joined(points, cells[:, :corners], BY_CORNERS[corners], float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
@@ -102,7 +99,7 @@ class BodyMesh:
             for tag, members in tagged(read, blocks, 3, tags).items()
         }
         self.cells = Tags(groups, hint_of(read, tags))
-        self.facets = tagged_facets(read, self.mesh, number, FACET_CORNERS, tags)
+        self.facets = tagged_facets(read, self.mesh, number, FLAT_CORNERS, tags)
 
     def materials(self, material: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
         """Return the materials, and for each cell the index of its material."""
@@ -204,15 +201,6 @@ def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numb
     turned = _volumes_of(edges) < 0.0
     cells[turned] = cells[turned][:, [0, 2, 1, 3]]
     return cells, parent
-
-
-def _check_scale(points: Vector, edges: Vector, scale: float | None) -> None:
-    sides = np.ptp(points, axis=0)
-    if scale is None and (sides.max() > LONGEST_SIDE or edges.min() > SHORTEST_EDGE):
-        raise ValueError(
-            f"mesh: its box is {' × '.join(f'{side:.3g}' for side in sides)} m, its shortest edge {edges.min():.3g} m: "
-            "in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
-        )
 
 
 def _check_shapes(points: Vector, corners: Numbers) -> None:

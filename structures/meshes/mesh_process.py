@@ -13,13 +13,6 @@ BY_MESHIO = {
 }  # fmt: skip
 """Formats that meshio reads, and its names for them."""
 
-KINDS = {
-    1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 6: "wedge", 7: "pyramid", 8: "line3",
-    9: "triangle6", 10: "quad9", 11: "tetra10", 12: "hexahedron27", 15: "vertex", 16: "quad8", 17: "hexahedron20",
-    18: "wedge15",
-}  # fmt: skip
-"""gmsh's numbers of cell types, and meshio's names."""
-
 ORDER = {
     "tetra10": (0, 1, 2, 3, 4, 5, 6, 7, 9, 8),
     "hexahedron20": (0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15),
@@ -55,6 +48,7 @@ def by_gmsh(path: str) -> dict[str, Any]:
     """Return the points, cells and groups; where the file has no groups, the numbers of its bodies and faces."""
     import gmsh
     import numpy as np
+    from meshio.gmsh import gmsh_to_meshio_type  # type: ignore[import-untyped]
 
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     for option, value in (("General.Terminal", 0.0), ("General.NumThreads", 1.0)):
@@ -75,9 +69,9 @@ def by_gmsh(path: str) -> dict[str, Any]:
             at = order[np.minimum(at, len(order) - 1)].reshape(-1, count)
             if len(tags) == 0 or (tags[at].ravel() != nodes).any():
                 raise ValueError("a cell has a point that is not defined")
-            if int(kind) not in KINDS:
+            if int(kind) not in gmsh_to_meshio_type:
                 raise ValueError(f"cells of type {called}, which no body here is made of")
-            name = KINDS[int(kind)]
+            name = gmsh_to_meshio_type[int(kind)]
             cells.append((name, at[:, ORDER[name]] if name in ORDER else at))
             block_of.setdefault((dimension, entity), []).append(len(cells) - 1)
     groups = [

@@ -16,6 +16,12 @@ Tag: TypeAlias = str | int
 Groups: TypeAlias = dict[Tag, Numbers]
 
 
+LONGEST_SIDE = 10.0
+"""m. Longer bodies and plates are assumed to be in millimetres."""
+
+FLAT_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+"""meshio's types of flat cells and their numbers of corners."""
+
 FARTHEST = 1e12
 """Coordinates are smaller, in any unit of length."""
 
@@ -165,6 +171,23 @@ def _numbers(source: Any, blocks: list[int], field: str | None) -> Numbers:
     numbers = np.concatenate([np.asarray(source.cell_data[chosen][i]).ravel() for i in blocks]).astype(np.int64)
     # gmsh writes a group that is turned over as a negative number, and cells of no group as 0.
     return np.where(numbers == 0, UNTAGGED, np.abs(numbers)) if chosen == "gmsh:physical" else numbers
+
+
+def check_scale(points: Vector, unlikely: float | bool, what: str, scale: float | None) -> None:
+    """Raise a ValueError for a mesh that is probably in millimetres: longer than LONGEST_SIDE, or for what was found.
+
+    what: that, in words. scale: m per unit of the mesh, where the user gave it.
+    """
+    sides = np.ptp(points, axis=0)
+    if scale is None and (sides.max() > LONGEST_SIDE or unlikely):
+        raise ValueError(
+            f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
+        )
+
+
+def box_of(points: Vector) -> str:
+    """Return the sides of the box around points, in words."""
+    return " × ".join(f"{side:.3g}" for side in np.ptp(points, axis=0))
 
 
 def near(corners: Vector) -> str:

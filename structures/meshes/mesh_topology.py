@@ -52,7 +52,7 @@ def merged(points: Vector, used: Numbers, shortest: float, distance: float | Non
 
 def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
     """Return the cells without those that are listed again, and the new number of each cell."""
-    _, first, number = _equal(np.sort(cells[:, :corners], axis=1))
+    first, number = _kinds(np.sort(cells[:, :corners], axis=1))
     counted = np.sort(first)
     if counted.size < len(cells):
         caution(
@@ -70,8 +70,8 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     place = np.array(sides)
     facets = corners[:, place].reshape(-1, place.shape[1])
     owner = np.repeat(np.arange(len(corners)), len(place))
-    order, first, same = _equal(np.sort(facets, axis=1))
-    times = np.bincount(same)
+    first, same = _kinds(np.sort(facets, axis=1))
+    order, times = np.argsort(same, kind="stable"), np.bincount(same)
     if times.max() > 2:
         raise ValueError(
             f"mesh: {times.max()} cells share a side near {near(points[facets[first[times.argmax()]]])}; cells must "
@@ -90,13 +90,10 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     _check_hinges(points, corners, np.tile(place, (len(corners), 1)), facets, owner, left, right)
 
 
-def _equal(rows: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Return the rows in an order where equal ones follow each other; the first of each kind; and each row's kind."""
-    order = np.lexsort(rows.T[::-1])
-    new = np.concatenate([[True], (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
-    kind = np.empty(len(rows), dtype=np.int64)
-    kind[order] = np.cumsum(new) - 1
-    return order, order[new], kind
+def _kinds(rows: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the first row of each kind, and each row's kind."""
+    _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first, kind.ravel()
 
 
 def _sense(facets: Numbers) -> Numbers:

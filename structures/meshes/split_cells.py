@@ -49,8 +49,9 @@ def tetrahedra(cells: Numbers) -> tuple[Numbers, Numbers]:
     return np.concatenate(parts), np.concatenate(owner)
 
 
-def edge_lengths(points: Vector, corners: Numbers) -> Vector:
-    """Return the lengths of the edges of cells with 4, 5, 6 or 8 corners, m."""
-    pairs = {tuple(sorted((side[i - 1], side[i]))) for side in BY_CORNERS[corners.shape[1]] for i in range(len(side))}
+def edge_lengths(points: Vector, corners: Numbers, sides: Sides = ()) -> Vector:
+    """Return the lengths of the edges of cells, m. sides: of flat cells; of others they follow from their corners."""
+    of_cell = sides or BY_CORNERS[corners.shape[1]]
+    pairs = {tuple(sorted((side[i - 1], side[i]))) for side in of_cell for i in range(len(side))}
     first_ends, last_ends = np.array(sorted(pairs)).T
     return np.asarray(np.linalg.norm(points[corners[:, first_ends]] - points[corners[:, last_ends]], axis=2))
