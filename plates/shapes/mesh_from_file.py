@@ -57,6 +57,8 @@ class FlatMesh:
     a plate.
     """
 
+    kind, fixed = "panel", True
+
     def __init__(
         self,
         source: Any,
@@ -99,16 +101,6 @@ class FlatMesh:
     def names(self) -> list[Tag]:
         """The names and numbers of the edges."""
         return list(self._mesh.edges)
-
-    @property
-    def kind(self) -> str:
-        """The last word of a plate's kind in results."""
-        return "panel"
-
-    @property
-    def fixed(self) -> bool:
-        """True if one mesh serves all contacts."""
-        return True
 
     @property
     def box(self) -> tuple[float, float, float, float]:

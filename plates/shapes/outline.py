@@ -64,6 +64,8 @@ class Outline:
     holes: tuple[tuple[Place, ...], ...] = ()
     edges: tuple[str, ...] = ()
 
+    kind, fixed = "panel", False
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", _corners("corners", self.corners))
         single = isinstance(self.holes, str) or getattr(self.holes, "ndim", None) == 0
@@ -83,16 +85,6 @@ class Outline:
             for j, other in enumerate(rings):
                 if i != j and _within(other, ring[0]):
                     raise ValueError(f"holes[{i}]: lies in holes[{j}]")
-
-    @property
-    def kind(self) -> str:
-        """The last word of a plate's kind in results."""
-        return "panel"
-
-    @property
-    def fixed(self) -> bool:
-        """True if one mesh serves all contacts: each set of contacts has its own."""
-        return False
 
     @property
     def box(self) -> tuple[float, float, float, float]:

@@ -29,15 +29,7 @@ class Rectangle:
     width: float
     cells: tuple[int, int] | None = None
 
-    @property
-    def kind(self) -> str:
-        """The last word of a plate's kind in results."""
-        return "plate"
-
-    @property
-    def names(self) -> list[Tag]:
-        """The four sides."""
-        return list(SIDES)
+    kind, names = "plate", SIDES
 
     @property
     def box(self) -> tuple[float, float, float, float]:

@@ -1,5 +1,6 @@
 """The protocol of a plate's shape: named edges, and a mesh for each set of contact points."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -56,7 +57,7 @@ class Shape(Protocol):
         ...
 
     @property
-    def names(self) -> list[Tag]:
+    def names(self) -> Sequence[Tag]:
         """The names of its edges."""
         ...
 
