@@ -47,7 +47,8 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
     for i, (one_x, one_y, one_face) in enumerate(zip(xs, ys, faces, strict=True)):
         contact = Contact(one_x, one_y, one_of(f"face[{i}]", one_face, FACES), f"[{i}]" if len(xs) > 1 else "")
         for j, other in enumerate(contacts):
-            if other.face == contact.face and _same(contact, other):
+            same = isclose(one_x, other.x, rel_tol=SAME) and isclose(one_y, other.y, rel_tol=SAME)
+            if same and other.face == contact.face:
                 raise ValueError(
                     f"x, y: contacts {j} and {i} are at one place, {one_x:.6g}, {one_y:.6g} m, on the {one_face}; "
                     "must be apart, or on opposite faces"
@@ -86,7 +87,3 @@ def _many(values: Any) -> bool:
 def _numbers(name: str, given: Any) -> list[float]:
     values = listed(name, given, object, "numbers of m, one for each contact")
     return [finite(f"{name}[{i}]", value, "m") for i, value in enumerate(values)]
-
-
-def _same(contact: Contact, other: Contact) -> bool:
-    return isclose(contact.x, other.x, rel_tol=SAME) and isclose(contact.y, other.y, rel_tol=SAME)

@@ -6,8 +6,6 @@ from functools import partial
 from math import inf
 from typing import Any
 
-from scipy import sparse
-
 from plates.elements.field import PlateSampler
 from plates.section import Section, check_thickness, homogeneous_section, section_data
 from structures.checks import instance, short
@@ -79,12 +77,13 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     check_thickness(new.thickness, min(structure.origin.get(side, inf) for side in ("length", "width")))
     heavier, stiffer = factors(old, new.thickness, new.struck.youngs_modulus, new.struck.density)
     faster = wave_speed(old, new)
-    field, oscillators = structure.field, _identity(structure.mass)
+    field, mass = structure.field, structure.mass
+    oscillators = mass.nnz == mass.shape[0] and bool((mass.diagonal() == 1.0).all())
     # Modes keep M = I, so their shapes scale with 1/√mass and their ω² with the square of the wave speed; a plate on
     # a mesh keeps its shapes, and M and K scale.
     if oscillators:
         smaller = heavier**-0.5
-        mass, stiffness = structure.mass, faster**2 * structure.stiffness
+        stiffness = faster**2 * structure.stiffness
     else:
         smaller = 1.0
         mass, stiffness = heavier * structure.mass, stiffer * structure.stiffness
@@ -146,10 +145,6 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
             return wall
         why = "its section is not that of its thickness and material"
     raise ValueError(f"{name}: this {kind} does not scale with thickness and material, as {why}")
-
-
-def _identity(mass: sparse.csr_array) -> bool:
-    return mass.nnz == mass.shape[0] and bool((mass.diagonal() == 1.0).all())
 
 
 def _origin(origin: Mapping[str, Any], section: Section, faster: float) -> dict[str, Any]:

@@ -38,15 +38,11 @@ def remaining_flexibility(section: Section, radius: float) -> float:
 
     2J₁(ka)/ka is the disc's mean. The stiffness of anisotropic walls is averaged over all directions.
     """
-    rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
+    # The harmonic mean of D over all directions governs the deflection under a point force.
+    rigidity, shear = float(1.0 / (1.0 / all_around(section)).mean()), float(np.sqrt(np.linalg.det(section.shear)))
     bend, thickness = bending_by_poisson(section, radius), section.thickness
     ratio = log(thickness / radius)
     plate = radius**2 / rigidity * (MEAN_OF_BENDING - ratio / 4.0)
     plate += (1.0 / shear - 2.0 * bend / rigidity) * (ratio + MEAN_OF_LOGARITHM)
     plate += 2.0 * bend**2 / (rigidity * radius**2)
     return (LAYER * thickness**2 / (12.0 * rigidity) - plate) / (2.0 * pi)
-
-
-def _rigidity(section: Section) -> float:
-    """Return the harmonic mean of D over all directions, N m, which governs the deflection under a point force."""
-    return float(1.0 / (1.0 / all_around(section)).mean())

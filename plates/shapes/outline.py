@@ -179,7 +179,8 @@ class Outline:
         apart = np.abs(points[:, None] - points[None]).max(axis=2) + np.tri(len(points)) * 2.0 * near
         for first, second in np.argwhere(apart <= near):
             (one, i), (other, j) = places[first], places[second]
-            raise ValueError(f"{one}[{i}] and {other}[{j}] coincide at {_text(points[first])} m; give each corner once")
+            at = "({:.4g}, {:.4g}) m".format(*points[first])
+            raise ValueError(f"{one}[{i}] and {other}[{j}] coincide at {at}; give each corner once")
 
     def _check_crossings(self) -> None:
         starts, ends, labels = [], [], []
@@ -295,7 +296,3 @@ def _folds_back(ring: Vector, i: int, j: int) -> bool:
     back, ahead = before - corner, after - corner
     across = abs(back[0] * ahead[1] - back[1] * ahead[0])
     return bool(across <= COINCIDE * np.linalg.norm(back) * np.linalg.norm(ahead) and back @ ahead > 0.0)
-
-
-def _text(point: Vector) -> str:
-    return f"({point[0]:.4g}, {point[1]:.4g})"

@@ -229,14 +229,13 @@ def _nodes(count: int) -> NDArray[np.intp]:
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], NDArray[np.intp], Vector]:
     """Return the number of elements in each layer, the layer of each element, and its length, m."""
-    counts = [fineness().cells * _count(layer) if elements is None else elements for layer in layers]
+    travels = (layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME) for layer in layers)
+    counts = [
+        fineness().cells * max(FEWEST_ELEMENTS, ceil(travel)) if elements is None else elements for travel in travels
+    ]
     if sum(counts) > MOST_ELEMENTS:
         raise ValueError(
             f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"
         )
     widths = [layer.length / count for layer, count in zip(layers, counts, strict=True)]
     return counts, np.repeat(np.arange(len(layers)), counts), np.repeat(widths, counts)
-
-
-def _count(layer: Layer) -> int:
-    return max(FEWEST_ELEMENTS, ceil(layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME)))

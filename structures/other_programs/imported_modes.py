@@ -93,7 +93,8 @@ def from_modes(
     else:
         if nodes:
             raise ValueError(f"node = {nodes[0]}: is for files; shapes are those at the contact already")
-        vector = np.sqrt(scale) * _columns(numbers("shapes", shapes if shapes is not None else []))
+        columns = numbers("shapes", shapes if shapes is not None else [])
+        vector = np.sqrt(scale) * (columns.reshape(-1, 1) if columns.ndim < 2 else columns)
         modes = Modes(np.atleast_1d(numbers("frequencies", frequencies)), vector, None)
     count = modes.frequencies.size
     if modes.frequencies.ndim != 1 or not count or len(vector) != count:
@@ -134,7 +135,3 @@ def oscillators(
         surface if contacts == 1 else [surface] * contacts,
         origin,
     )
-
-
-def _columns(shapes: Vector) -> Vector:
-    return shapes.reshape(-1, 1) if shapes.ndim < 2 else shapes
