@@ -229,10 +229,9 @@ def _nodes(count: int) -> NDArray[np.intp]:
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], NDArray[np.intp], Vector]:
     """Return the number of elements in each layer, the layer of each element, and its length, m."""
-    travels = (layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME) for layer in layers)
-    counts = [
-        fineness().cells * max(FEWEST_ELEMENTS, ceil(travel)) if elements is None else elements for travel in travels
-    ]
+    travels = [ceil(layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME)) for layer in layers]
+    usual = [fineness().cells * max(FEWEST_ELEMENTS, travel) for travel in travels]
+    counts = usual if elements is None else [elements] * len(layers)
     if sum(counts) > MOST_ELEMENTS:
         raise ValueError(
             f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"
