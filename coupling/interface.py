@@ -10,7 +10,7 @@ from coupling.kernels.agreement import PIECES
 from coupling.kernels.records import REMEMBERED
 from coupling.participant import CheckedParticipant, Participant
 from coupling.results.schema import FIRST, LAST, Contact
-from coupling.state import CoupledState, Ledger, Node
+from coupling.state import Counts, CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
 from particles.moving import ChainState, MovingChain
@@ -169,8 +169,7 @@ class Interface:
             rest,
             rest,
             Ledger(rest, rest, rest, np.zeros(len(self.structures))),
-            0,
-            0.0,
+            Counts(),
             (),
             memory,
         )
@@ -239,8 +238,7 @@ class Interface:
             surface,
             force,
             Ledger(ledger.work + force * step, ledger.given + work, ledger.impulse + length * force, damped),
-            evaluations,
-            float(abs(forces - force).max()),
+            Counts(evaluations, 1, float(abs(forces - force).max())),
             (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, forces)),
             memory,
         )

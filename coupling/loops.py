@@ -80,7 +80,7 @@ def run_windows(work: Work) -> None:
             if isinstance(box, CheckedParticipant):  # no force acts in the first substep
                 box.check_rest(ends[0].surface[interface.touching[place]], PROBE * interface.indentation_scale)
         for state in ends:
-            done, counts = done + 1, counts.after(state)
+            done, counts = done + 1, counts.plus(state.counts)
             if done % plan.stride == 0:
                 frames.record(work.interface, done // plan.stride, state, counts, plan.length)
                 counts = Counts()

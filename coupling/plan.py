@@ -95,7 +95,12 @@ def plan_run(
 
     fineness: factor of the substeps in a contact that the scheme needs.
     """
-    _check_validity(interface, until)
+    valid = min(map(valid_until, interface.structures))
+    if until > valid * (1.0 + SAME_TIME):
+        raise ValueError(
+            f"until = {until!r}: the structure was reduced for runs of at most {valid} s; make it with that until, "
+            "or take a shorter one"
+        )
     adaptive = isinstance(window, Adaptive)
     if isinstance(window, float) and window > until:
         raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
@@ -145,16 +150,6 @@ def coarse(name: str, interval: float, contact_time: float) -> list[str]:
         return []
     said = f"{name} = {readable(interval, 's')}: is coarse compared with a contact"
     return [f"{said}; take at most {readable(longest, 's')}"]
-
-
-def _check_validity(interface: Interface, until: float) -> None:
-    for structure in interface.structures:
-        valid = valid_until(structure)
-        if until > valid * (1.0 + SAME_TIME):
-            raise ValueError(
-                f"until = {until!r}: the structure was reduced for runs of at most {valid} s; make it with that until, "
-                "or take a shorter one"
-            )
 
 
 def valid_until(structure: MovingStructure | CheckedParticipant) -> float:

@@ -56,14 +56,27 @@ class Differences(NamedTuple):
     answers: Vector
 
 
+class Counts(NamedTuple):
+    """Counts of some windows: of the chain, tried; substeps; and the greatest residual (N)."""
+
+    evaluations: int = 0
+    substeps: int = 0
+    residual: float = 0.0
+
+    def plus(self, other: "Counts") -> "Counts":
+        """Return the counts of both."""
+        residual = max(self.residual, other.residual)
+        return Counts(self.evaluations + other.evaluations, self.substeps + other.substeps, residual)
+
+
 class CoupledState(NamedTuple):
     """Everything at a window's end. K contacts, in the order of `Interface.contacts`.
 
     surface, m, K: displacement of the structures' contact points. force, N, K: the mean over the last substep that the
-    structures felt, above the static one. evaluations: chain windows tried in this window. residual, N: the greatest
-    difference between the forces that the chains answered and those that the structures felt. past: the last nodes,
-    newest last. memory: what the scheme starts the next window from. substeps: that led here from the state before,
-    more than one where one was halved. piece: so many substeps converged together where a window was cut, else 0.
+    structures felt, above the static one. counts: of what led here from the state before; several substeps where one
+    was halved; the residual, N, is the greatest difference between the forces that the chains answered and those that
+    the structures felt. past: the last nodes, newest last. memory: what the scheme starts the next window from. piece:
+    so many substeps converged together where a window was cut, else 0.
     """
 
     time: float
@@ -72,11 +85,9 @@ class CoupledState(NamedTuple):
     surface: Vector
     force: Vector
     ledger: Ledger
-    evaluations: int
-    residual: float
+    counts: Counts
     past: tuple[Node, ...]
     memory: Any
-    substeps: int = 1
     piece: int = 0
 
 
@@ -94,20 +105,6 @@ def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at:
                 weight *= (at - place) / (places[i] - place)
         total = weight * value + (total if i else 0.0)
     return total
-
-
-class Counts(NamedTuple):
-    """Counts since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
-
-    evaluations: int = 0
-    substeps: int = 0
-    residual: float = 0.0
-
-    def after(self, state: CoupledState) -> "Counts":
-        """Return the counts with one more substep, or its parts, which ended in this state."""
-        return Counts(
-            self.evaluations + state.evaluations, self.substeps + state.substeps, max(self.residual, state.residual)
-        )
 
 
 def as_run(state: CoupledState, counts: Counts) -> Run:

@@ -59,17 +59,9 @@ def do_run(
     task = of_run(family, number)
     start(task.run, task.rest, task.speed, moving)
     ended[number] = move_on(
-        task.run,
-        task.chains,
-        task.structure,
-        task.contacts,
-        task.search,
-        task.recorder,
-        task.trial,
-        begin,
-        window,
+        task.run, task.chains, task.structure, task.contacts, task.search, task.recorder, task.trial, begin, window,
         windows,
-    )[0]
+    )[0]  # fmt: skip
 
 
 @entry

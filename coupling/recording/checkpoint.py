@@ -26,7 +26,7 @@ from coupling.state import Counts, CoupledState, Differences, Ledger, Node
 from particles.moving import ChainState
 from structures.stepping import StructureState
 
-HEAD = b"hertzlink checkpoint 3\n"
+HEAD = b"hertzlink checkpoint 4\n"
 
 SUM = 65
 """Length of the line with the sum, bytes."""
@@ -181,15 +181,9 @@ class Keeper:
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"
             )
-        content = self._state_in(file)
-        if not isinstance(content, dict):
-            raise ValueError(f"{self.name}: {MISFIT}")
-        return content
-
-    def _state_in(self, file: BinaryIO) -> Any:
         size = os.fstat(file.fileno()).st_size - file.tell()
         try:
-            return plain.read(file, size, self.types, self.trust)
+            content = plain.read(file, size, self.types, self.trust)
         except plain.Untrusted as error:
             raise ValueError(f"{self.name}: {error}; if it is a file of your own, say trust=True") from None
         except (plain.Unreadable, *plain.NOT_TO_UNPICKLE) as error:
@@ -197,6 +191,9 @@ class Keeper:
                 f"{self.name}: holds a participant's state that this program cannot read ({error}); run the program "
                 "that wrote it, or remove it to begin anew"
             ) from error
+        if not isinstance(content, dict):
+            raise ValueError(f"{self.name}: {MISFIT}")
+        return content
 
 
 @contextmanager

@@ -54,19 +54,15 @@ class Condensed:
         return np.zeros(interface.size)
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
-        """Advance from one window's end to the next. Raises NotConverged."""
-        return [self._solved(interface, state, length)]
+        """Advance from one window's end to the next. Raises NotConverged.
 
-    def _solved(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
-        """Solve G(w_free + C F) = F by Newton's method, its slopes by secants; G: the forces that chains answer."""
+        Newton's method on r(F) = G(w_free + C F) − F, with G the chains' mean forces, and its slopes by secants.
+        """
         tolerance, compliance = self.tolerance * interface.force_scale, interface.compliance(length)
         # Linear structures need one solve a window; where gaps close each trial has another response.
         linear = not interface.boxes
-        free = [
-            s.free(structure, length)
-            for s, structure in zip(interface.structures, state.structures, strict=True)
-            if linear
-        ]
+        both = zip(interface.structures, state.structures, strict=True)
+        free = [structure.free(now, length) for structure, now in both if linear]
         at_rest = interface.read(free) if linear else state.surface
         slope, identity = state.memory.copy(), np.eye(interface.size)
         force = trial_force(interface, state, length)
@@ -81,7 +77,7 @@ class Condensed:
             if not abs(residual).max() > tolerance:
                 if linear:
                     pushed = interface.pushed(free, force, length)
-                return interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)
+                return [interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)]
             if count > 1:
                 step = surface - last_surface
                 moved_enough = abs(step) > STILL * interface.indentation_scale

@@ -56,7 +56,7 @@ class Iteration(ABC):
             settled = before is None or not abs(surface - before).max() > still
             if settled and not largest > enough:
                 memory = search.memory()
-                return [end._replace(memory=memory, evaluations=count) for end in ends]
+                return [end._replace(memory=memory, counts=end.counts._replace(evaluations=count)) for end in ends]
             force = force + search.step(residual.ravel(), answer.ravel()).reshape(force.shape)
             before = surface
         raise NotConverged(

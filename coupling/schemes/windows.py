@@ -103,9 +103,9 @@ class Windows:
                 if left == 0:
                     raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
                 middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
-                halves = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+                halves = [_after(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
             if failed:
-                halves[0] = _more(halves[0], failed)
+                halves[0] = halves[0]._replace(counts=halves[0].counts.plus(Counts(failed)))
             ends += halves
             state, failed = ends[-1], 0
         if piece < substeps:
@@ -126,9 +126,9 @@ class Windows:
             else:
                 if length <= finest or self.error(end) <= tolerance:
                     return end
-                failed = end.evaluations
+                failed = end.counts.evaluations
         middle = self._adapted(state, length / 2.0, tolerance)
-        return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), failed)
+        return _after(middle, self._adapted(middle, length / 2.0, tolerance), failed)
 
     def error(self, state: CoupledState) -> float:
         """Return the distance of a parabola from the straight motion of the last substep, in greatest approaches."""
@@ -142,15 +142,6 @@ def next_length(last: float, error: float, tolerance: float) -> float:
     return 2.0 * last if error < GROWS_BELOW * tolerance else last
 
 
-def _together(first: CoupledState, second: CoupledState) -> CoupledState:
-    """Return the second of two halves, with the evaluations, the substeps and the residual of both."""
-    return second._replace(
-        evaluations=first.evaluations + second.evaluations,
-        substeps=first.substeps + second.substeps,
-        residual=max(first.residual, second.residual),
-    )
-
-
-def _more(state: CoupledState, failed: int) -> CoupledState:
-    """Return the state with the evaluations of attempts that failed."""
-    return state._replace(evaluations=state.evaluations + failed)
+def _after(first: CoupledState, second: CoupledState, failed: int = 0) -> CoupledState:
+    """Return the second of two halves, with the counts of both, and the evaluations of attempts that failed."""
+    return second._replace(counts=Counts(failed).plus(first.counts).plus(second.counts))

@@ -117,6 +117,13 @@ where_dual(
 )
 
 
+@inner(forceinline=True)
+def hertz_energy(stiffness: float, overlap: float) -> float:
+    """Return ∫k δ^1.5 dδ, J, zero of a contact that is open."""
+    closed = overlap if overlap > NEGLIGIBLE else 0.0
+    return stiffness * (0.4 * closed * closed * sqrt(closed))
+
+
 class Hertz(NamedTuple):
     """F = k δ^1.5."""
 
@@ -133,8 +140,7 @@ class Hertz(NamedTuple):
 
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
-        closed = overlap if overlap > NEGLIGIBLE else 0.0
-        return law.stiffness[i] * (0.4 * closed * closed * sqrt(closed))
+        return hertz_energy(law.stiffness[i], overlap)
 
     @staticmethod
     def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
@@ -288,8 +294,7 @@ class Yielding(NamedTuple):
     @staticmethod
     def energy(law: Any, i: int, overlap: float) -> float:
         hard, dent = unloading(law, i, overlap)
-        elastic = overlap - dent if overlap - dent > NEGLIGIBLE else 0.0
-        return float(hard * (0.4 * elastic * elastic * sqrt(elastic)))
+        return hertz_energy(hard, overlap - dent)
 
     @staticmethod
     def elastic_overlap(law: Any, i: int, overlap: float) -> float:
@@ -365,6 +370,5 @@ def plastic_work(law: Any, i: int, largest: float) -> float:
     depth = largest - begin
     beyond = cubic_integral(law.rows, law.loading[i] + bucket(depth), depth)
     hard, dent = unloading_after(law, i, largest)
-    elastic = largest - dent
-    loaded = law.stiffness[i] * (0.4 * begin * begin * sqrt(begin)) + law.yield_force[i] * depth + beyond
-    return max(loaded - hard * (0.4 * elastic * elastic * sqrt(elastic)), 0.0)
+    loaded = hertz_energy(law.stiffness[i], begin) + law.yield_force[i] * depth + beyond
+    return max(loaded - hertz_energy(hard, largest - dent), 0.0)

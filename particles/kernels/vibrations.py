@@ -169,11 +169,8 @@ class Vibrating(NamedTuple):
             if between_poles(vibrations, y, i, wall) < 0.0:
                 continue
             flexibility = springs[1] if i == last else springs[0] if i == 0 else 0.0
-            elastic, tangent, approach_rate = (
-                forces[i],
-                slope(law, i, overlaps[i]),
-                between_poles(vibrations, v, i, rate),
-            )
+            elastic, tangent = forces[i], slope(law, i, overlaps[i])
+            approach_rate = between_poles(vibrations, v, i, rate)
             share = 1.0 / (1.0 + flexibility * tangent)
             lossy = force_with_loss(loss, i, elastic, tangent, overlaps[i], share * approach_rate)
             forces[i] = max(elastic + share * (lossy - elastic), 0.0)

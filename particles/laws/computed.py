@@ -115,13 +115,15 @@ class ComputedContact(ABC):
     least: float = LEAST_PART
 
     def law(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
-        """Return the law up to one of the two, N or m."""
-        check_range(max_force, max_approach, self.theory, self.radius, self.least)
-        if max_approach is not None:
-            return self.up_to(float(max_approach))
-        force = float(max_force)  # type: ignore[arg-type]
-        law = self.up_to_force(force)
-        return replace(law, largest=float(law.approach(np.array(force))))
+        """Return the law up to one of the two, N or m: an approach from the part `least` of the radius to all of it."""
+        smallest = self.least * self.radius
+        if max_approach is not None and max_force is None:
+            return self.up_to(within("max_approach", max_approach, smallest, self.radius, "m"))
+        if max_force is None or max_approach is not None:
+            raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
+        low, high = self.theory.force(np.array([smallest, self.radius]))
+        law = self.up_to_force(within("max_force", max_force, float(low), float(high), "N"))
+        return replace(law, largest=float(law.approach(np.array(max_force, float))))
 
     @abstractmethod
     def up_to(self, approach: float) -> ComputedLaw:
@@ -170,19 +172,3 @@ def continued_to_zero(points: Points, theory: ContactLaw) -> Points:
     forces = force * PARTS_BELOW
     softness = (approach - float(theory.approach(np.array(force)))) / force
     return np.append(theory.approach(forces) + softness * forces, points[0]), np.append(forces, points[1])
-
-
-def check_range(
-    max_force: float | None, max_approach: float | None, theory: ContactLaw, radius: float, least: float = LEAST_PART
-) -> None:
-    """Raise a ValueError unless exactly one of the two, N and m, gives the end of a law's range, and a reasonable one.
-
-    Approaches are, from the part `least` of the bodies' smallest radius, m, to all of it; forces are, as theory's.
-    """
-    if (max_force is None) == (max_approach is None):
-        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
-    if max_approach is not None:
-        within("max_approach", max_approach, least * radius, radius, "m")
-    if max_force is not None:
-        low, high = theory.force(np.array([least * radius, radius]))
-        within("max_force", max_force, float(low), float(high), "N")

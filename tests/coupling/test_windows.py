@@ -11,7 +11,7 @@ from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 import hertzlink as hl
 from coupling.plan import ADAPTIVE_PER_CONTACT
 from coupling.schemes.windows import FINEST, Windows
-from coupling.state import CoupledState, Ledger, Node
+from coupling.state import Counts, CoupledState, Ledger, Node
 
 FULL_PLATE = hl.kirchhoff_plate(
     0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped", "free", "free"), cells=(12, 12)
@@ -199,13 +199,11 @@ class Limited:
     def step(self, interface: Any, state: CoupledState, length: float, many: int) -> list[CoupledState]:
         if length > self.longest or many > self.together:
             raise hl.NotConverged("too long", 1)
-        ends = [state._replace(time=state.time + (i + 1) * length, evaluations=1, residual=length) for i in range(many)]
-        return [end._replace(substeps=1, piece=0) for end in ends]
+        ends = [state._replace(time=state.time + (i + 1) * length, piece=0) for i in range(many)]
+        return [end._replace(counts=Counts(1, 1, length)) for end in ends]
 
 
-AT_REST = CoupledState(
-    0.0, (), (), np.zeros(1), np.zeros(1), Ledger(*np.zeros((4, 1))), evaluations=0, residual=0.0, past=(), memory=None
-)
+AT_REST = CoupledState(0.0, (), (), np.zeros(1), np.zeros(1), Ledger(*np.zeros((4, 1))), Counts(), past=(), memory=None)
 
 
 def test_a_substep_that_does_not_converge_comes_in_equal_halves() -> None:
@@ -213,8 +211,8 @@ def test_a_substep_that_does_not_converge_comes_in_equal_halves() -> None:
     windows: Any = Windows(None, Limited(0.3e-6, 8))  # type: ignore[arg-type]
     (end,) = windows.advance(AT_REST, 1e-6, 1)
     assert end.time == pytest.approx(1e-6, rel=1e-12)
-    assert (end.substeps, end.evaluations) == (4, 7)
-    assert end.residual == pytest.approx(0.25e-6, rel=1e-12)
+    assert end.counts[:2] == (7, 4)
+    assert end.counts.residual == pytest.approx(0.25e-6, rel=1e-12)
 
 
 def test_a_window_comes_in_pieces_that_converge() -> None:
@@ -222,9 +220,9 @@ def test_a_window_comes_in_pieces_that_converge() -> None:
     windows: Any = Windows(None, Limited(1.0, 2))  # type: ignore[arg-type]
     ends = windows.advance(AT_REST, 1e-6, 8)
     assert [end.time for end in ends] == pytest.approx([1e-6 * (i + 1) for i in range(8)], rel=1e-12)
-    assert sum(end.evaluations for end in ends) == 8 + 2
+    assert sum(end.counts.evaluations for end in ends) == 8 + 2
     assert ends[-1].piece == 2
-    assert sum(end.evaluations for end in windows.advance(ends[-1], 1e-6, 8)) == 8 + 1
+    assert sum(end.counts.evaluations for end in windows.advance(ends[-1], 1e-6, 8)) == 8 + 1
 
 
 class Never:
