@@ -8,13 +8,13 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.kernels import loop
-from coupling.kernels.adaptive import Adaptation, adapt, bend_of_last
+from coupling.kernels.adaptive import Adaptation, adapt
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
 from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.results.schema import FIRST
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
-from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, next_length
+from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, error_of, next_length
 from coupling.state import NotConverged
 from particles.kernels.motion import WORK_ROWS
 from structures.closing import PARTS, Closing
@@ -187,7 +187,7 @@ class Engine:
         """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
         if first == 0:
             self.save(run, 0)
-        halvings, error = 0, self._error(run) if first else 0.0
+        halvings, error = 0, error_of(run, self.interface) if first else 0.0
         while self._is_too_long(run, halvings, error):
             halvings += 1
         done = first * 2**halvings
@@ -223,15 +223,10 @@ class Engine:
             self._check_finite(done * length)
         if problem == loop.NOT_CONVERGED and finest:
             self.advance(run, 2 * done, 2 * (done + 1), halvings + 1)
-            problem, done, error = loop.OK, done + 1, self._error(run)
+            problem, done, error = loop.OK, done + 1, error_of(run, self.interface)
             if done % (whole * self.stride) == 0:
                 self.save(run, done // whole)
         return problem, done, error
-
-    def _error(self, run: Run) -> float:
-        """Return the error of the last window, in greatest approaches."""
-        moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
-        return moved / self.interface.indentation_scale
 
     def _check_finite(self, time: float) -> None:
         """Raise a FloatingPointError that names what the last trial made infinite."""

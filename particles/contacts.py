@@ -149,29 +149,19 @@ def grouped(laws: Laws) -> Groups:
     return {law: np.array(sorted(contacts)) for law, contacts in groups.items()}
 
 
-def tables_of(laws: Laws) -> dict[ContactLaw, Vector]:
-    """Return each law's table, one for laws that are equal; those with Hertz's shape have none."""
-    different = dict.fromkeys(law for law in laws if law is not None)
-    return {law: table for law in different if (table := law.kernel[1]) is not None}
-
-
-def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vector, Vector]:
-    """Return row at which each contact's table begins, −1 where it has none; and all tables, one after the other."""
-    tables = list({id(table): table for table in table_of.values()}.values())
-    starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
-    first = {law: starts[id(table)] for law, table in table_of.items()}
-    return np.array([-1 if law is None else first.get(law, -1) for law in laws]), np.concatenate(tables)
-
-
 def kernel_laws(laws: Laws) -> Any:
     """Return the contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
     brought = dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None)
     others = [None if law is None or law.piece is not None else law for law in laws]
-    stiffness, table_of = np.array([law.kernel[0] if law else 0.0 for law in others]), tables_of(others)
+    stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
+    # Equal laws have one table, and some that differ share theirs; those with Hertz's shape have none.
+    table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
     parts: list[tuple[Any, Any]] = []
     if table_of:
-        first, rows = joined_tables(others, table_of)
-        parts.append((Tabulated(stiffness, first, rows), first >= 0))
+        tables = list({id(table): table for table in table_of.values()}.values())
+        starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
+        first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
+        parts.append((Tabulated(stiffness, first, np.concatenate(tables)), first >= 0))
     for piece in brought:
         chosen = [law if law is not None and law.piece is piece else None for law in laws]
         parts.append((filled(piece, chosen), np.array([law is not None for law in chosen])))

@@ -240,7 +240,10 @@ def _fits(progress: Any, like: Any) -> bool:
     form.
     """
     if not isinstance(like[0], CoupledState):
-        return plain.fits(progress, like) and _within_bounds(progress[0])
+        if not plain.fits(progress, like):
+            return False
+        remembered, tried, windows, *_ = progress[0].totals[0].tolist()
+        return bool(0 <= remembered <= REMEMBERED and min(tried, windows) >= 0)
     if not isinstance(progress[0], CoupledState):
         return False
     now, start = progress[0], like[0]
@@ -249,12 +252,6 @@ def _fits(progress: Any, like: Any) -> bool:
     start = start._replace(past=(Node(0.0, 0.0, start.surface, start.force),) * len(now.past))
     both = [(s._replace(structures=(), memory=()), *rest) for s, *rest in ((now, *progress[1:]), (start, *like[1:]))]
     return type(now.structures) is tuple and len(now.structures) == len(start.structures) and plain.fits(*both)
-
-
-def _within_bounds(run: Run) -> bool:
-    """Return whether the numbers by which the compiled loop counts stay within its arrays."""
-    remembered, tried, windows, *_ = run.totals[0].tolist()
-    return bool(0 <= remembered <= len(run.window) and min(tried, windows) >= 0)
 
 
 def _sum_of_rest(file: Any) -> bytes:

@@ -28,10 +28,14 @@ def dataset(
     inputs: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
     selection = frames.kept
-    chains = [
-        (_of_chain if selection is None else _at_sensors)(interface, frames, number)
-        for number in range(len(interface.chains))
-    ]
+    if selection is None:
+        chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
+    else:
+        contacts, beads_kept = map(len, selection)
+        chains = [
+            {"contact_force": part.force[:, :contacts], "velocity": part.velocity[:, :beads_kept]}
+            for part in frames.chains
+        ]
     names = dict.fromkeys(name for chain in chains for name in chain)
     values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in names}
     bodies = max(chain.mass.size for chain in interface.chains)
@@ -56,13 +60,6 @@ def dataset(
             filled = _filled(many, bodies * (selection is None and bool(schema.bodies)))
             variables[name] = variable(name, np.stack(filled, axis=1), schema.owner)
     return xr.Dataset(variables, coordinates, provenance(inputs) | as_attribute(findings) | more)
-
-
-def _at_sensors(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
-    """Return what a run that keeps sensors only holds of a chain."""
-    assert frames.kept is not None
-    (contacts, bodies), of_chain = map(len, frames.kept), frames.chains[number]
-    return {"contact_force": of_chain.force[:, :contacts], "velocity": of_chain.velocity[:, :bodies]}
 
 
 def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:

@@ -76,8 +76,11 @@ class Explicit:
             # The chains continue from the last surfaces that they followed; jumps would do work that is not counted.
             past = (*past[:-1], past[-1]._replace(surface=state.memory)) if past else ()
         followed, answer, work = interface.follow(state.chains, past, target, length)
-        wrong = float(abs(answer - force).max())
-        enough = self._enough(interface, length)
+        wrong, enough = float(abs(answer - force).max()), inf
+        if self.tolerance is not None:
+            # In short substeps the impulse counts.
+            usual = interface.contact_time / self.substeps_per_contact
+            enough = self.tolerance * interface.force_scale * max(1.0, usual / length)
         if wrong > enough:
             raise NotConverged(
                 f"the predicted force differs by {wrong:.3g} N from the answer, tolerance {enough:.3g} N", evaluations=1
@@ -87,13 +90,6 @@ class Explicit:
         if self.tolerance is not None and gained > MOST_MADE:
             raise NotConverged(f"the exchange has made or lost {gained:.2g} of the impact energy", evaluations=1)
         return [end]
-
-    def _enough(self, interface: Interface, length: float) -> float:
-        """Return the allowed difference of predicted and answered forces, N; in short substeps its impulse counts."""
-        if self.tolerance is None:
-            return inf
-        usual = interface.contact_time / self.substeps_per_contact
-        return self.tolerance * interface.force_scale * max(1.0, usual / length)
 
     def _predicted_surface(self, state: CoupledState, length: float) -> Vector:
         past = state.past

@@ -7,6 +7,7 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.kernels.adaptive import GROWS_BELOW, bend_of_last
+from coupling.kernels.records import Run
 from coupling.schemes.scheme import Scheme
 from coupling.state import Counts, CoupledState, NotConverged, as_run
 from structures.checks import short
@@ -131,10 +132,14 @@ class Windows:
         return _after(middle, self._adapted(middle, length / 2.0, tolerance), failed)
 
     def error(self, state: CoupledState) -> float:
-        """Return the distance of a parabola from the straight motion of the last substep, in greatest approaches."""
-        run = as_run(state, Counts())
-        moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
-        return moved / self.interface.indentation_scale
+        """Return the error of the last substep; see `error_of`."""
+        return error_of(as_run(state, Counts()), self.interface)
+
+
+def error_of(run: Run, interface: Interface) -> float:
+    """Return the distance of a parabola from the straight motion of the last window, in greatest approaches."""
+    moved: float = bend_of_last(run.node, run.window, run.totals, interface.static)
+    return moved / interface.indentation_scale
 
 
 def next_length(last: float, error: float, tolerance: float) -> float:

@@ -292,7 +292,8 @@ class MovingDeformableChain(MovingChain):
             return analytic
         deepest, speed = self._deepest(analytic), self.chain.impact_speed
         try:
-            return _law_up_to(bead, facing, _even(deepest))
+            # To the next power of √2, so that the runs of a sweep share their laws.
+            return _law_of_bodies(bead, facing, max_approach=2.0 ** (ceil(2.0 * log2(deepest)) / 2.0))
         except ValueError as error:
             culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
             raise ValueError(
@@ -337,14 +338,7 @@ def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
     return kind(chain, *facts, **more)
 
 
-@lru_cache(maxsize=256)
-def _law_up_to(first: Any, second: Any, approach: float) -> ContactLaw:
-    return contact_law_fem(first, second, max_approach=approach)
-
-
-def _even(approach: float) -> float:
-    """Return the next power of √2, so that the runs of a sweep share their laws."""
-    return float(2.0 ** (ceil(2.0 * log2(approach)) / 2.0))
+_law_of_bodies = lru_cache(maxsize=256)(contact_law_fem)
 
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables

@@ -19,7 +19,7 @@ from particles.laws.computed import ORDER, ComputedContact, ComputedLaw, Points
 from particles.laws.formulas import MOST_ELONGATED, SMALL_CONTACT, sharpest_curvatures
 from particles.laws.law import PowerLaw
 from particles.laws.solid import midplane_correction
-from structures.checks import finite, instance, positive, short, whole
+from structures.checks import finite, instance, short, whole
 from structures.structure import Vector
 from structures.surface import NEARLY_ROUND, Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
@@ -91,15 +91,8 @@ def contact_law_bem(
     """
     cells = _cells(cells)
     instance("midplane", midplane, bool, "True or False")
-    pair = _Pair(first, first if second is None else second, cells, correction, midplane)
+    pair = PointContact(first, first if second is None else second, cells, correction, midplane)
     return pair.law(max_force, max_approach)
-
-
-def contact_pressures(
-    first: Bead, second: Bead | Surface | None, approach: float, cells: int = CELLS
-) -> ContactPressures:
-    """Return the pressures between two half-spaces at one approach, m, without correction; see `contact_law_bem`."""
-    return _Pair(first, first if second is None else second).pressed(positive("approach", approach, "m"), _cells(cells))
 
 
 def _cells(cells: int) -> int:
@@ -109,7 +102,7 @@ def _cells(cells: int) -> int:
     return int(cells)
 
 
-class _Pair(ComputedContact):
+class PointContact(ComputedContact):
     """Two bodies that touch at a point, and what Hertz expects of them."""
 
     method = "boundary elements"
@@ -163,19 +156,17 @@ class _Pair(ComputedContact):
     def softness(self, correction: float | Sequence[float] | None, midplane: bool) -> float:
         """Return what is taken off the approach for both bodies, m/N."""
         if midplane and correction is None:
-            return sum(self.at_midplane(body) for body in self.bodies)
+            bodies = [body for body in self.bodies if not isinstance(body, Surface)]  # a Surface has no mid-plane
+            for body in bodies:
+                if not isinstance(body, Sphere | Cylinder):
+                    raise ValueError(f"correction = None: must be given, in m/N, for the mid-plane of {short(body)}")
+            return sum(map(midplane_correction, bodies), 0.0)  # type: ignore[arg-type]
         value = 0.0 if correction is None else correction
         numbers: Sequence[float] = (value,) * 2 if np.ndim(value) == 0 else value  # type: ignore[assignment]
         if len(numbers) != 2:
             raise ValueError(f"correction = {correction!r}: must be one number, or one for each body, in m/N")
         shares = [finite("correction", number, "m/N") for number in numbers]
         return sum(share for share, body in zip(shares, self.bodies, strict=True) if not isinstance(body, Surface))
-
-    def at_midplane(self, body: Bead | Surface) -> float:
-        """Return the correction of a body, m/N; a Surface has no mid-plane."""
-        if not isinstance(body, Surface | Sphere | Cylinder):
-            raise ValueError(f"correction = None: must be given, in m/N, for the mid-plane of {short(body)}")
-        return 0.0 if isinstance(body, Surface) else midplane_correction(body)
 
     def overlap(self, max_force: float | None, max_approach: float | None, softness: float) -> float:
         """Return the approach of the half-spaces, m, that Hertz expects at the end of the law.

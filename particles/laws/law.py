@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from particles.kernels import laws as kernels
-from structures.checks import count_of, finite, positive, short
+from structures.checks import count_of, finite, listed, positive, short
 from structures.described import described
 from structures.html_table import html_table
 from structures.quantities import Asks, Coordinate, Force, Length, Quantity
@@ -365,8 +365,15 @@ class TabulatedLaw(ContactLaw):
     largest: Length = inf
 
     def __post_init__(self) -> None:
-        rows = [(finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in _pairs(self)]
-        if rows and rows[0] == (0.0, 0.0):
+        approaches = listed("approaches", self.approaches, object, "numbers")
+        forces = listed("forces", self.forces, object, "numbers")
+        if len(approaches) != len(forces):
+            of = count_of(len(approaches), "approach", "approaches")
+            raise ValueError(f"forces: {count_of(len(forces), 'value')} for {of}; must be as many")
+        rows = [
+            (finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in zip(approaches, forces, strict=True)
+        ]
+        if rows[0] == (0.0, 0.0):
             rows = rows[1:]
         if len(rows) < 2:
             raise ValueError(f"approaches: must hold two points or more in addition to (0, 0), not {len(rows)}")
@@ -473,21 +480,3 @@ def inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
         low = low + part * (overlaps < asked).sum(axis=0)
     approach = np.exp(low + 0.5 * part).reshape(wanted.shape)
     return np.where(wanted > 0.0, approach, np.maximum(wanted, 0.0))
-
-
-def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
-    columns = []
-    for name in ("approaches", "forces"):
-        raw = getattr(law, name)
-        if not isinstance(raw, Sequence | np.ndarray):
-            raise ValueError(f"{name} = {short(raw)}: must be a list of numbers")
-        values = np.atleast_1d(np.asarray(raw, dtype=object))
-        if values.ndim != 1:
-            raise ValueError(f"{name}: must be a list of numbers")
-        columns.append(list(values))
-    if len(columns[0]) != len(columns[1]):
-        raise ValueError(
-            f"forces: {count_of(len(columns[1]), 'value')} for {count_of(len(columns[0]), 'approach', 'approaches')}; "
-            "must be as many"
-        )
-    return list(zip(*columns, strict=True))

@@ -243,12 +243,10 @@ def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int)
     begin = np.cumsum([0, *sizes])
     n = int(begin[-1])
     response, contact = np.zeros((contacts, 2 * n)), np.zeros((contacts, n))
-    for part, first, size, seats in zip(parts, begin, sizes, rows, strict=False):
-        for row, seat in enumerate(seats):
-            if seat >= 0:
-                contact[seat, first : first + size] = part.contact[row]
-                response[seat, first : first + size] = part.response[row, :size]
-                response[seat, n + first : n + first + size] = part.response[row, size:]
+    for part, first, size, seats in zip(parts, begin, sizes, map(np.asarray, rows), strict=False):
+        used, place = seats >= 0, slice(first, first + size)
+        contact[seats[used], place] = part.contact[used]
+        response.reshape(contacts, 2, n)[seats[used], :, place] = part.response.reshape(-1, 2, size)[used]
     rates = [part.rates if part.rates.size else np.zeros(size) for part, size in zip(parts, sizes, strict=True)]
     return Oscillators(
         np.concatenate([part.rows for part in parts], axis=1), response, contact,
@@ -262,10 +260,9 @@ def joined_coupled(parts: list[Coupled], rows: list[Any], contacts: int) -> Coup
     layout = np.concatenate([np.zeros((1, 4), dtype=np.int64), steps.cumsum(axis=0)])
     response, contact, rate = (np.zeros((contacts, int(layout[-1, 0]))) for _ in range(3))
     for part, now, then, seats in zip(parts, layout[:-1], layout[1:], rows, strict=True):
-        for row, seat in enumerate(seats):
-            if seat >= 0:
-                for target, source in ((response, part.response), (contact, part.contact), (rate, part.rate)):
-                    target[seat, now[0] : then[0]] = source[row]
+        used = np.asarray(seats) >= 0
+        for target, source in ((response, part.response), (contact, part.contact), (rate, part.rate)):
+            target[np.asarray(seats)[used], now[0] : then[0]] = source[used]
     transition, stiffness, mass = [
         np.concatenate([getattr(part, name) for part in parts]) for name in ("transition", "stiffness", "mass")
     ]

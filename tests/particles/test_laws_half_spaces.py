@@ -12,9 +12,10 @@ import hertzlink as hl
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.computed import ComputedLaw
 from particles.laws.half_spaces import (
+    CELLS,
     ContactNotConverged,
+    PointContact,
     contact_law_bem,
-    contact_pressures,
     displacements,
     influence,
     unilateral_pressures,
@@ -95,7 +96,7 @@ def test_below_the_first_step_is_hertz(correction: float) -> None:
 def test_pressures_are_an_ellipsoid(degrees: float) -> None:
     """p₀ √(1 − x²/a² − y²/b²) with Hertz's p₀, a and b, by other integrals: see `axes`."""
     pair = cylinder(), cylinder(degrees)
-    contact = contact_pressures(*pair, 2e-6, 128)
+    contact = PointContact(*pair).pressed(2e-6, 128)
     a, b, p0 = axes(degrees, 2e-6)
     inside = 1.0 - (contact.along[:, None] / a) ** 2 - (contact.across / b) ** 2
     theory = p0 * np.sqrt(np.maximum(inside, 0.0))
@@ -189,7 +190,7 @@ def test_same_pressures_by_non_negative_least_squares(cells: int, ratio: float, 
 def test_complementarity(degrees: float) -> None:
     """No cell pulls, none overlaps, and only those that touch bear: to 1e-9 of the approach."""
     pair, approach = (cylinder(), cylinder(degrees)), 3e-6
-    contact = contact_pressures(*pair, approach)
+    contact = PointContact(*pair).pressed(approach, CELLS)
     modulus = STEEL.contact_modulus / 2.0
     sides = (contact.along[1] - contact.along[0], contact.across[1] - contact.across[0])
     moved = displacements(influence(contact.along.size, *sides) / (pi * modulus))(contact.pressures)
@@ -208,7 +209,7 @@ def test_observed_order() -> None:
     pair = cylinder(), cylinder(90.0)
     exact = float(hl.contact_law(*pair).force(np.array(1e-6)))
     cells = np.unique(np.geomspace(32, 110, 24).astype(int))
-    errors = np.array([contact_pressures(*pair, 1e-6, int(number)).force / exact - 1.0 for number in cells])
+    errors = np.array([PointContact(*pair).pressed(1e-6, int(number)).force / exact - 1.0 for number in cells])
     assert -np.polyfit(np.log(cells), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.2)
     assert errors.max() < 0.5 / cells[0] ** 2
 

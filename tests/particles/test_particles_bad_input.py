@@ -170,7 +170,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.HollowSphere(1e-3, 1e-4, None), "material = None: must be a Material"),
         (lambda: hl.drop_speed(-1.0), r"height = -1\.0: must be a positive number of m"),
         (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m, half"),
-        (lambda: hl.laws.TabulatedLaw("ab", "cd"), "approaches = 'ab': must be a finite number"),
+        (lambda: hl.laws.TabulatedLaw("ab", "cd"), "approaches = 'ab': must be a list of numbers"),
         (lambda: hl.laws.fit_power_law("law", 1e-6, 1e-5), "law = 'law': must be"),
         # Chains and their ends
         (lambda: hl.Chain([BEAD], None, -0.3), r"impact_speed = -0\.3: must be a positive number"),

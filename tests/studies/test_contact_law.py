@@ -10,7 +10,7 @@ from hertzlink.studies import contact_law as study
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
 from hertzlink.studies.cylinders import LENGTH, RADIUS
 from hertzlink.studies.hollow_spheres import TABLE_5_1
-from particles.laws.half_spaces import contact_pressures
+from particles.laws.half_spaces import PointContact
 
 THOROUGH_FIXTURES = ("quick",)
 
@@ -105,7 +105,7 @@ def test_the_ends_count_where_the_ellipse_meets_them(angle: float) -> None:
     """A part of 1 % is lost once Hertz's ellipse is longer than the cylinders, by less than a fifth."""
     approach = approach_of_ends(angle)
     pair = study.contacts()[study.crossed(angle)]
-    pressed = contact_pressures(pair.first, pair.second, approach, 64)
+    pressed = PointContact(pair.first, pair.second).pressed(approach, 64)
     touched = np.flatnonzero(pressed.pressures.max(axis=1) > 0.0)
     assert 0.98 * LENGTH < np.ptp(pressed.along[touched]) < 1.2 * LENGTH
     if angle < 20.0:
