@@ -319,11 +319,9 @@ class Interface:
         return place, point or 0
 
     def _moving(self, chain: Chain, number: int, alone: bool, settings: dict[str, float | None]) -> MovingChain:
-        facts = [self._facts(k) for k in self.of_chain[number]]
-        surface, flexibility = (None, 0.0) if alone else facts[0]
-        if len(facts) == 1:
-            return moving_chain(chain, surface, flexibility, **settings)
-        behind, spring = facts[1]
+        faced, *back = [self._facts(k) for k in self.of_chain[number]]
+        surface, flexibility = (None, 0.0) if alone else faced
+        behind, spring = back[0] if back else (None, 0.0)
         return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **settings)
 
     def _facts(self, k: int) -> tuple[Surface, float]:

@@ -86,7 +86,7 @@ class Excitation(ABC):
 
     @abstractmethod
     def energy(self, mass: float, gravity: float) -> float:
-        """Return energy of the excitation, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
+        """Return the excitation's energy, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
 
     def speed(self, gravity: float) -> float:
         """Return the speed at time zero, m/s, of the body, or of the first bead where there is none."""
@@ -208,7 +208,7 @@ class SpringLoaded(Excitation):
         return max(self.compression - float(self.travel or 0.0), 0.0)
 
     def speed(self, gravity: float) -> float:
-        """Return striker's speed at its first contact, m/s, from the energies of the spring and of gravity (m/s²)."""
+        """Return the striker's speed at its first contact, m/s, by the energies of spring and gravity (m/s²)."""
         spring = self.stiffness * (self.compression**2 - self.left**2) / self.striker.mass
         square = spring + 2.0 * gravity * float(self.travel or 0.0)
         if square <= 0.0:

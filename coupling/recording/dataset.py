@@ -28,27 +28,24 @@ def dataset(
     inputs: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
     selection = frames.kept
-    if selection is None:
-        chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
-    else:
-        contacts, beads_kept = map(len, selection)
-        chains = [
-            {"contact_force": part.force[:, :contacts], "velocity": part.velocity[:, :beads_kept]}
-            for part in frames.chains
-        ]
-    names = dict.fromkeys(name for chain in chains for name in chain)
-    values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in names}
     bodies = max(chain.mass.size for chain in interface.chains)
     coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
+    values: dict[str, Any] = {}
     if selection is None:
+        chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
         values |= _of_both_sides(interface, frames)
         values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
         more: dict[str, Any] = _of_participants(interface, frames, interval)
     else:
+        contacts, sensors = map(len, selection)
+        parts = frames.chains
+        chains = [{"contact_force": part.force[:, :contacts], "velocity": part.velocity[:, :sensors]} for part in parts]
         places = {"contact": selection.contacts, "bead": selection.bodies}
         coordinates = {name: _at(places, value) for name, value in coordinates.items()}
         beads = [len(chain.chain.beads) for chain in interface.chains]
         more = {"beads": beads if len(beads) > 1 else beads[0]}
+    for name in dict.fromkeys(name for chain in chains for name in chain):
+        values[name] = [chain.get(name) for chain in chains]
     variables = {}
     for name, schema in VARIABLES.items():
         if name not in values:

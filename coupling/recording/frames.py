@@ -193,7 +193,7 @@ class Frames:
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
     def upto(self, row: int) -> list[Vector]:
-        """Return the everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
+        """Return everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
         (*_, force, velocity, deepest, highest), (every, position, *wide, time) = self.saved
         end = row // every + 1
         tall = force[: row + 1], velocity[: row + 1], position[:end], time[:end]

@@ -155,7 +155,7 @@ class BeadField:
 
 
 def _hung(half: Half) -> Callable[[Vector], Vector]:
-    """Return motion relative to the centre of mass under a load, in the frame of a bead that it accelerates evenly."""
+    """Return the motion about the centre of mass under a load, in the frame of a bead that it accelerates evenly."""
     held = np.delete(np.arange(half.along.size), half.pole)
     solve, weight = factorise(half.stiffness[held][:, held]), half.weight
     mass = float(half.along @ weight)

@@ -65,7 +65,7 @@ class HalfBead:
 
 
 def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
-    """Return bead in quadratic elements, touched up to `reach` (m) from its poles by cells of the size `spacing` (m).
+    """Return a bead in quadratic elements, touched up to `reach` (m) from its poles by cells of the size `spacing` (m).
 
     Masses are lumped by Hinton, Rock and Zienkiewicz's rule and scaled to the bead's own mass. Raises ValueError for
     bodies that are none of revolution about the chain's axis, and for meshes too fine.

@@ -48,7 +48,7 @@ class Saved(NamedTuple):
 
 @njit(cache=True, fastmath={"contract"})
 def run(model, u, v, step, stride, bodies, wall, saved):
-    """Return all steps of a run; every `stride`-th (odd) is saved. Forces are means over the stride about the saved
+    """Do all steps of a run; every `stride`-th (odd) is saved. Forces are means over the stride about the saved
     step.
 
     Contact forces come with zeros. Returns FINISHED, NON_FINITE or TOO_WIDE, where the outermost node touches.
@@ -93,7 +93,7 @@ def run(model, u, v, step, stride, bodies, wall, saved):
 
 @njit(cache=True, fastmath={"contract"})
 def _accelerate(starts, columns, blocks, kick, u, v, pull, lanes):
-    """Return v −= h M⁻¹ K u, three blocks at a time: their sums are then loaded and stored a third as often."""
+    """Let v −= h M⁻¹ K u, three blocks at a time: their sums are then loaded and stored a third as often."""
     across, along = pull[0], pull[1]
     for i in range(starts.size - 1):
         across[:lanes] = 0.0
@@ -190,7 +190,7 @@ def _save(model, u, earlier, predicted, v, step, row, bodies, saved):
 
 @njit(cache=True)
 def _save_section(model, v, momentum, span, row, bodies, saved):
-    """Return mean force through each body's mid-plane: what the contact gives the struck half, less what that keeps."""
+    """Save the mean force through each mid-plane: what the contact gives the struck half, less what that keeps."""
     for b in range(bodies):
         now = 0.0
         for i in range(model.mass.size):

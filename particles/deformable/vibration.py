@@ -71,7 +71,7 @@ class Vibration:
 
 
 def vibration(bead: Bead, modes: int, spacing: float | None = None) -> Vibration:
-    """Return lowest elastic modes of a free bead about its axis, mass-normalised; as many as `modes`, which may be 0.
+    """Return the lowest elastic modes of a free bead about its axis, mass-normalised; `modes` of them, or none for 0.
 
     bead: Sphere, HollowSphere or Ellipsoid(axis="along"). Quadratic elements, consistent mass, scaled to the bead's.
     spacing, m: size of the elements; by default a sixteenth of the radius, less in hollow spheres and where more than

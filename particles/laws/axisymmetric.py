@@ -90,7 +90,7 @@ class _Contact(ComputedContact):
         self.theory = contact_law(first, second)
 
     def widest(self, approach: float) -> float:
-        """Return radius of the contact at an approach, m, by Hertz's law, less the approach that goes into shells."""
+        """Return the contact's radius at an approach, m, by Hertz's law, less the approach that goes into shells."""
         overlap = float(self.below.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 

@@ -136,7 +136,7 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
 
 
 def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> HalfPlane:
-    """Return mesh of a body: nodes at equal steps of r up to `reach`, m, from there and downwards growing by GROWTH.
+    """Return a body's mesh: nodes at equal steps of r up to `reach`, m, from there and downwards growing by GROWTH.
 
     spacing, m: size of the cells that may touch. coarser: a factor on the size of all cells. The nodes up to `reach`
     are those of every body, whatever its size, so that those of two bodies face each other; all lie on the arc.

@@ -153,7 +153,7 @@ def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
 
 
 def _line_contact(first: Any, second: Any) -> TabulatedLaw:
-    """Return the cylinders side by side, or one on a flat.
+    """Return the law of cylinders side by side, or of one on a flat.
 
     A cylinder's part is F*c [2 ln(4R/w) − 1] with c = (1 − ν²)/(πE), from its contact to its middle (Johnson, equation
     5.57); a flat has no middle; its compliance is c [2 ln(2L/w) + 1] under a line of length L. w² = 4F*RC with the

@@ -169,7 +169,7 @@ class _Pair(ComputedContact):
 
 
 def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
-    """Return compliance of two beads to forces on a quarter of their contact, m × m, m/N; and the gap, m, ascending."""
+    """Return two beads' compliance to forces on a quarter of their contact, m × m, m/N; and the gap, m, ascending."""
     part = contact_eighth(bead, reach, size, coarser)
     nodes = part.touching(reach)
     nodes = nodes[np.argsort(part.drop(nodes), kind="stable")]

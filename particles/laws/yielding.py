@@ -138,7 +138,7 @@ class YieldingLaw(ABC):
         return _yielding(self, bodies, law)
 
     def _bodies(self, surface: Surface, facing: Surface) -> RoundContact | None:
-        """Return the pair; None where nothing is known of its strength."""
+        """Return the properties of the pair; None where nothing is known of its strength."""
         material = min((surface.material, facing.material), key=yield_pressure)
         strength = self.yield_strength or material.yield_strength
         if strength is None:
@@ -365,12 +365,12 @@ class _Curve(ContactLaw):
 
 @lru_cache(maxsize=256)
 def _yielding(law: YieldingLaw, bodies: RoundContact, elastic: PowerLaw) -> YieldingContact:
-    """Return the kept with its tables, as thousands of runs have the same beads."""
+    """Return the contact, which holds its tables: thousands of runs have the same beads."""
     return YieldingContact(law, bodies, elastic)
 
 
 @lru_cache(maxsize=256)
 def _onset(modulus: float, poisson: float, density: float, name: str, strength: float) -> float:
-    """Return pressure of the first yield for this strength, Pa, of which the user was warned if it is improbable."""
+    """Return the pressure of the first yield for this strength, Pa; the user was warned of it if it is improbable."""
     with collected():
         return yield_pressure(Material(modulus, poisson, density, name, strength))
