@@ -56,24 +56,19 @@ def laws_of(
     """Return the law of each contact: the user's, or that of `law_between` where there is none."""
     # A contact that yields is elastic at first.
     given = None if isinstance(chain.law, YieldingLaw) else chain.law
-    # Chains repeat their beads, and a batch has thousands of chains.
-    laws: dict[tuple[int, int], ContactLaw] = {}
     # Keeps what a function returned, or another object could get the same id.
     copies: dict[int, tuple[ContactLaw, ContactLaw]] = {}
 
-    def between(bead: Bead, facing: Bead | Surface) -> ContactLaw:
-        if given is None or (isinstance(given, ContactLaw) and isinstance(facing, Surface)):
-            pair = (id(bead), id(facing))
-            if pair not in laws:
-                laws[pair] = law_between(bead, facing)
-            return laws[pair]
+    def between(pair: Pair, _: int) -> ContactLaw:
+        if given is None or (isinstance(given, ContactLaw) and isinstance(pair[1], Surface)):
+            return law_between(*pair)
         if isinstance(given, ContactLaw):
             return given
         what = "a function that returns a contact law such as PowerLaw(k, n)"
-        law = check_contact_law("law", given(bead, facing), what)
+        law = check_contact_law("law", given(*pair), what)
         return copies.setdefault(id(law), (law, unchanging(law)))[1]
 
-    return tuple(None if pair is None else between(*pair) for pair in pairs)
+    return tuple(once_per_pair(pairs, between))
 
 
 def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple[YieldingContact | None, ...] | None:

@@ -39,9 +39,7 @@ class Trace:
         return watched
 
     def watch(self, participant: Any) -> Any:
-        """Return the same object, timed by this clock; None stays None."""
-        if participant is None:
-            return None
+        """Return the same object, timed by this clock."""
         part, methods = next(PARTS[kind] for kind in type(participant).__mro__ if kind in PARTS)
         return _Watched(participant, {name: self.timed(part, getattr(participant, name)) for name in methods})
 

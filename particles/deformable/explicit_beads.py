@@ -55,15 +55,6 @@ class ExplicitBead:
     stable_step: float
 
 
-@dataclass(frozen=True, eq=False)
-class HalfBead:
-    """A mesh in (r, z) of quadratic cells; which nodes may touch, from the pole on, and which lie on the mid-plane."""
-
-    mesh: Any
-    surface: Whole
-    middle: NDArray[np.bool_]
-
-
 def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
     """Return a bead in quadratic elements, touched up to `reach` (m) from its poles by cells of the size `spacing` (m).
 
@@ -71,15 +62,15 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
     bodies that are none of revolution about the chain's axis, and for meshes too fine.
     """
     body = instance("beads", body_of(bead, reach, "beads"), Spheroid, "bodies of revolution")
-    half = half_bead(body, reach, spacing)
-    stiffness, right, left = _with_mirror_image(_stiffness(half.mesh, body.material), half.middle)
-    weight, count = lumped_weights(half.mesh), stiffness.shape[0] // 2
+    mesh, surface, middle = half_bead(body, reach, spacing)
+    stiffness, right, left = _with_mirror_image(_stiffness(mesh, body.material), middle)
+    weight, count = lumped_weights(mesh), stiffness.shape[0] // 2
     mass, radius, near = np.zeros(count), np.empty(count), np.zeros(count)
     np.add.at(mass, right, weight)
     np.add.at(mass, left, weight)
     mass *= bead.mass / mass.sum()
-    radius[right] = radius[left] = half.mesh.doflocs[0]
-    near[left] = np.where(half.middle, 0.5, 1.0)
+    radius[right] = radius[left] = mesh.doflocs[0]
+    near[left] = np.where(middle, 0.5, 1.0)
     held = radius == 0.0
     # Nodes that lie together should be together in memory.
     nodes = sparse.csr_array(abs(stiffness[::2, ::2]) + abs(stiffness[1::2, 1::2]))
@@ -90,11 +81,11 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
         *_in_threes(sparse.bsr_array(stiffness[dofs][:, dofs], blocksize=(2, 2))),
         mass[place],
         held[place],
-        rank[left[half.surface]],
-        rank[right[half.surface]],
-        body.drop(half.mesh.doflocs[0][half.surface]),
+        rank[left[surface]],
+        rank[right[surface]],
+        body.drop(mesh.doflocs[0][surface]),
         near[place],
-        2 * half.mesh.nelements,
+        2 * mesh.nelements,
         stable_step(stiffness, mass, held),
     )
 
@@ -121,12 +112,13 @@ def _in_threes(rows: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]
     return starts.astype(np.int32), columns.astype(np.int32), blocks
 
 
-def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
-    """Return the half of a bead that faces the structure; nodes at equal steps of r up to `reach`, m, all on the true
-    arc."""
+def half_bead(body: Spheroid, reach: float, spacing: float) -> tuple[Any, Whole, NDArray[np.bool_]]:
+    """Return the half of a bead that faces the structure, quadratic cells in (r, z); which nodes may touch, from the pole
+    on, and which lie on the mid-plane. Nodes are at equal steps of r up to `reach`, m, all on the true arc.
+    """
     if body.hollow > 0.0:
         plane = half_plane(body, reach, spacing)
-        return HalfBead(plane.mesh, plane.surface, plane.along == plane.along.max())
+        return plane.mesh, plane.surface, plane.along == plane.along.max()
     wide = ceil(reach / spacing * (1.0 - 1e-9))
     deep = max(1, round(wide * body.half / body.radius))
     if max(wide, deep) > MOST_TOUCHING:
@@ -146,7 +138,7 @@ def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
     place[1, middle] = 0.0
     mesh = MeshQuad2(np.array([[body.radius], [body.half]]) * place, flat.t)
     touching = np.flatnonzero((inwards == 0.0) & (outwards <= 1.0))
-    return HalfBead(mesh, touching[np.argsort(outwards[touching])], middle)
+    return mesh, touching[np.argsort(outwards[touching])], middle
 
 
 def _rings_plane(deep: int, wide: int, rings: int) -> Any:
