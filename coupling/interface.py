@@ -14,7 +14,7 @@ from coupling.state import Counts, CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
 from particles.moving import ChainState, MovingChain
-from structures.checks import count_of, has_members, instance
+from structures.checks import count_of, has_members
 from structures.closing import Closing
 from structures.described import described
 from structures.moving import MovingStructure
@@ -326,11 +326,10 @@ class Interface:
 
     def _facts(self, k: int) -> tuple[Surface, float]:
         """Return the surface and flexibility (m/N) of a contact's point."""
-        contact = self.contacts[k]
-        structure = self.structures[contact.structure]
-        surface = instance("structure.surface", structure.surfaces[contact.point], Surface, "a Surface(material)")
+        place, point = self.contacts[k][2:]
+        structure = self.structures[place]
         of_surface = structure.structure if isinstance(structure, MovingStructure) else structure
-        return surface, float(of_surface.flexibilities[contact.point])
+        return structure.surfaces[point], float(of_surface.flexibilities[point])
 
 
 def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:

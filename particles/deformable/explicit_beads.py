@@ -113,8 +113,8 @@ def _in_threes(rows: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]
 
 
 def half_bead(body: Spheroid, reach: float, spacing: float) -> tuple[Any, Whole, NDArray[np.bool_]]:
-    """Return the half of a bead that faces the structure, quadratic cells in (r, z); which nodes may touch, from the pole
-    on, and which lie on the mid-plane. Nodes are at equal steps of r up to `reach`, m, all on the true arc.
+    """Return the half of a bead that faces the structure, in quadratic cells in (r, z); which nodes may touch, from the
+    pole on, and which lie on the mid-plane. Nodes are at equal steps of r up to `reach`, m, all on the true arc.
     """
     if body.hollow > 0.0:
         plane = half_plane(body, reach, spacing)
