@@ -246,7 +246,7 @@ def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int)
     for part, first, size, seats in zip(parts, begin, sizes, map(np.asarray, rows), strict=False):
         used, place = seats >= 0, slice(first, first + size)
         contact[seats[used], place] = part.contact[used]
-        response.reshape(contacts, 2, n)[seats[used], :, place] = part.response.reshape(-1, 2, size)[used]
+        response.reshape(contacts, 2, n)[seats[used], :, place] = part.response.reshape(seats.size, 2, size)[used]
     rates = [part.rates if part.rates.size else np.zeros(size) for part, size in zip(parts, sizes, strict=True)]
     return Oscillators(
         np.concatenate([part.rows for part in parts], axis=1), response, contact,
