@@ -39,7 +39,9 @@ class Trace:
         return watched
 
     def watch(self, participant: Any) -> Any:
-        """Return the same object, timed by this clock."""
+        """Return the same object, timed by this clock; None, as where no checkpoint is kept, stays None."""
+        if participant is None:
+            return None
         part, methods = next(PARTS[kind] for kind in type(participant).__mro__ if kind in PARTS)
         return _Watched(participant, {name: self.timed(part, getattr(participant, name)) for name in methods})
 
