@@ -25,6 +25,10 @@ def read_foreign(path: Path, what: str, role: str) -> dict[str, Any]:
     except Unread as error:
         if error.missing:
             raise ValueError(f"{what}: needs {library} to be read: pip install hertzlink[{extra}]") from None
+        if "module 'numpy' has no attribute" in error.said:
+            raise ValueError(
+                f"{what}: {library} does not work with a numpy as new as this; pip install hertzlink[{extra}]"
+            ) from None
         raise ValueError(
             f"{what}: cannot be read as a {path.suffix.lower()} file of {program} by {library}; it is damaged, cut "
             f"short, or holds what is not understood{words_of(error)}"

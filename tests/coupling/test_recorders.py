@@ -12,6 +12,7 @@ import wave
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import h5py
 import numpy as np
@@ -102,14 +103,40 @@ def yokogawa_hdr(path: Path, blocks: int = 1) -> None:
 
 
 def labview_tdms(path: Path) -> None:
-    tdms = pytest.importorskip("nptdms")
-    how = {"wf_increment": STEP, "wf_start_offset": START, "unit_string": "mV"}
-    with tdms.TdmsWriter(path) as writer:
-        writer.write_segment([tdms.ChannelObject("taps", "bead 7", 1e3 * VOLTS, properties=how)])
+    """Layout: "TDMS File Format Internal Structure" of NI: a segment of one channel, its properties and raw data."""
+
+    def text(words: str) -> bytes:
+        return struct.pack("<I", len(words)) + words.encode()
+
+    properties = [("wf_increment", 10, struct.pack("<d", STEP)), ("wf_start_offset", 10, struct.pack("<d", START))]
+    properties.append(("unit_string", 32, text("mV")))
+    index = struct.pack("<IIIQ", 20, 10, 1, 1200)  # a vector of doubles
+    objects = struct.pack("<I", 3) + text("/") + struct.pack("<II", 0xFFFFFFFF, 0)
+    objects += text("/'taps'") + struct.pack("<II", 0xFFFFFFFF, 0)
+    objects += text("/'taps'/'bead 7'") + index + struct.pack("<I", len(properties))
+    objects += b"".join(text(name) + struct.pack("<I", kind) + value for name, kind, value in properties)
+    data = (1e3 * VOLTS).astype("<f8").tobytes()
+    lead_in = b"TDSm" + struct.pack("<IIQQ", 2 | 4 | 8, 4713, len(objects) + len(data), len(objects))
+    path.write_bytes(lead_in + objects + data)
 
 
 def picoscope_mat(path: Path) -> None:
-    scipy.io.savemat(path, {"A": VOLTS[:, None], "Tinterval": STEP, "Tstart": START, "Length": 1200, "Version": "6.14"})
+    """Layout: "MAT-File Format" of MathWorks, level 5; of PicoScope the names."""
+
+    def element(kind: int, data: bytes) -> bytes:
+        return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+    content = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x0100, b"IM")
+    for name, values in (("A", VOLTS), ("Tinterval", [STEP]), ("Tstart", [START]), ("Length", [1200])):
+        data = np.asarray(values, "<f8")
+        parts = (
+            (6, struct.pack("<II", 6, 0)),
+            (5, struct.pack("<ii", data.size, 1)),
+            (1, name.encode()),
+            (9, data.tobytes()),
+        )
+        content += element(14, b"".join(element(*part) for part in parts))
+    path.write_bytes(content)
 
 
 def matlab_73(path: Path) -> None:
@@ -148,10 +175,36 @@ def universal_58(path: Path) -> None:
 
 
 def workbook(path: Path) -> None:
-    book = pytest.importorskip("openpyxl").Workbook()
-    for row in [("Tap 1",), ("Time (ms)", "Channel A (mV)"), *zip(1e3 * TIME, 1e3 * VOLTS, strict=True)]:
-        book.active.append(row)
-    book.save(path)
+    """Layout: ECMA-376, of the parts that a workbook of one sheet must have."""
+    office, types = "http://schemas.openxmlformats.org", "application/vnd.openxmlformats"
+    main, kinds = f"{office}/spreadsheetml/2006/main", f"{office}/officeDocument/2006/relationships"
+    rows = (
+        '<row><c t="inlineStr"><is><t>Time (ms)</t></is></c><c t="inlineStr"><is><t>Channel A (mV)</t></is></c></row>'
+    )
+    rows += "".join(
+        f"<row><c><v>{1e3 * t}</v></c><c><v>{1e3 * v}</v></c></row>" for t, v in zip(TIME, VOLTS, strict=True)
+    )
+
+    def related(kind: str, target: str) -> str:
+        one = f'<Relationship Id="r" Type="{kinds}/{kind}" Target="{target}"/>'
+        return f'<Relationships xmlns="{office}/package/2006/relationships">{one}</Relationships>'
+
+    def typed(part: str, kind: str) -> str:
+        return f'<Override PartName="{part}" ContentType="{types}-officedocument.spreadsheetml.{kind}+xml"/>'
+
+    parts = {
+        "[Content_Types].xml": f'<Types xmlns="{office}/package/2006/content-types">'
+        f'<Default Extension="rels" ContentType="{types}-package.relationships+xml"/>'
+        f"{typed('/xl/workbook.xml', 'sheet.main')}{typed('/xl/sheet.xml', 'worksheet')}</Types>",
+        "_rels/.rels": related("officeDocument", "xl/workbook.xml"),
+        "xl/_rels/workbook.xml.rels": related("worksheet", "sheet.xml"),
+        "xl/workbook.xml": f'<workbook xmlns="{main}" xmlns:r="{kinds}"><sheets>'
+        '<sheet name="a" sheetId="1" r:id="r"/></sheets></workbook>',
+        "xl/sheet.xml": f'<worksheet xmlns="{main}"><sheetData>{rows}</sheetData></worksheet>',
+    }
+    with ZipFile(path, "w") as file:
+        for name, content in parts.items():
+            file.writestr(name, content)
 
 
 def parquet(path: Path) -> None:

@@ -195,14 +195,29 @@ def test_punched_matrices_of_nastran(tmp_path: Path) -> None:
 
 
 def test_output4_of_nastran(tmp_path: Path) -> None:
-    op4 = pytest.importorskip("pyNastran.op4.op4")
-    stiffness, file = np.array([[2.0e6, -2.0e6], [-2.0e6, 5.0e6]]), tmp_path / "model.op4"
-    op4.OP4(debug=None).write_op4(
-        str(file), {"KAA": (6, stiffness), "MAA": (6, np.diag([0.02, 0.05]))}, is_binary=False
-    )
+    """By the layout of the Quick Reference Guide. Files of pyyeti, in text and binary, are read exactly as well."""
+    pytest.importorskip("pyNastran")
+    lines, file = list[str](), tmp_path / "model.op4"
+    for name, matrix in (("KAA", [[2.0e6, -2.0e6], [-2.0e6, 5.0e6]]), ("MAA", [[0.02, 0.0], [0.0, 0.05]])):
+        lines.append(f"{2:8d}{2:8d}{6:8d}{2:8d}{name:8s}1P,3E23.16")
+        for column, numbers in enumerate(matrix, 1):
+            lines += [f"{column:8d}{1:8d}{2:8d}", "".join(f"{x:23.16E}" for x in numbers)]
+        lines += [f"{3:8d}{1:8d}{1:8d}", f"{1.0:23.16E}"]
+    file.write_text("\n".join(lines) + "\n")
     pair = hl.from_matrices(file, file, hl.STEEL_316, contact=[0.0, 1.0])
     assert static(pair) == pytest.approx(1.0 / 3.0e6, rel=1e-9)
     assert pair.mass.diagonal().tolist() == [0.02, 0.05]
+
+
+def test_a_library_that_does_not_work_with_this_numpy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "pyNastran" / "op4").mkdir(parents=True)
+    (tmp_path / "pyNastran" / "op4" / "op4.py").write_text("import numpy\nnumpy.a_name_that_was_removed\n")
+    (tmp_path / "model.op4").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(
+        ValueError, match=r"pyNastran does not work with a numpy as new.*pip install hertzlink\[nastran\]"
+    ):
+        hl.from_matrices([[1.0]], tmp_path / "model.op4", hl.PTFE, contact=[1.0])
 
 
 def test_rows_of_the_same_node_share_a_force(tmp_path: Path) -> None:

@@ -188,24 +188,26 @@ def test_a_frequency_that_stands_twice_is_refused() -> None:
 
 
 def test_universal_files(tmp_path: Path) -> None:
-    pyuff = pytest.importorskip("pyuff")
-    path, nodes = str(tmp_path / "test.uff"), np.array([3, 8])
+    """Datasets 55 and 58 by the published layouts; modal masses are not 1."""
+    pytest.importorskip("pyuff")
+    path, lines = str(tmp_path / "test.uff"), list[str]()
     for i, (hertz, along) in enumerate([(900.0, [2.0, 4.0]), (2500.0, [-1.0, 6.0])], 1):
-        columns = {f"r{axis}": np.array(along) * (axis == 3) for axis in (1, 2, 3)}
-        mode = {"freq": hertz, "modal_m": 4.0, "modal_damp_vis": 0.01, "modal_damp_his": 0.0, "mode_n": i}
-        kind = {"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2}
-        texts = {f"id{j}": "NONE" for j in range(1, 6)}
-        more = {"load_case": 1, "n_data_per_node": 3, "node_nums": nodes}
-        pyuff.UFF(path).write_sets({"type": 55, **mode, **kind, **texts, **columns, **more}, "add")
+        lines += [f"{-1:6d}", f"{55:6d}", *["NONE"] * 5]
+        lines += ["".join(f"{n:10d}" for n in row) for row in ((1, 2, 2, 8, 2, 3), (2, 4, 1, i))]
+        lines.append("".join(f"{x:13.5e}" for x in (hertz, 4.0, 0.01, 0.0)))
+        for node, z in zip((3, 8), along, strict=True):
+            lines += [f"{node:10d}", "".join(f"{x:13.5e}" for x in (0.0, 0.0, z))]
+        lines.append(f"{-1:6d}")
+    values = spring(HERTZ)
     for node in (8, 3):
-        pyuff.UFF(path).write_sets(
-            pyuff.prepare_58(
-                func_type=4, rsp_node=node, ref_node=8, rsp_dir=3, ref_dir=3, ordinate_spec_data_type=11,
-                orddenom_spec_data_type=13, abscissa_spacing=1, num_pts=HERTZ.size, abscissa_min=HERTZ[0],
-                abscissa_inc=25.0, data=spring(HERTZ), x=HERTZ, binary=0,
-            ),
-            "add",
-        )  # fmt: skip
+        lines += [f"{-1:6d}", f"{58:6d}", *["NONE"] * 5]
+        lines.append(f"{4:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{node:10d}{3:4d} {'NONE':10s}{8:10d}{3:4d}")
+        lines.append(f"{5:10d}{HERTZ.size:10d}{1:10d}{HERTZ[0]:13.5e}{25.0:13.5e}{0.0:13.5e}")
+        lines += [f"{code:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {'NONE':20s}" for code in (18, 11, 13, 0)]
+        pairs = np.stack([values.real, values.imag], axis=1).ravel()
+        lines += ["".join(f"{x:13.5e}" for x in pairs[k : k + 6]) for k in range(0, pairs.size, 6)]
+        lines.append(f"{-1:6d}")
+    Path(path).write_text("\n".join([*lines, ""]))
     body = hl.from_modes(path, hl.PTFE, node=8, residual_flexibility=0.0)
     np.testing.assert_allclose(body.contact, [2.0, 3.0])  # 4/√4 and 6/√4
     np.testing.assert_allclose(np.sqrt(body.stiffness.diagonal()) / (2.0 * np.pi), [900.0, 2500.0])
