@@ -10,6 +10,7 @@ import subprocess
 import sys
 import wave
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -55,15 +56,15 @@ def lecroy_trc(path: Path, segments: int = 1) -> None:
     path.write_bytes(b"#9000002768" + bytes(desc) + bytes(times) + data.astype("<i2").tobytes())
 
 
-def keysight_bin(path: Path) -> None:
-    """Layout: appendix on binary data of the InfiniiVision 2000 X-Series guide."""
+def keysight_bin(path: Path, cookie: bytes = b"AG10", sign: int = 1) -> None:
+    """Layout: appendix on binary data of the InfiniiVision 2000 X-Series guide. Rigol's origins have another sign."""
     wave_header = struct.pack(
-        "<5If3d2I16s16s24s16sdI", 140, 1, 1, 1200, 0, 6e-4, START, STEP, START, 2, 1, b"27 NOV 2026", b"10:00:00",
-        b"MSO-X 2024A:MY1", b"1", 0.0, 0,
+        "<5If3d2I16s16s24s16sdI", 140, 1, 1, 1200, 0, 6e-4, sign * START, STEP, sign * START, 2, 1,
+        b"27 NOV 2026", b"10:00:00", b"MSO-X 2024A:MY1", b"1", 0.0, 0,
     )  # fmt: skip
     data = VOLTS.astype("<f4").tobytes()
     body = wave_header + struct.pack("<IHHI", 12, 1, 4, len(data)) + data
-    path.write_bytes(b"AG10" + struct.pack("<II", 12 + len(body), 1) + body)
+    path.write_bytes(cookie + struct.pack("<II", 12 + len(body), 1) + body)
 
 
 def siglent_bin(path: Path) -> None:
@@ -228,6 +229,7 @@ FORMATS: dict[str, tuple[Callable[[Path], None], str]] = {
     "tektronix.wfm": (tektronix_wfm, "RigolWFM"),
     "lecroy.trc": (lecroy_trc, "RigolWFM"),
     "keysight.bin": (keysight_bin, "RigolWFM"),
+    "rigol.bin": (partial(keysight_bin, cookie=b"RG01", sign=-1), "RigolWFM"),
     "siglent.bin": (siglent_bin, "RigolWFM"),
     "yokogawa.hdr": (yokogawa_hdr, "RigolWFM"),
     "labview.tdms": (labview_tdms, "nptdms"),
