@@ -120,7 +120,8 @@ def run_study(
     attributes = provenance(inputs | ({"own": dict(parameters)} if parameters else {}))
     data = with_warnings(found.data.assign_attrs(attributes), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
-    forget(parts)
+    if keep:
+        forget(parts)
     show(found.shown)
     written(folder)
 
