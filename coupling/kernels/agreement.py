@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from particles.kernels.motion import advance, reach
+from particles.kernels.motion import NOT_NEGATIVE, advance, reach
 from structures.kernels.arrays import copy, solve
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type, for_each
@@ -43,13 +43,13 @@ def predict(run: Any, at: float, trial: Any) -> None:
     for k in range(trial.contact.size):
         trial.contact[k].force = 0.0
     for i in range(count):
-        weight, place = 1.0, run.window[i].middle
+        above, below, place = 1.0, 1.0, run.window[i].middle
         for j in range(count):
             if j != i:
-                other = run.window[j].middle
-                weight *= (at - other) / (place - other)
+                above *= at - run.window[j].middle
+                below *= place - run.window[j].middle
         for k in range(trial.contact.size):
-            trial.contact[k].force += weight * run.node[i, k].force
+            trial.contact[k].force += above / below * run.node[i, k].force
 
 
 class OneContact(NamedTuple):
@@ -80,7 +80,7 @@ class OneContact(NamedTuple):
         last_tried, last_residual, residual, taken, count = 0.0, 0.0, np.inf, 0.0, 0
         while count < search.most:
             count += 1
-            for i in range(first, y.size):
+            for i in range(first & NOT_NEGATIVE, y.size & NOT_NEGATIVE):
                 y[i], v[i] = run.y[i], run.v[i]
             contact.force = tried - static
             taken = surfaces(structure, compliance, run, trial)

@@ -154,11 +154,13 @@ class Verlet(NamedTuple):
                 v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity[i])
                 y[i] += drift * v[i]
                 behind = ahead
-            v[end] += kick * (inverse_mass[end] * (behind - wall_force) + gravity[end])
-            y[end] += drift * v[end]
-            front = end if v[end] != 0.0 else front
-            # The drive works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
-            driven += 0.5 * push * (before + drift * v[source])
+            speed = v[end] + kick * (inverse_mass[end] * (behind - wall_force) + gravity[end])
+            v[end] = speed
+            y[end] += drift * speed
+            front = end if speed != 0.0 else front
+            if drives(drive):
+                # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
+                driven += 0.5 * push * (before + drift * v[source])
         return impulse, impulse_behind, lost_to_yielding(law, limits), driven
 
 
