@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from particles.kernels.motion import NOT_NEGATIVE, advance, reach
+from particles.kernels.motion import advance, reach
 from structures.kernels.arrays import copy, solve
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type, for_each
@@ -80,8 +80,9 @@ class OneContact(NamedTuple):
         last_tried, last_residual, residual, taken, count = 0.0, 0.0, np.inf, 0.0, 0
         while count < search.most:
             count += 1
-            for i in range(first & NOT_NEGATIVE, y.size & NOT_NEGATIVE):
-                y[i], v[i] = run.y[i], run.v[i]
+            if first == 0:
+                copy(run.y, y)
+                copy(run.v, v)
             contact.force = tried - static
             taken = surfaces(structure, compliance, run, trial)
             force, _, lost, driven = advance(chain, y, v, trial.work, t, window, before, contact.surface, steps, first)

@@ -120,17 +120,22 @@ class Verlet(NamedTuple):
         """Move the bodies on in one pass a step, which the compiler turns into vector instructions."""
         t, wall, rate, dt, steps, first = span
         inverse_mass, gravity, drive, spring = chain.inverse_mass, chain.gravity, chain.drive, chain.springs[1]
-        law, past, limits = with_memory(chain.law, y), work[0], work[1]
-        last, reached = inverse_mass.size - 1, reach(chain, y.size, steps)
+        law, past, limits, kept_y, kept_v = with_memory(chain.law, y), work[0], work[1], work[2], work[3]
+        last, reached, impulse = inverse_mass.size - 1, reach(chain, y.size, steps), 0.0
         if first == 0:
             copy_limits(law, limits)
+        else:
+            # All trials of a window begin with the same first half-kick.
+            impulse = work[4, 0]
+            for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+                y[i], v[i] = kept_y[i], kept_v[i]
         # The last body that a wave has reached; a surface that comes back presses the last body before.
         front, source = last, 0 if moves(drive) else 1
         quiet = chain.quiet and not (wall < 0.0 or wall + steps * dt * rate < 0.0)
         while quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
-        impulse, impulse_behind, driven = 0.0, 0.0, 0.0
-        for step in range(steps + 1):
+        impulse_behind, driven = 0.0, 0.0
+        for step in range(1 if first > 0 else 0, steps + 1):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
             # Before the pass: after it, the scalar load would wait for the pass's vector stores.
             overlap = y[last] - (wall + step * dt * rate)
@@ -158,6 +163,10 @@ class Verlet(NamedTuple):
             v[end] = speed
             y[end] += drift * speed
             front = end if speed != 0.0 else front
+            if step == 0 and reached > 0:
+                work[4, 0] = impulse
+                for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+                    kept_y[i], kept_v[i] = y[i], v[i]
             if drives(drive):
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
                 driven += 0.5 * push * (before + drift * v[source])
