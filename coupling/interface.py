@@ -108,7 +108,7 @@ class Interface:
         for k, contact in enumerate(self.contacts):
             self.of_structure[contact.structure][contact.point] = k
         # Nearly always everywhere. Then the arrays need no masks, which cost as much as the sums of a small structure.
-        self._touched = [bool((seats >= 0).all()) for seats in self.of_structure]
+        self._touched = [-1 not in seats.tolist() for seats in self.of_structure]
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
         self.chains = tuple(
             self._moving(
@@ -120,7 +120,7 @@ class Interface:
             (chain.rest.size, len(seats), chain.mass.size)
             for chain, seats in zip(self.chains, self.of_chain, strict=True)
         ]
-        self.begin = np.cumsum([(0, 0, 0), *sizes], axis=0)
+        self.begin = np.array([(0, 0, 0), *sizes]).cumsum(axis=0)
         """Where the coordinates, the contacts with structures, and the bodies of each chain begin."""
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
         self.force_scale = max(chain.force_scale for chain in self.chains)
