@@ -61,8 +61,9 @@ class Span(NamedTuple):
     """Length of a step, s."""
     steps: int
     first: int
-    """0 moves all bodies. Else only body `first` and those ahead of it are moved; the body behind `first` follows the
-    positions that the last window with 0 put into the first row of the work space, see `reach`."""
+    """0 moves all bodies. Else only body `first` and those ahead of it are moved, see `reach`: they begin where the
+    last window with 0 left them after its first half-kick, and the body behind `first` follows its positions in that
+    window. The work space holds both."""
 
 
 @partial(by_type, small=False)
@@ -125,7 +126,6 @@ class Verlet(NamedTuple):
         if first == 0:
             copy_limits(law, limits)
         else:
-            # All trials of a window begin with the same first half-kick.
             impulse = work[4, 0]
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 y[i], v[i] = kept_y[i], kept_v[i]
