@@ -102,8 +102,8 @@ def main(tries: int, seed: int, only: str) -> int:
     for name, (write, library) in test_recorders.FORMATS.items():
         if only in name and find_spec(library) and (name != "tektronix.wfm" or find_spec("tm_data_types")):
             write(Path(name))
-            if name == "yokogawa.hdr":
-                Path("recording.wvf").rename("yokogawa.wvf")
+            for beside in Path().glob("recording.*"):
+                beside.rename(beside.name.replace("recording", Path(name).stem))
             good[name] = Path(name).read_bytes()
             assert not _read(Path(name)), name  # here, which loads the library
     drawn, found = random.Random(seed), dict[str, int]()

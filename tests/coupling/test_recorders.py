@@ -67,6 +67,22 @@ def keysight_bin(path: Path, cookie: bytes = b"AG10", sign: int = 1) -> None:
     path.write_bytes(cookie + struct.pack("<II", 12 + len(body), 1) + body)
 
 
+def rohde_schwarz_bin(path: Path) -> None:
+    """Layout: "Data export" of the RTP manual, 16 bits, with 38 samples that lead in, an offset and a position."""
+    levels, lead = 64768, 38
+    values = {
+        "SignalFormat": "eRS_SIGNAL_FORMAT_INT16BIT", "TraceType": "eRS_TRACE_TYPE_NORMAL", "NumberOfAcquisitions": 1,
+        "SignalHardwareRecordLength": 1200 + lead, "RecordLength": 1200, "LeadingSettlingSamples": lead,
+        "MultiChannelExport": "eRS_ONOFF_OFF", "Source": "eRS_SIGNAL_SOURCE_CH1_TR1", "XStart": START,
+        "XStop": START + 1200 * STEP, "NofQuantisationLevels": levels, "VerticalScale": VOLT * levels / 10,
+        "VerticalOffset": 0.25, "VerticalPosition": 1.25,
+    }  # fmt: skip
+    props = "".join(f'<Prop Name="{name}" Value="{value}" StepFactor="10"/>' for name, value in values.items())
+    path.write_text(f'<?xml version="1.0"?>\n<Database SaveItemType="Data"><Group>{props}</Group></Database>')
+    raw = np.pad(COUNTS - round(0.25 / VOLT) + levels // 8, (lead, 0)).astype("<i2").tobytes()
+    path.with_name("recording.Wfm.bin").write_bytes(struct.pack("<II", 1, 1200 + lead) + raw)
+
+
 def siglent_bin(path: Path) -> None:
     """Layout: "How to Extract Data from the Binary File of SIGLENT Oscilloscope", format 4.0; signs as SDS814X HD have
     them (SPEC.md of vindavs/siglent-bin). Channel 2, with a probe of 16 and an offset of 64 steps."""
@@ -230,6 +246,7 @@ FORMATS: dict[str, tuple[Callable[[Path], None], str]] = {
     "lecroy.trc": (lecroy_trc, "RigolWFM"),
     "keysight.bin": (keysight_bin, "RigolWFM"),
     "rigol.bin": (partial(keysight_bin, cookie=b"RG01", sign=-1), "RigolWFM"),
+    "rohde_schwarz.bin": (rohde_schwarz_bin, "RigolWFM"),
     "siglent.bin": (siglent_bin, "RigolWFM"),
     "yokogawa.hdr": (yokogawa_hdr, "RigolWFM"),
     "labview.tdms": (labview_tdms, "nptdms"),
