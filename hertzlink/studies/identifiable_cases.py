@@ -1,7 +1,8 @@
 """The cases of the study of identifiability: chains against plates near an edge, and against rods with a bond."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from math import ceil, pi
 from typing import Annotated, Any
@@ -119,28 +120,20 @@ def edge_errors(
     errors = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
     for i, step in enumerate(steps):
         changes = Sensitivities(design, step)
-        for j, record in enumerate(of.record):
-            errors[i, j, 1:] = _waveform_errors(changes, list(MEASURED.values())[1:], record, EDGE_FREE)
+        for (j, record), (k, sensors) in product(enumerate(of.record), enumerate(MEASURED.values())):
+            if k > 0:
+                errors[i, j, k] = _errors(partial(changes.waveform, sensors, record), EDGE_FREE)
         if i == 0:
-            features = changes.features(MEASURED[FEATURES], of.record[0], DRAWS)
-            for m, free in enumerate(EDGE_FREE.values()):
-                bounds = features(free)
-                errors[i, :, 0, m, : len(free)] = [REACH * bounds[name] for name in free]
+            errors[i, :, 0] = _errors(changes.features(MEASURED[FEATURES], of.record[0], DRAWS), EDGE_FREE)
     axes: Places = {"step": STEPS, "record": of.record, "measured": MEASURED}
     axes |= {"free": EDGE_FREE, "unknown": EDGE_UNKNOWNS}
     return half_widths("half_width", errors, axes)
 
 
-def _waveform_errors(
-    changes: Sensitivities, measured: Iterable[tuple[int, ...]], record: float, free: Mapping[str, tuple[str, ...]]
-) -> Vector:
-    """Return 95 % half-widths by whole traces: measured × free × unknowns; NaN for what is known."""
-    groups, unknowns = list(measured), max(map(len, free.values()))
-    errors = np.full((len(groups), len(free), unknowns), np.nan)
-    for (k, sensors), (m, names) in product(enumerate(groups), enumerate(free.values())):
-        bounds = changes.waveform(sensors, record, names)
-        errors[k, m, : len(names)] = [REACH * bounds[name] for name in names]
-    return errors
+def _errors(bounds: Callable[[tuple[str, ...]], Mapping[str, float]], free: Mapping[str, tuple[str, ...]]) -> Vector:
+    """Return 95 % half-widths: what is free × unknowns; NaN for what is known. bounds: standard deviations of names."""
+    of_free = [bounds(names) for names in free.values()]
+    return np.array([[REACH * bound.get(name, np.nan) for name in free["all"]] for bound in of_free])
 
 
 def combinations_near_edge(diameter: float, near: float, thickness: float, contact: str) -> xr.Dataset:
@@ -181,9 +174,9 @@ def bond_errors(upper: str, upper_thickness: float, bond_stiffness: float) -> xr
     values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, upper_thickness, IMPACT_SPEED), strict=True))
     with collected():
         changes = Sensitivities(Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY))
-    errors = _waveform_errors(changes, BOND_MEASURED.values(), BOND_RECORD, BOND_FREE)
+    each = [_errors(partial(changes.waveform, sensors, BOND_RECORD), BOND_FREE) for sensors in BOND_MEASURED.values()]
     axes: Places = {"bond_measured": BOND_MEASURED, "bond_free": BOND_FREE, "bond_unknown": BOND_UNKNOWNS}
-    return half_widths("bond_error", errors, axes)
+    return half_widths("bond_error", np.array(each), axes)
 
 
 def half_widths(name: str, values: Vector, axes: Places) -> xr.Dataset:
