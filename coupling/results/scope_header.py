@@ -150,7 +150,8 @@ class Header:
             if (rest := re.split(r"[:=]", row[0], maxsplit=1)[1:]) and rest[0].strip():
                 row = [row[0], rest[0].strip(), *row[1:]]
             values = [cell for cell in row[1:] if cell and not _is_number(cell)]
-            texts = values if len(set(values)) == 1 else row[column : column + 1] if len(row) > column else values[:1]
+            of_column = row[column : column + 1] if 0 < column < len(row) else values[:1]
+            texts = values if len(set(values)) == 1 else of_column
             texts = [re.sub(r"^\w+\s*:\s*", "", text).strip("()[] ") for text in texts]  # "CH1:V"
             yield from (_unit_of(text, wanted) or Unit(text, UNKNOWN) for text in texts[:1] if text)
 
