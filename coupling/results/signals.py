@@ -170,6 +170,8 @@ def read_signal(
     files = dict.fromkeys(column_of, path) if isinstance(path, str | Path) else dict(path)
     if files.keys() != column_of.keys():
         raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
+    for sensor, file in files.items():
+        instance(f"path[{sensor}]", file, str | Path, "the name of a file")  # type: ignore[arg-type]
     if len({(str(files[sensor]), column) for sensor, column in column_of.items()}) < len(column_of):
         raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
     if unit is not None:

@@ -211,6 +211,7 @@ def test_a_file_for_each_sensor(tmp_path: Path) -> None:
     assert "begin up to 30 µs apart; the 969 µs that all hold are read" in read.reading
     for path, message in (
         ({7: one}, "must hold a file for each of sensors 7, 16"),
+        ({7: one, 16: 2}, r"path\[16\] = 2: must be the name of a file"),
         ([one, other], r"must be one file, or \{sensor: file\} .*; for taps, average_taps"),
     ):
         with pytest.raises(ValueError, match=message):
