@@ -545,6 +545,16 @@ def test_small_slow_errors_widen_intervals_and_correlation_takes_the_verdict(
     assert (misfit.is_white(residual), misfit.drifts(residual)) == (white, drifts)
 
 
+def test_a_trace_whose_squares_are_zero_has_no_gain() -> None:
+    """Where time zero lies so far off that only the rest of a trace is compared, nothing is fitted to its digits."""
+    time, force = 1e-6 * np.arange(20.0), np.linspace(0.0, 2.0, 20)
+    measured = Measured(time, force[None], [5], np.array([0.5]))
+    misfit = Misfit(Prediction(wall, [Range("modulus", 2e9, 4e9)], [5], UNTIL), measured, ["gain"], UNTIL)
+    residual, gain, *_ = misfit._fitted(0, np.full(20, 1e-200))
+    assert gain == 1.0
+    np.testing.assert_allclose(residual, force / 0.5, atol=1e-12)
+
+
 def test_a_small_offset_widens_the_interval() -> None:
     """By the shift that it causes, of 0.2 times the noise."""
     time = np.arange(0.0, LEAD + UNTIL, STEP)
