@@ -661,7 +661,9 @@ def test_a_sweep_estimates_ar_on_a_fresh_spot(tmp_path: Path, command: Callable[
     assert float(speed[2]) - 0.068 > 0.02
     assert float(speed[-2]) == pytest.approx(0.068, abs=0.05)
     assert f"{float(speed[-2]):.2f} ± 0.05" in table
-    assert "on a fresh spot, estimated" in Path("brass/report.html").read_text(encoding="utf-8")
+    page = Path("brass/report.html").read_text(encoding="utf-8")
+    assert "on a fresh spot, estimated" in page
+    assert "On a fresh spot the metal yields: AR is then about " in page
 
 
 BRASS = """
