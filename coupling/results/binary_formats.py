@@ -127,6 +127,8 @@ def format_of(path: Path, content: bytes) -> tuple[str, str] | None:
     for words, name, out in HEADS:
         if re.search(words, head, re.DOTALL):
             return name, out
+    if not _is_text(head) and path.suffix.lower() == ".wvf":
+        return "a file of samples of Yokogawa (.wvf)", "read the .hdr of the same name"
     if not _is_text(head):
         kind = f" ({path.suffix})" if path.suffix.lower() in SUFFIXES else ""
         return f"a binary file{kind}", SCOPE if kind else EXPORT

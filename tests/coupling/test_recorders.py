@@ -290,6 +290,8 @@ def test_blocks_of_yokogawa_are_segments(tmp_path: Path) -> None:
         hl.read_signal(tmp_path / "recording.hdr", {7: 3}, calibration=1.0)
     signal = hl.read_signal(tmp_path / "recording.hdr", {7: 3}, calibration=1.0, segment=2, baseline=0.0)
     np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), VOLTS, atol=1e-6)
+    with pytest.raises(ValueError, match=r"is a file of samples of Yokogawa .*; read the \.hdr of the same name"):
+        hl.read_signal(tmp_path / "recording.wvf", {7: 3}, calibration=1.0)
     (tmp_path / "recording.wvf").unlink()
     with pytest.raises(ValueError, match=r"recording\.hdr: .*its samples, a \.wvf of the same name, are not beside it"):
         hl.read_signal(tmp_path / "recording.hdr", {7: 3}, calibration=1.0, segment=2)
