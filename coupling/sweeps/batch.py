@@ -44,9 +44,9 @@ MOST_SAVED = 2e8
 PARTS_OF_PROCESS = 4
 """Parts of the runs for each process: the first that ends takes the next."""
 
-AT_ONCE, NUMBERS_AT_ONCE, MORE_KEPT = 32, 1e6, 8
-"""Runs that a thread builds, runs and checks together, and the numbers that they may keep until then: 8 MB. Checks need
-some more contacts and bodies than are kept."""
+AT_ONCE, NUMBERS_AT_ONCE, MORE_KEPT = 128, 2e6, 8
+"""Runs that a thread builds, runs and checks together, and the numbers that they may keep until then: 16 MB. Checks
+need some more contacts and bodies than are kept."""
 
 MEASURED_AT_ONCE = 2e7
 """The same for the runs that are measured together: 160 MB."""
