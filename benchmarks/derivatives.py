@@ -9,7 +9,6 @@ from statistics import median
 import hertzlink as hl
 from coupling.engine import Engine
 from coupling.inference.derivatives import TangentEngine, parameters_around
-from coupling.loops import Work
 from coupling.recording.frames import Frames, kept_at
 
 REPEATS = 15
@@ -46,7 +45,7 @@ def main() -> None:
         for _ in range(REPEATS):
             begin = time.process_time()
             frames = Frames(simulation.interface, plan.rows, kept)
-            engine = Work(simulation.interface, simulation.scheme, None, plan, frames, None, None).engine(frames.saved)
+            engine = Engine(simulation.interface, simulation.scheme, plan, frames.saved)
             made = time.process_time() - begin
             run = seconds(engine, plan.total)
             begin = time.process_time()

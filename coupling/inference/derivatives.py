@@ -7,7 +7,7 @@ thousands of steps and through contacts that open and close, is exact: dual numb
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from math import ceil
+from math import ceil, prod
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,7 +21,8 @@ from coupling.loops import UNBROKEN, is_compiled
 from coupling.plan import Plan
 from coupling.recording.frames import Frames, Kept
 from coupling.schemes.windows import Adaptive
-from particles.kernels.motion import WORK_ROWS
+from particles.kernels.laws import Hertz, Partly
+from particles.kernels.motion import WORK_ROWS, Verlet
 from structures.checks import instance
 from structures.kernels.duals import WIDTHS, Lane, Lanes
 from structures.kernels.linear import Oscillators
@@ -226,80 +227,92 @@ def _with_signs(moving: Any, usual: Any) -> Any:
     return MovingStructure(replace(structure, **changes, matrices=None), moving.stepper)
 
 
-def over_leaves(function: Callable[..., Any], *pieces: Any) -> Any:
-    """Return a piece whose arrays and numbers a function makes from those of pieces of the same type."""
-    first = pieces[0]
-    if isinstance(first, tuple):
-        parts = [over_leaves(function, *parts) for parts in zip(*pieces, strict=True)]
-        return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
-    return function(*pieces)
+def over_numbers(function: Callable[[Any, slice], Any], numbers: Any) -> Any:
+    """Return numbers of a run with what a function makes of each array and of its place in a row of all."""
+    begin = 0
+
+    def visit(piece: Any) -> Any:
+        nonlocal begin
+        if isinstance(piece, tuple):
+            parts = map(visit, piece)
+            return type(piece)(*parts) if hasattr(piece, "_fields") else tuple(parts)
+        if not _is_number(piece):
+            return piece
+        place = slice(begin, begin + np.size(piece))
+        begin = place.stop
+        return function(piece, place)
+
+    return visit(numbers)
 
 
 def _is_number(leaf: Any) -> bool:
     return isinstance(leaf, float) or (isinstance(leaf, np.ndarray) and leaf.dtype == float)
 
 
-def _are_alike(piece: Any, other: Any) -> bool:
-    """Return whether two pieces differ in numbers only, not in types and shapes."""
-    if piece is other:
-        return True
+def _add_parts(piece: Any, parts: list[Any]) -> list[Any]:
+    """Return a list with the types, arrays and numbers of which a piece is made at its end."""
     if isinstance(piece, tuple):
-        return type(piece) is type(other) and len(piece) == len(other) and all(map(_are_alike, piece, other))
-    if _is_number(piece):
-        return _is_number(other) and np.shape(piece) == np.shape(other)
-    return np.array_equal(piece, other)
+        parts.append(type(piece))
+        for part in piece:
+            _add_parts(part, parts)
+    else:
+        parts.append(piece)
+    return parts
 
 
-def _leaves(piece: Any) -> list[Any]:
-    return [leaf for part in piece for leaf in _leaves(part)] if isinstance(piece, tuple) else [piece]
+def _are_alike(part: Any, other: Any) -> bool:
+    """Return whether two parts differ in numbers only, not in types and shapes."""
+    if part is other:
+        return True
+    if _is_number(part):
+        return _is_number(other) and np.shape(part) == np.shape(other)
+    return np.array_equal(part, other)
 
 
-def _in_a_row(numbers: Numbers) -> Vector:
-    """Return all numbers of a run as one row."""
-    return np.concatenate([np.ravel(leaf) for leaf in _leaves(numbers) if _is_number(leaf)])
-
-
-def rates_of(name: str, usual: Numbers, around: Sequence[Numbers], step: float) -> tuple[Numbers, Numbers]:
-    """Return the derivatives of numbers from those around, and the doubt about these.
+def rates_of(name: str, usual: Numbers, around: Sequence[Numbers], step: float) -> tuple[Vector, Vector]:
+    """Return the derivatives of numbers from those around, and the doubt about these, each as a row.
 
     The doubt is how much derivatives of order two differ, and how much those of both sides do beyond what a smooth
     curve, whose second difference grows with the step, explains: so a kink, a jump or chance shows.
 
     Raises a ValueError where the numbers change their kind or count.
     """
-    if not all(_are_alike(usual, numbers) for numbers in around):
+    first, *others = pieces = [_add_parts(numbers, []) for numbers in (usual, *around)]
+    if not all(len(other) == len(first) and all(map(_are_alike, first, other)) for other in others):
         raise ValueError(
             f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
             "may; fix the mesh (cells), or reduce with another tolerance"
         )
-    here, values = _in_a_row(usual), np.array([_in_a_row(numbers) for numbers in around])
-    before, below, above, after = values
-    moves = np.ptp(values, axis=0) > ROUNDING * abs(values).max(axis=0)
-    rate = np.where(moves, WEIGHTS @ values, 0.0) / step
+    places = [place for place, part in enumerate(first) if _is_number(part)]
+    rows = [np.concatenate([np.ravel(parts[place]) for place in places]) for parts in pieces]
+    here, before, below, above, after = values = np.array(rows)
+    moves = np.ptp(values[1:], axis=0) > ROUNDING * abs(values[1:]).max(axis=0)
+    rate = np.where(moves, WEIGHTS @ values[1:], 0.0) / step
     bend = (2.0 * (above + below) - 0.5 * (after + before) - 3.0 * here) / step
-    doubt = np.where(moves, rate - (above - below) / (2.0 * step) + bend, 0.0)
-
-    def as_piece(row: Vector) -> Any:
-        ends = np.cumsum([np.size(leaf) if _is_number(leaf) else 0 for leaf in _leaves(usual)])
-        parts = iter(np.split(row, ends[:-1]))
-
-        def part(leaf: Any) -> Any:
-            numbers = next(parts)
-            return numbers.reshape(np.shape(leaf)) if _is_number(leaf) else leaf
-
-        return over_leaves(part, usual)
-
-    return as_piece(rate), as_piece(doubt)
+    return rate, np.where(moves, rate - (above - below) / (2.0 * step) + bend, 0.0)
 
 
-def _changes(rate: Any) -> bool:
-    """Return whether any number of a piece changes with a parameter, by its derivatives."""
-    return any(map(_changes, rate)) if isinstance(rate, tuple) else _is_number(rate) and bool(np.any(rate))
+def _changed_bodies(usual: Numbers, changes: Vector) -> tuple[int, int]:
+    """Return the range of bodies whose masses, or contacts ahead, parameters change; −1 twice if they change more.
+
+    changes: whether any parameter changes a number, as a row.
+    """
+    (chain, *others), bodies = usual.chains, list[int]()
+
+    def visit(value: Any, place: slice) -> Any:
+        each = value is chain.inverse_mass or value is getattr(chain.law, "stiffness", None)
+        bodies.extend(np.flatnonzero(changes[place]) if each else [-1] * int(changes[place].any()))
+        return value
+
+    over_numbers(visit, usual.chains)
+    if others or -1 in bodies:
+        return -1, -1
+    return min(bodies, default=chain.inverse_mass.size - 1), max(bodies, default=-1) + 1
 
 
 def zeros(*shape: int) -> Vector:
     """Return numbers that are zero from the begin of a line of the cache on: dual numbers take half the time then."""
-    count = int(np.prod(shape))
+    count = prod(shape)
     memory = np.zeros(count + LINE // 8)
     start = -memory.ctypes.data % LINE // memory.itemsize
     return memory[start : start + count].reshape(shape)
@@ -328,10 +341,10 @@ class TangentEngine(Engine):
         self.entries = WIDTHS[self.width]
         self.groups = range(ceil(self.directions / (self.entries - 1)))
         # The group and the entry of each direction that is not that of a surface.
-        places = (divmod(number, self.entries - 1) for number in range(self.interface.size, self.directions))
-        self._places = [(group, 1 + number) for group, number in places]
-        self._recorders, self._numbers = dict[float, Tangents](), dict[float, tuple[Numbers, list[Numbers]]]()
-        self.moving = self._moving(*self._rates(self.length))
+        self.group, entry = np.divmod(np.arange(self.interface.size, self.directions), self.entries - 1)
+        self.entry = 1 + entry
+        self._recorders, self._numbers = dict[float, Tangents](), dict[float, Numbers]()
+        self.moving = self._moving(self._dual(self.length))
         rows, groups = plan.rows, len(self.groups)
         self.force = self._zeros(groups, rows, frames.sensors.force.shape[1])
         self.velocity = self._zeros(groups, rows, frames.sensors.velocity.shape[1])
@@ -340,78 +353,67 @@ class TangentEngine(Engine):
         """Return dual numbers that are zero, as plain numbers."""
         return zeros(*shape, self.entries)
 
-    def _rates(self, length: float) -> tuple[Numbers, list[Numbers]]:
-        """Return the numbers of the run, and their derivatives in each direction."""
-        if length not in self._numbers:
-            usual = numbers_of(self.simulation, length, None, self.windows)
-            rates, doubts = list[Numbers](), list[Numbers]()
-            for name, simulations, step in self.parameters:
-                around = [numbers_of(run, length, self.simulation, self.windows) for run in simulations]
-                around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
-                rate, doubt = rates_of(name, usual, around, step)
-                rates.append(rate)
-                doubts.append(doubt)
-            values = [step / STEP for _, _, step in self.parameters]
+    def _dual(self, length: float) -> Numbers:
+        """Return the numbers of the run as dual ones; what no parameter changes stays plain in pieces."""
+        if length in self._numbers:
+            return self._numbers[length]
+        usual, slopes = numbers_of(self.simulation, length, None, self.windows), list[tuple[Vector, Vector]]()
+        for name, simulations, step in self.parameters:
+            around = [numbers_of(run, length, self.simulation, self.windows) for run in simulations]
+            around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
+            slopes.append(rates_of(name, usual, around, step))
+        rates, doubts = (np.array(rows) for rows in zip(*slopes, strict=True))
+        values = np.array([step / STEP for _, _, step in self.parameters])
+        directions = doubts if self.doubts else np.vstack([rates, values @ doubts])
+        changes: Any = directions.any(axis=0)
+        pieces = changes.size - sum(map(np.size, usual[2:]))
+        (first, end), chain = _changed_bodies(usual, changes), usual.chains[0]
+        starts = changes[-sum(map(np.size, usual[3:])) :]
+        self.begin = first if chain.quiet and not starts.any() else -1
+        partly = end > 0 and isinstance(chain.law, Hertz) and isinstance(chain.scheme, Verlet)
 
-            def together(*leaves: Any) -> Any:
-                return np.tensordot(values, np.array(leaves), 1) if _is_number(leaves[0]) else leaves[0]
+        def dual(value: Any, place: slice) -> Any:
+            each = partly and (value is chain.inverse_mass or value is chain.law.stiffness)
+            if place.start < pieces and not (each or changes[place].any()):
+                return value
+            lanes = self._zeros(len(self.groups), *np.shape(np.atleast_1d(value)))
+            flat = lanes.reshape(len(self.groups), -1, self.entries)
+            flat[..., 0] = np.ravel(value)
+            flat[self.group, :, self.entry] = directions[:, place]
+            return (Lane if np.ndim(value) == 0 else Lanes)(lanes, self.width())
 
-            self._numbers[length] = usual, doubts if self.doubts else [*rates, over_leaves(together, *doubts)]
+        numbers: Any = over_numbers(dual, usual)
+        if partly:
+            law = Partly(numbers.chains[0].law.stiffness, chain.law, chain.inverse_mass, first, end)
+            numbers = numbers._replace(chains=(numbers.chains[0]._replace(law=law),))
+        self._numbers[length] = numbers
         return self._numbers[length]
 
-    def _dual(self, usual: Any, rates: Sequence[Any], plain: bool = True) -> Any:
-        """Return a piece in dual numbers; as it is where no parameter changes it, which takes half the time.
-
-        plain: whether it may stay as it is.
-        """
-        if plain and not any(map(_changes, rates)):
-            return usual
-
-        def dual(value: Any, *slopes: Any) -> Any:
-            if not _is_number(value):
-                return value
-            values = self._lanes(np.atleast_1d(np.asarray(value)), [np.atleast_1d(slope) for slope in slopes])
-            return (Lane if np.ndim(value) == 0 else Lanes)(values, self.width())
-
-        return over_leaves(dual, usual, *rates)
-
-    def _lanes(self, value: Vector, slopes: Sequence[Vector]) -> Vector:
-        """Return dual numbers as groups × shape × entries. The first directions are those of the surfaces."""
-        lanes = self._zeros(len(self.groups), *value.shape)
-        lanes[..., 0] = value
-        for slope, (group, entry) in zip(slopes, self._places, strict=False):
-            lanes[group, ..., entry] = slope
-        return lanes
-
-    def _moving(self, usual: Numbers, rates: Sequence[Numbers]) -> Moving:
+    def _moving(self, numbers: Any) -> Moving:
         """Return the start of the run in dual numbers."""
-        groups, contacts, coordinates = len(self.groups), self.interface.size, usual.y.size
+        groups, contacts, coordinates = len(self.groups), self.interface.size, self.interface.begin[-1, 0]
         return Moving(
-            self._lanes(usual.y, [rate.y for rate in rates]),
-            self._lanes(usual.v, [rate.v for rate in rates]),
+            numbers.y.values,
+            numbers.v.values,
             self._zeros(groups, 2, self.trial.free.size),
             np.zeros(groups, dtype=int),
             self._zeros(groups, 3, contacts),
             self._zeros(groups, 2, contacts),
             self._zeros(1, WORK_ROWS, coordinates),
             np.zeros(groups, dtype=bool),
+            np.zeros(1, dtype=bool),
         )
 
     def recorder_of(self, length: float) -> Tangents:
         """Return the recorder for windows of a length, s."""
         if length not in self._recorders:
-            usual, rates = self._rates(length)
-            model = Model(
-                self._dual(usual.chains, [rate.chains for rate in rates]),
-                self._dual(usual.structure, [rate.structure for rate in rates]),
-                self._dual(usual.compliance, [rate.compliance for rate in rates], plain=False),
-                self._dual(usual.static, [rate.static for rate in rates], plain=False),
-            )
+            numbers: Any = self._dual(length)
+            model = Model(*numbers[:4])
             contacts, (_, plan) = self.interface.size, self.of_length(length)
             plan = self.contacts(plan.compliance, plan.steps, alone=False)
             self._recorders[length] = Tangents(
                 self.frames.saved, self.frames.sensors, plan, model, self.moving, np.zeros((contacts, contacts)),
-                self.force, self.velocity, self.width(),
+                self.force, self.velocity, self.width(), self.begin,
             )  # fmt: skip
         return self._recorders[length]
 
@@ -422,6 +424,7 @@ class TangentEngine(Engine):
     def by_direction(self) -> tuple[list[Vector], list[Vector]]:
         """Return the derivatives of forces and velocities in each direction."""
         force, velocity = (
-            [kept[group, ..., entry] for group, entry in self._places] for kept in (self.force, self.velocity)
+            [kept[group, ..., entry] for group, entry in zip(self.group, self.entry, strict=True)]
+            for kept in (self.force, self.velocity)
         )
         return force, velocity

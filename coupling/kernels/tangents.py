@@ -19,7 +19,7 @@ from coupling.kernels.agreement import PIECES
 from coupling.kernels.recorders import reads_structure, record
 from particles.kernels.motion import advance, contact_forces
 from structures.kernels.arrays import solve
-from structures.kernels.duals import Lanes, as_duals
+from structures.kernels.duals import Lanes, as_duals, value_of
 from structures.kernels.families import of_run
 from structures.kernels.kernel_cache import inner
 from structures.kernels.linear import let_go, push, read, respond
@@ -57,6 +57,8 @@ class Moving(NamedTuple):
     """Work space of chains."""
     moved: Vector
     """Whether the structures of each group have moved."""
+    begun: Vector
+    """1: whether any derivative may differ from zero."""
 
 
 class Tangents(NamedTuple):
@@ -77,6 +79,8 @@ class Tangents(NamedTuple):
     """Groups × saved times × bodies × entries."""
     width: Any
     """Four, Eight or Sixteen entries."""
+    begin: int
+    """The body on whose motion the first derivatives wait; −1 where they begin with the run."""
 
     @staticmethod
     def reads_structure(recorder: Any, row: int) -> bool:
@@ -85,8 +89,13 @@ class Tangents(NamedTuple):
     @staticmethod
     def watch(recorder: Any, run: Any, trial: Any, t: float, window: float) -> None:
         """Move the dual numbers on over a window that is agreed, before the run takes it over."""
-        for group in range(recorder.force.shape[0]):
+        groups = recorder.force.shape[0]
+        if not has_begun(recorder, run, trial):
+            return
+        for group in range(groups):
             move_group(recorder, group, run, trial, t, window)
+        # The first group, which has what the others need, forgets it.
+        for group in range(groups - 1, -1, -1):
             join_group(recorder, group, trial)
 
     @staticmethod
@@ -99,18 +108,29 @@ class Tangents(NamedTuple):
 
 
 @inner()
+def has_begun(recorder: Any, run: Any, trial: Any) -> bool:
+    """Return whether any derivative may differ from zero: before the wave is where a parameter acts, none does."""
+    moving, begin = recorder.moving, recorder.begin
+    if not moving.begun[0]:
+        begun = begin < 0 or trial.y[begin] != 0.0 or trial.v[begin] != 0.0
+        for k in range(trial.contact.size):
+            begun = begun or trial.contact[k].force != 0.0
+        moving.begun[0] = begun
+        for i in range(run.y.size):
+            moving.y[:, i, 0], moving.v[:, i, 0] = run.y[i], run.v[i]
+    return bool(moving.begun[0])
+
+
+@inner()
 def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window: float) -> None:
     """Move the dual numbers of a group on over a window whose forces are held, and its surfaces at the end."""
     moving, plan, width, count = recorder.moving, recorder.plan, recorder.width, trial.contact.size
     chains, structure, compliance, static = of_run(recorder.model, group)
     body, force = as_duals(moving.body, group, width), as_duals(moving.force, group, width)
     surface, now = as_duals(moving.surface, group, width), moving.now[group]
-    take_values(moving, group, run)
     for k in range(count):
         for entry in range(moving.force.shape[3]):
             moving.moved[group] = moving.moved[group] or moving.force[group, 0, k, entry] != 0.0
-        for i in range(run.y.size if group == 0 else 0):
-            moving.y[0, i, 1 + k], moving.v[0, i, 1 + k] = 0.0, 0.0
     if moving.moved[group]:
         if count == 1:
             respond(structure, force[0, 0], body[now], body[1 - now])
@@ -135,13 +155,6 @@ def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window
     y, v = as_duals(moving.y, group, width), as_duals(moving.v, group, width)
     work = as_duals(moving.work, 0, width)
     answer_chains(chains, 0, plan, t, window, last, bends, y, v, surface, static, force, work)
-
-
-@inner()
-def take_values(moving: Any, group: int, run: Any) -> None:
-    """Take the values of coordinates and velocities from the run."""
-    for i in range(run.y.size):
-        moving.y[group, i, 0], moving.v[group, i, 0] = run.y[i], run.v[i]
 
 
 @inner()
@@ -205,16 +218,22 @@ def join_group(recorder: Any, group: int, trial: Any) -> None:
             moving.force[group, 0, k, entry] = 0.0
     solve(matrix, force[0], count)
     for k in range(count):
-        way = 0.0 * force[0, k]
+        surface[1, k] = surface[0, k]
+        surface[0, k] = 0.0 * force[0, k]
         for j in range(count):
-            way += compliance[k, j, 0] * force[0, j]
+            surface[0, k] += compliance[k, j, 0] * force[0, j]
+        if group == 0:
+            # The direction of the surface begins anew.
+            moving.surface[0, 0, k, 1 + k] = -1.0
+        way = surface[0, k]
         for i in range(y.size):
             y[i] += moving.y[0, i, 1 + k] * way
             v[i] += moving.v[0, i, 1 + k] * way
-        surface[1, k] = surface[0, k]
-        surface[0, k] = surface[2, k] + way
-        for entry in range(1, count + 1 if group == 0 else 1):
-            moving.surface[group, 0, k, entry] = 0.0
+        surface[0, k] += surface[2, k]
+    # Else rounding would part the values of dual numbers from those of the run.
+    for i in range(y.size):
+        y[i] += trial.y[i] - value_of(y[i])
+        v[i] += trial.v[i] - value_of(v[i])
     for k in range(count):
         moving.force[group, 0, k, 0] = trial.contact[k].force
 
@@ -224,7 +243,6 @@ def save_group(recorder: Any, group: int, row: int, t: float, run: Any, begin: V
     """Keep the derivatives of forces and velocities at a saved time."""
     moving, sensors, width = recorder.moving, recorder.sensors, recorder.width
     chains, surface = of_run(recorder.model.chains, group), as_duals(moving.surface, group, width)
-    take_values(moving, group, run)
     window = run.window[0].length if run.totals[0].remembered > 0 else 1.0
     y, v = as_duals(moving.y, group, width), as_duals(moving.v, group, width)
     velocity, work = as_duals(recorder.velocity, group, width), as_duals(moving.work, 0, width)

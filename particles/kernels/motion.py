@@ -12,7 +12,15 @@ from particles.kernels.drives import (
     place_and_speed,
     replaces_contact,
 )
-from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, overlap_on_spring, with_memory
+from particles.kernels.laws import (
+    NOT_NEGATIVE,
+    copy_limits,
+    force_of_step,
+    lost_to_yielding,
+    move_bodies,
+    overlap_on_spring,
+    with_memory,
+)
 from particles.kernels.losses import lose_on_bodies
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
 from structures.kernels.kernel_cache import entry, inner
@@ -21,10 +29,6 @@ from structures.structure import Vector
 
 WORK_ROWS = 9
 """Rows of work space, each as long as the coordinates."""
-
-NOT_NEGATIVE = 0x7FFF_FFFF
-"""A mask of an index. It says to the compiler that no index counts from the end of an array: else the pass over the
-bodies would have no vector instructions, and take three times as long."""
 
 
 class ChainModel(NamedTuple):
@@ -154,11 +158,7 @@ class Verlet(NamedTuple):
                 behind, push = move_first(drive, chain, law, y, v, t + step * dt, kick, drift)
                 impulse_behind += kick * behind
                 begin = 1
-            for i in range(begin & NOT_NEGATIVE, end & NOT_NEGATIVE):
-                ahead = force_of_step(law, i, y[i] - y[i + 1])
-                v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity[i])
-                y[i] += drift * v[i]
-                behind = ahead
+            behind = move_bodies(law, inverse_mass, gravity, y, v, behind, kick, drift, begin, end)
             speed = v[end] + kick * (inverse_mass[end] * (behind - wall_force) + gravity[end])
             v[end] = speed
             y[end] += drift * speed

@@ -367,14 +367,15 @@ def without_small(number: Any, smallest: float) -> Any:
     return number if abs(number) >= smallest else 0.0
 
 
-def where_dual(function: Any, of_duals: Any, number: int = 0) -> None:
-    """Let a function be compiled in another way where its argument of this number is dual."""
+def where_dual(function: Any, of_duals: Any, number: int = 0, **options: Any) -> None:
+    """Let a function be compiled in another way where its argument of this number is dual, or an array of duals."""
 
     def choose(*arguments: Any) -> Any:
-        return of_duals if isinstance(arguments[number], Dual) else function
+        kind = arguments[number]
+        return of_duals if isinstance(getattr(kind, "dtype", kind), Dual) else function
 
     choose.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
-    overload(function, OPTIONS | {"forceinline": True}, strict=False, target="generic")(choose)
+    overload(function, OPTIONS | {"forceinline": True} | options, strict=False, target="generic")(choose)
 
 
 where_dual(value_of, lambda number: entry_of(number))
