@@ -1,7 +1,7 @@
 """Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -50,6 +50,9 @@ EXCLUDED = 100.0
 FEWEST_LIKELY, FAR_WORSE = 3, 10.0
 """Minima between runs that are looked at, whatever the number of starts; how much worse than the best one they may seem
 where no run is near."""
+
+OF_SCALES = 0.7
+"""Scales of the interpolation serve until the runs of which they were chosen are a smaller part of all."""
 
 NEW = 1e-3
 """A run is made where none is within this part of each range."""
@@ -107,6 +110,8 @@ class GlobalSearch:
         self._runs = list[tuple[Vector, Vector]]()
         """Places and traces of the scan."""
         self._interpolated: GlobalSearch | None = None
+        self._scales: tuple[int, Any] = 0, None
+        """Runs from which the scales of the interpolation were chosen, and these."""
         self.rises = dict[int, tuple[float, float]]()
         """Of χ² at BESIDE[0] standard deviations to both sides of the best fit, by the number of the unknown."""
 
@@ -163,7 +168,8 @@ class GlobalSearch:
             if idle > (MORE_IDLE if explained else MOST_IDLE) or (explained and max(away) < SAME):
                 idle = 0
                 if lines:
-                    self._scanned(self._line_through(best[0].p, lines.pop()))
+                    self._scanned(np.concatenate([self._line_through(best[0].p, k) for k in lines]))
+                    lines = []
                 elif explained or 2 * count > widest:
                     return self._solved_from(likely, explained=explained)
                 else:
@@ -193,8 +199,11 @@ class GlobalSearch:
     def _interpolate(self) -> "GlobalSearch | None":
         """Return the search between all runs of the scan; None where there are too few."""
         places, traces = (np.array(column) for column in zip(*self._runs, strict=True))
-        surrogate = interpolated(self.misfit.prediction, places, traces)
+        of, scales = self._scales
+        anew = of < OF_SCALES * len(places)
+        surrogate = interpolated(self.misfit.prediction, places, traces, None if anew else scales)
         if surrogate is not None:
+            self._scales = len(places) if anew else of, surrogate.scales
             misfit = self.misfit.on(surrogate)
             self._interpolated = GlobalSearch(misfit, self.starts, 0, self.seed, None, self.lines)
         return None if surrogate is None else self._interpolated
@@ -339,7 +348,8 @@ class GlobalSearch:
             return full_point
 
         def slope(x: Vector) -> Vector:
-            jacobian: Vector = self.between.misfit.at(full(x), self.steps, rough=True).projected[:, free]
+            of = self.between if len(self.ranges) <= WELL_SCANNED else self
+            jacobian: Vector = of.misfit.at(full(x), self.steps, rough=True).projected[:, free]
             return jacobian
 
         if not free.size:

@@ -33,9 +33,10 @@ class _Radial:
     Each range has the unit in which the values at each place are best predicted from those at the others.
     """
 
-    def __init__(self, places: Vector, values: Vector) -> None:
-        self.places, self.count, self.scales = places, len(places), np.ones(places.shape[1])
-        for k in [*range(self.scales.size)] * 2:
+    def __init__(self, places: Vector, values: Vector, scales: Vector | None) -> None:
+        self.places, self.count = places, len(places)
+        self.scales = np.ones(places.shape[1]) if scales is None else scales
+        for k in [*range(self.scales.size)] * 2 if scales is None else []:
             others = self.scales.copy()
             choices = [np.where(np.arange(others.size) == k, scale, others) for scale in SCALES]
             self.scales = min(choices, key=lambda scales: self._left(scales, values))
@@ -84,12 +85,14 @@ class Surrogate(Prediction):
     """A prediction whose traces are interpolated between runs.
 
     places: of the runs, runs × unknowns; traces: runs × sensors × times; waves: arrival, in steps, and height of the
-    first wave of each run.
+    first wave of each run; scales: those of an interpolation of most of these runs.
     """
 
     costs_runs = False
 
-    def __init__(self, prediction: Prediction, places: Vector, traces: Vector, waves: Vector) -> None:
+    def __init__(
+        self, prediction: Prediction, places: Vector, traces: Vector, waves: Vector, scales: Sequence[Vector] | None
+    ) -> None:
         vars(self).update(vars(prediction), _last={})
         arrivals, heights = waves.T
         self._steps = np.arange(0.0, prediction.time.size)
@@ -100,7 +103,10 @@ class Surrogate(Prediction):
             for trace, arrival, height in zip(traces, arrivals, heights, strict=True)
         ])  # fmt: skip
         common, everyone = int(np.searchsorted(self._units, lasting.min())), np.arange(len(waves))
-        self._waves, self._shapes = _Radial(places, np.log(waves)), _Radial(places, shapes[:, 0, :common:THINNED])
+        of_waves, of_shapes = scales or (None, None)
+        self._waves = _Radial(places, np.log(waves), of_waves)
+        self._shapes = _Radial(places, shapes[:, 0, :common:THINNED], of_shapes)
+        self.scales = self._waves.scales, self._shapes.scales
         self._of_waves = self._waves.weights(everyone) @ np.log(waves)
         self._of_shapes = np.zeros((len(self._of_waves), *shapes.shape[1:]))
         ends = np.linspace(common, self._units.size, PARTS + 1).astype(int)
@@ -127,13 +133,15 @@ class Surrogate(Prediction):
         return traces
 
 
-def interpolated(prediction: Prediction, places: Vector, traces: Vector) -> Surrogate | None:
+def interpolated(
+    prediction: Prediction, places: Vector, traces: Vector, scales: Sequence[Vector] | None = None
+) -> Surrogate | None:
     """Return what interpolates runs; None where too few have a first wave."""
     waves = np.array([_first_wave(trace[0]) for trace in traces])
     usable = waves.min(axis=1) > 0.0
     if usable.sum() < places.shape[1] + 2:
         return None
-    return Surrogate(prediction, places[usable], traces[usable], waves[usable])
+    return Surrogate(prediction, places[usable], traces[usable], waves[usable], scales)
 
 
 def _first_wave(force: Vector) -> tuple[float, float]:
