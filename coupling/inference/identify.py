@@ -3,21 +3,24 @@
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.signal import medfilt
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.features import Features
 from coupling.inference.identification import Identification
 from coupling.inference.intervals import Judgement
 from coupling.inference.measured import measured_signal
-from coupling.inference.misfit import GAIN, OF_SENSORS, OFFSET, TIME_ZERO, Misfit
+from coupling.inference.misfit import GAIN, OF_SENSORS, OFFSET, TIME_ZERO, Measured, Misfit
 from coupling.inference.plates import Build, PlateSearch
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
 from coupling.inference.search import NEARLY, RUNS_NEARBY, RUNS_OF_LINE, WELL_SCANNED, GlobalSearch
+from coupling.inference.surrogate import FIRST_WAVE
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution
@@ -40,8 +43,8 @@ COMPARE = ("waveform", "features")
 SEARCHES = ("quick", "full")
 """How the unknowns of a plate are searched."""
 
-RUNS_OF_END = 12
-"""Runs of a typical fit after its scan, for each unknown: 24 fits took 0.8 to 1.3 times as many in all."""
+RUNS_OF_END = 10
+"""Runs of a typical fit after its scan, for each unknown: fits took 0.8 to 1.3 times as many in all."""
 
 LONG_TIME = 300.0
 """The time (s) of which the user is warned."""
@@ -120,7 +123,8 @@ def identify(
     ------
     ValueError
         For signals without samples that count, sensors that are not in the chain, ranges without width, unknowns that
-        the builder does not take, and records that are too short or too coarse.
+        the builder does not take, records that are too short or too coarse, and where the wave reaches two sensors in
+        another order than in a run, as from swapped channels.
 
     Warns
     -----
@@ -182,6 +186,7 @@ def identify(
         runs = likely_runs(len(lines), len(wanted) - len(lines), start is not None, count)
         if start is None:
             _warn_of_time(prediction, runs)
+        _check_order(prediction, measured, start)
         inputs = {"unknowns": dict(ranges), "nuisances": names, "until": length, "seed": seed, "compare": compare}
         if "sensor_force" in signal:
             inputs["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
@@ -222,7 +227,7 @@ def likely_runs(unknowns: int, nuisances: int = 0, guess: bool = False, scan: in
     if guess:
         return RUNS_NEARBY * size
     scanned = SCANNED.get(size, MOST_SCANNED) if scan is None else scan
-    return scanned + RUNS_OF_END * size + (2 * NEARLY + (RUNS_OF_LINE if size > WELL_SCANNED else 0)) * unknowns
+    return scanned + RUNS_OF_END * size + (NEARLY + (RUNS_OF_LINE if size > WELL_SCANNED else 0)) * unknowns
 
 
 def _warn_of_time(prediction: Prediction, runs: int) -> None:
@@ -274,6 +279,32 @@ def _check_record(prediction: Prediction, step: float, record: float) -> None:
             f"{readable(wave, 's', 4)} through the chain; "
             "record longer, or give a longer until"
         )
+
+
+def _check_order(prediction: Prediction, measured: Measured, start: Vector | None) -> None:
+    """Raise a ValueError where the wave reaches two sensors in another order than in a run."""
+    if len(measured.sensors) < 2:
+        return
+    traces = prediction.trace(np.full(len(prediction.ranges), 0.5) if start is None else start)
+    if not np.isfinite(traces).all():
+        return
+    there = [_rises_at(force, measured.step) for force in measured.force]
+    expected = [_rises_at(force, prediction.interval) for force in traces]
+    for i, j in combinations(range(len(there)), 2):
+        seen, usual = there[j] - there[i], expected[j] - expected[i]
+        if seen * usual < 0.0 and min(abs(seen), abs(usual)) > 0.5 * prediction.contact_time:
+            first, last = (measured.sensors[k] for k in ((i, j) if usual > 0.0 else (j, i)))
+            raise ValueError(
+                f"signal: the wave reaches sensor {last} {readable(abs(seen), 's', 3)} before sensor {first}, but in "
+                f"the chain {readable(abs(usual), 's', 3)} after it; were their channels swapped?"
+            )
+
+
+def _rises_at(force: Vector, step: float) -> float:
+    """Return when a force first exceeds a part of its peak, s; a single sample, as an outlier, does not count."""
+    smooth = medfilt(np.nan_to_num(force), 3)
+    rise = abs(smooth - smooth[1])
+    return step * int(np.argmax(rise > FIRST_WAVE * rise.max()))
 
 
 def _other_unit(step: float, record: float, contact: float, wave: float) -> str:

@@ -32,7 +32,7 @@ from coupling.inference.misfit import (
 from coupling.inference.posterior import sampled
 from coupling.inference.prediction import NUMERICAL
 from coupling.inference.search import BESIDE, SAME, GlobalSearch, Solution, inverse
-from coupling.inference.yield_effect import YIELD, with_yielding
+from coupling.inference.yield_effect import YIELD, with_yielding, yielding_explains
 from structures.caution import caution
 from structures.checks import count_of
 from structures.structure import Vector
@@ -96,6 +96,7 @@ class Judgement:
         """Scan, solve, and judge."""
         prediction = self.misfit.prediction
         prediction.stage("search")
+        self.search.other_explains = yielding_explains
         solutions = self.search.solutions()
         prediction.stage("intervals")
         best, point, beside = self.search.settled(solutions[0])
@@ -116,6 +117,8 @@ class Judgement:
                 f"the residual is {misfit:.3g} times the noise: the model lacks something, and values may be biased by "
                 "more than their intervals"
             )
+        if self.search.ended_early:
+            notes.append("a model whose contacts yield explains the signal, so that the search ended early")
         notes += [
             f"{unknown.name}: {AT_END}; widen it"
             for unknown in unknowns.values()

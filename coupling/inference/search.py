@@ -1,6 +1,6 @@
 """Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -81,8 +81,9 @@ CHECKED, AS_EXPECTED = 3, 0.3
 """Every third of these distances is run; those beside it only where χ² does not rise as expected, to this part, and to
 one: as between runs or, after a guess, as a parabola."""
 
-RUNS_NEARBY = 32
-"""Runs of a typical fit with a guess, for each unknown: half of them by least squares, half beside its minimum."""
+RUNS_NEARBY = 20
+"""Runs of a typical fit with a guess, for each unknown: half of them by least squares, half beside its minimum. One of
+eight unknowns, which are correlated, took 30 to 40 for each."""
 
 
 class Solution(NamedTuple):
@@ -110,6 +111,9 @@ class GlobalSearch:
         self._runs = list[tuple[Vector, Vector]]()
         """Places and traces of the scan."""
         self._interpolated: GlobalSearch | None = None
+        self.other_explains: Callable[[GlobalSearch, Solution], bool] = lambda search, best: False
+        """Whether another model explains the signal near a fit that does not, so that no better one is looked for."""
+        self.ended_early = self._asked = False
         self._scales: tuple[int, Any] = 0, None
         """Runs from which the scales of the interpolation were chosen, and these."""
         self.rises = dict[int, tuple[float, float]]()
@@ -128,6 +132,8 @@ class GlobalSearch:
         explained = bool(solutions) and self.misfit.explains(solutions[0].misfit, solutions[0].p)
         # A residual that is not white may be an echo which is too faint for χ².
         if explained and self.misfit.is_white(self.misfit.residual(solutions[0].p)):
+            return solutions
+        if self.ended_early:
             return solutions
         self._interpolated = None  # what is faint, or what the model lacks, shows in runs alone
         if not explained:
@@ -170,7 +176,7 @@ class GlobalSearch:
                 if lines:
                     self._scanned(np.concatenate([self._line_through(best[0].p, k) for k in lines]))
                     lines = []
-                elif explained or 2 * count > widest:
+                elif explained or 2 * count > widest or self._ends_early(best):
                     return self._solved_from(likely, explained=explained)
                 else:
                     self._scanned(sobol.random(count))
@@ -184,6 +190,12 @@ class GlobalSearch:
             best = _sorted(best)
             idle = 0 if starts and best[0].misfit < HELPS * least else idle + 1
         return []
+
+    def _ends_early(self, best: Sequence[Solution]) -> bool:
+        """Return whether another model explains the signal, where this one does not after its first scan."""
+        if best and not self._asked:
+            self._asked, self.ended_early = True, self.other_explains(self, best[0])
+        return self.ended_early
 
     def _line_through(self, p: Vector, k: int) -> Vector:
         """Return places on the line along a range through a point."""

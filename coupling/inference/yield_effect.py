@@ -52,12 +52,34 @@ def with_yielding(search: GlobalSearch, best: Solution, degrees: int) -> list[st
     return said
 
 
+def yielding_explains(search: GlobalSearch, best: Solution) -> bool:
+    """Return whether contacts that yield, begun at the best fit of an elastic model, explain what that does not."""
+    if not any(finding.startswith(YIELD) and CURE in finding for finding in search.misfit.prediction.warnings):
+        return False
+    elastic = search.misfit.prediction.build
+    # That of a search between runs may not have reached its minimum.
+    return [_explains(search, best, build) for build in (elastic, Dented(elastic))] == [False, True]
+
+
+def _explains(search: GlobalSearch, best: Solution, build: Callable[..., CoSimulation]) -> bool:
+    local = _near(search, best, build)
+    nearest = local.nearest(alone=True)
+    return local.misfit.explains(nearest.misfit, nearest.p)
+
+
+def _near(search: GlobalSearch, best: Solution, build: Callable[..., CoSimulation]) -> GlobalSearch:
+    """Return a search on runs of a builder from the best fit."""
+    elastic, ranges = search.misfit.prediction, search.ranges
+    prediction = Prediction(build, ranges, elastic.sensors, elastic.until)
+    misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
+    return GlobalSearch(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
+
+
 def _moved(search: GlobalSearch, best: Solution, degrees: int) -> str:
     """Return what a fit with the law, begun at the best one, finds; in words."""
     elastic, ranges = search.misfit.prediction, search.ranges
-    prediction = Prediction(Dented(elastic.build), ranges, elastic.sensors, elastic.until)
-    misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
-    local = GlobalSearch(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
+    local = _near(search, best, Dented(elastic.build))
+    prediction = local.misfit.prediction
     with one_thread, Progress(RUNS_NEARBY * len(ranges), label="identify", likely=True) as prediction.progress:
         prediction.stage("yielding")
         nearest = local.nearest(search.misfit.explains(best.misfit, best.p))
