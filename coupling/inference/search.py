@@ -52,7 +52,7 @@ FEWEST_LIKELY, FAR_WORSE = 3, 10.0
 where no run is near."""
 
 OF_SCALES = 0.7
-"""Scales of the interpolation serve until the runs of which they were chosen are a smaller part of all."""
+"""Over many ranges, scales of the interpolation serve until the runs of which they were chosen are a smaller part."""
 
 NEW = 1e-3
 """A run is made where none is within this part of each range."""
@@ -212,7 +212,7 @@ class GlobalSearch:
         """Return the search between all runs of the scan; None where there are too few."""
         places, traces = (np.array(column) for column in zip(*self._runs, strict=True))
         of, scales = self._scales
-        anew = of < OF_SCALES * len(places)
+        anew = len(self.ranges) <= WELL_SCANNED or of < OF_SCALES * len(places)
         surrogate = interpolated(self.misfit.prediction, places, traces, None if anew else scales)
         if surrogate is not None:
             self._scales = len(places) if anew else of, surrogate.scales
