@@ -34,7 +34,7 @@ class StructureWindows:
 
     def of(self, interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
         """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
-        if interface.boxes:
+        if interface.black_boxes:
             # Gaps have work space, which runs at the same time must not share; and each run its own openings.
             return structure_piece(interface, structures, length)
         seats = tuple(tuple(seat) for seat in interface.of_structure)

@@ -127,8 +127,10 @@ class Interface:
         self.indentation_scale = max(chain.indentation_scale for chain in self.chains)
         self.contact_time = min(chain.contact_time for chain in self.chains)
         self.impact_energy = sum(chain.chain.impact_energy for chain in self.chains)
-        self.boxes = [structure for structure in self.structures if isinstance(structure, CheckedParticipant)]
-        self.closing: Closing | None = self.boxes[0].closing if len(self.structures) == len(self.boxes) == 1 else None
+        self.black_boxes = [structure for structure in self.structures if isinstance(structure, CheckedParticipant)]
+        self.closing: Closing | None = (
+            self.black_boxes[0].closing if len(self.structures) == len(self.black_boxes) == 1 else None
+        )
         """The only structure, if its gaps close."""
         self.damped = [
             place

@@ -56,7 +56,7 @@ class Work(NamedTuple):
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:
     """Return whether the compiled loop can run them: Newton's method, on linear structures or one whose gaps close."""
-    if type(scheme) is not Condensed or (interface.boxes and len(interface.structures) > 1):
+    if type(scheme) is not Condensed or (interface.black_boxes and len(interface.structures) > 1):
         return False
     return all(structure.compact for structure in interface.structures)
 
@@ -68,17 +68,17 @@ def run_windows(work: Work) -> None:
     windows = Windows(interface, scheme, window.tolerance if isinstance(window, Adaptive) else None)
     state, done, counts = work.interface.start(scheme.start(work.interface)), 0, Counts()
     if scheme.repeats:
-        for box in interface.boxes:
-            box.check(PROBE * interface.force_scale, plan.length, PROBE * interface.indentation_scale)
+        for black_box in interface.black_boxes:
+            black_box.check(PROBE * interface.force_scale, plan.length, PROBE * interface.indentation_scale)
     frames.record(work.interface, 0, state, counts, plan.length)
     if keeper is not None:
         state, done, counts = keeper.begin(frames, (state, done, counts))
     while done < plan.total:
         many = min(plan.substeps, plan.total - done) if scheme.whole_window else 1
         ends = _advanced(work, windows, state, done, many)
-        for place, box in enumerate(interface.structures if not scheme.repeats and done == 0 else ()):
-            if isinstance(box, CheckedParticipant):  # no force acts in the first substep
-                box.check_rest(ends[0].surface[interface.touching[place]], PROBE * interface.indentation_scale)
+        for place, body in enumerate(interface.structures if not scheme.repeats and done == 0 else ()):
+            if isinstance(body, CheckedParticipant):  # no force acts in the first substep
+                body.check_rest(ends[0].surface[interface.touching[place]], PROBE * interface.indentation_scale)
         for state in ends:
             done, counts = done + 1, counts.plus(state.counts)
             if done % plan.stride == 0:
@@ -94,10 +94,10 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
     try:
         return windows.advance(state, work.plan.length, many)
     except NotConverged as error:
-        for place, box in enumerate(work.interface.structures if work.scheme.repeats else ()):
-            if isinstance(box, CheckedParticipant):  # under the load at which the scheme gave up, and twice that load
-                for forces in (box.last_forces, 2.0 * box.last_forces):
-                    box.check_repeats(state.structures[place], forces, work.plan.length)
+        for place, body in enumerate(work.interface.structures if work.scheme.repeats else ()):
+            if isinstance(body, CheckedParticipant):  # under the load at which the scheme gave up, and twice that load
+                for forces in (body.last_forces, 2.0 * body.last_forces):
+                    body.check_repeats(state.structures[place], forces, work.plan.length)
         raise NotConverged(f"window {done // work.plan.substeps + 1}, {error}") from error
     except FloatingPointError as error:
         raise FloatingPointError(f"window from t = {state.time:.6g} s: {error}") from error
@@ -130,11 +130,11 @@ def run_compiled(work: Work) -> None:
 def _check(interface: Interface, state: CoupledState) -> None:
     """Raise FloatingPointError for a state that is no longer finite, ValueError for participants that create energy."""
     check_finite(interface, [(chain.position, chain.velocity) for chain in state.chains], state.surface, state.time)
-    for place, box in enumerate(interface.structures if interface.boxes else ()):
-        if isinstance(box, CheckedParticipant) and box.passive:
+    for place, body in enumerate(interface.structures if interface.black_boxes else ()):
+        if isinstance(body, CheckedParticipant) and body.passive:
             work = float(state.ledger.work[interface.touching[place]].sum())
             if work < -LARGEST_GAIN * interface.impact_energy:
                 raise ValueError(
-                    f"{box.name}.advance gives back more energy than it received, {-work:.3g} J up to t = "
+                    f"{body.name}.advance gives back more energy than it received, {-work:.3g} J up to t = "
                     f"{state.time:.6g} s; check the displacement's sign and unit, or set passive = False"
                 )

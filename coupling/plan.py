@@ -158,7 +158,7 @@ def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
 
 
 def _saved_times(interface: Interface, intervals: float, save_every: float | None = None) -> int:
-    """Return the saved times over so many intervals, the start included; raise a ValueError where they would not fit in
+    """Return the number of saved times over `intervals`, with the start; raise a ValueError where they would not fit in
     memory."""
     bodies = sum(chain.rest.size for chain in interface.chains)
     if intervals * bodies > MOST_SAVED:

@@ -22,7 +22,7 @@ LARGE = 1e-3
 """Part of the impact energy that a run may create or lose without a warning."""
 
 LONG = 200.0
-"""A record is too long if a wave could run to the structure and back so many times."""
+"""A record is too long if a wave could run to the structure and back this many times."""
 
 ROUNDING = 4.0 * float(np.finfo(float).eps)
 """Part of a stored energy that each contact may add to the rounding of their sum, with some margin."""
@@ -53,7 +53,7 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 
 def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> None:
-    """Raise a ValueError for a run of more than so many steps of beads, which names what makes them many."""
+    """Raise a ValueError for a run of more than `most` steps of beads, which names what makes them many."""
     steps = float(sum(chain.steps(until) * chain.mass.size for chain in chains))
     if steps <= most:
         return
@@ -128,9 +128,11 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
     times, highest = interval * np.arange(frames[0].rows, dtype=float), stacked([run.sensors.highest for run in frames])
     wheres = ["mid chain"] if len(motions) == 1 else [f"the middle of chain {number}" for number in range(len(motions))]
     of_records = map(_of_record, chains, motions, [times] * len(motions), wheres)
-    of_boxes = ((run, words) for run in numbers for box in interfaces[run].boxes for words in box.findings())
+    of_black_boxes = (
+        (run, words) for run in numbers for body in interfaces[run].black_boxes for words in body.findings()
+    )
     checks = _of_energy(interfaces, frames), *of_records, yields(chains, motions, times)
-    for run, words in joined(*checks, check_structures(interfaces, motions, highest, interval), of_boxes):
+    for run, words in joined(*checks, check_structures(interfaces, motions, highest, interval), of_black_boxes):
         findings[run].append(words)
     warn([words for of_run in findings for words in of_run])
     return [remarks + of_run for remarks, of_run in zip(laws, findings, strict=True)]

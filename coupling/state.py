@@ -76,7 +76,7 @@ class CoupledState(NamedTuple):
     structures felt, above the static one. counts: of what led here from the state before; several substeps where one
     was halved; the residual, N, is the greatest difference between the forces that the chains answered and those that
     the structures felt. past: the last nodes, newest last. memory: what the scheme starts the next window from. piece:
-    so many substeps converged together where a window was cut, else 0.
+    how many substeps converged together where a window was cut, else 0.
     """
 
     time: float

@@ -110,7 +110,7 @@ def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
-    """Return coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
+    """Return coefficients of a loss at contacts of these reduced masses, kg; a ValueError if they are not valid."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
     if piece not in PIECES:
         _check_own(name, piece, loss)
@@ -122,7 +122,7 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
 
 
 def fastest_rate(loss: Dissipation, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> float:
-    """Return the largest of a loss's rates, 1/s; a ValueError where a user's are none."""
+    """Return the largest of a loss's rates, 1/s; a ValueError if they are not valid."""
     rates = np.asarray(loss.rates(mass, tangent, secant, speed))
     return float(_of_masses(f"{type(loss).__name__}.rates", rates, mass, "as they limit the step").max())
 

@@ -61,7 +61,7 @@ def _materials(pair: tuple[Side, Side]) -> list[Material]:
 
 
 def slower(chain: MovingChain, contact: int, ratio: float) -> str:
-    """Return what keeps a contact from yielding, whose pressure is so many times the one at which it begins."""
+    """Return what keeps a contact from yielding, whose pressure is `ratio` times the one at which it begins."""
     pair = chain.pairs[contact]
     assert pair is not None
     power = _pressure(*pair)[1]

@@ -30,7 +30,7 @@ ShearCorrection = Annotated[float, Quantity()]
 
 @dataclass(frozen=True)
 class PositiveDefinite:
-    """A square matrix of so many rows, symmetric and positive definite, for an annotation."""
+    """A square matrix of `size` rows, symmetric and positive definite, for an annotation."""
 
     size: int
 

@@ -119,7 +119,7 @@ def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
 
 
 def function(name: str, value: Any, count: int, what: str) -> Any:
-    """Return `value`; a ValueError if it is no function of so many arguments. A class is none: its object is meant."""
+    """Return `value`; a ValueError if it is no function of `count` arguments. A class is none: its object is meant."""
     if not callable(value) or isinstance(value, type):
         raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
     takes(f"{name} = {short(value)}", value, count, what)

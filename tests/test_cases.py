@@ -634,8 +634,8 @@ def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Call
     ratios = {row[-1]: float(row[4]) for row in rows_of("brass/waves.csv") if row[1] == "primary"}
     assert ratios == {"elastic": pytest.approx(0.181, abs=5e-4), "Jackson-Green": pytest.approx(0.068, abs=5e-4)}
     traces = [np.loadtxt(f"brass/traces{end}.csv", delimiter=",", skiprows=1) for end in ("", "_yielding")]
-    elastic, dented = (one[one[:, 0] > 3e-4, 1].max() / one[:, 1].max() for one in traces)
-    assert (elastic, dented) == (pytest.approx(0.181, abs=5e-4), pytest.approx(0.068, abs=5e-4))
+    elastic, yielded = (one[one[:, 0] > 3e-4, 1].max() / one[:, 1].max() for one in traces)
+    assert (elastic, yielded) == (pytest.approx(0.181, abs=5e-4), pytest.approx(0.068, abs=5e-4))
     (tmp_path / "critical.toml").write_text(BRASS + CRITICAL, encoding="utf-8")
     command("run", "critical.toml")
     distances = [(row[-1], 1e3 * float(row[0])) for row in rows_of("critical/critical_distance.csv")]

@@ -42,7 +42,7 @@ OF_MEDIAN = sqrt(pi / 2.0)
 to 0.09 times the noise, which thousands of samples after it see."""
 
 OUTLYING, NEIGHBOURS, MOST_ADJACENT = 5.0, 7, 2
-"""An outlier lies so many standard deviations off the median of its neighbours, and is one of two samples at most."""
+"""An outlier is OUTLYING standard deviations off the median of its NEIGHBOURS, in a group of MOST_ADJACENT at most."""
 
 CHANCE = 0.01
 """Outliers whose shares of the lead and of the waves differ as by this chance are errors of the model."""
@@ -189,7 +189,7 @@ def outlying(values: Vector, noise: float) -> NDArray[np.bool_]:
 
 
 def outliers(left: Vector, lead: int) -> NDArray[np.bool_]:
-    """Return which samples are outliers in what a fit leaves of a record; none where the lead, of so many samples, has
+    """Return which samples are outliers in what a fit leaves of a record; none where the lead, of `lead` samples, has
     another share of them than the waves."""
     far, there = outlying(left, 1.0), np.isfinite(left)
     counts = [[int(far[part].sum()), int((there & ~far)[part].sum())] for part in (slice(lead), slice(lead, None))]

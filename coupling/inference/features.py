@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from coupling.inference.misfit import Measured, Misfit, Point
 from coupling.inference.prediction import Curves, Prediction
-from coupling.results.sensor import bridged, noise_level
+from coupling.results.sensor import interpolated_over_gaps, noise_level
 from structures.checks import count_of
 from structures.structure import Vector
 
@@ -39,7 +39,7 @@ class Features(Misfit):
         sensors = measured.sensors
         peaks = np.nanmax(abs(measured.force), axis=-1)
         self._noise = measured.noise / peaks
-        self._seen = np.array([noise_level(bridged(force)) for force in measured.force]) / peaks
+        self._seen = np.array([noise_level(interpolated_over_gaps(force)) for force in measured.force]) / peaks
         self._memory = np.zeros(len(peaks)) if measured.given else memory_of(self._seen / self._noise)
         here = prediction.waves(measured.time, measured.force, sensors)
         scattered = self._scattered(measured.time, measured.force, FEW_DRAWS)

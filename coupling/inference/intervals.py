@@ -41,7 +41,7 @@ WITHIN = 6.0
 """Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
 
 FOLLOWED = 10.0
-"""Minima within so many times this number are solved again where outliers are left out."""
+"""Minima within this many times WITHIN are solved again where outliers are left out."""
 
 REACH = 3.841458820694124
 """χ² of one unknown with probability 95 %."""

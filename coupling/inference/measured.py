@@ -22,7 +22,7 @@ FEWEST_OF_LEAD = 50
 """Samples of a lead that its standard deviation is taken of: 10 % exact."""
 
 CLIPPED, OF_CLIPPED = 3.0, 0.9733369
-"""Values beyond so many standard deviations are left out, and the variance of the others, of a Gaussian."""
+"""Values beyond CLIPPED standard deviations are left out, and the variance of the others, of a Gaussian."""
 
 COLOURED = 3.0
 """Noise is not white if the lead's exceeds that of differences by this many of its standard errors, 1/√n."""

@@ -29,8 +29,8 @@ from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
 
-TO_ZERO = 4.0 / 3.0
-"""An error over its change when lengths are halved, if it falls to a quarter (order 2)."""
+RICHARDSON = 4.0 / 3.0
+"""An error over its change when lengths are halved, by Richardson's extrapolation: at order 2 it falls to a quarter."""
 
 TIGHTER = 1e-2
 """Factor of the tolerance with which a reduction counts as exact."""
@@ -194,21 +194,27 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     with collected() as said:
         values = _measured(run, sensor)
     with collected():
-        tight, lost, of_reduction = _finer(REDUCTION, usual, build, parameters)
-        small, wrong, of_mesh = _finer(MESH, usual, build, parameters)
+        finer_reduction, reduction_factor, of_reduction = _finer(REDUCTION, usual, build, parameters)
+        finer_mesh, mesh_factor, of_mesh = _finer(MESH, usual, build, parameters)
         plan = usual.plan(until)
         shorter = _measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
-        tightly = values if tight is usual else _measured(tight.run(until, sensors=saved), sensor)
-        smaller = values if small is usual else _measured(small.run(until, sensors=saved), sensor)
-    changes = {TIME: (TO_ZERO, values, shorter), MESH: (wrong, values, smaller), REDUCTION: (lost, values, tightly)}
+        of_finer = [
+            values if fine is usual else _measured(fine.run(until, sensors=saved), sensor)
+            for fine in (finer_mesh, finer_reduction)
+        ]
+    changes = {
+        TIME: (RICHARDSON, shorter),
+        MESH: (mesh_factor, of_finer[0]),
+        REDUCTION: (reduction_factor, of_finer[1]),
+    }
     present = {name: value for name, value in values.items() if not isnan(value)}
     parts = {
-        source: {name: factor * (there[name] - here[name]) for name in present}
-        for source, (factor, there, here) in changes.items()
+        source: {name: factor * (values[name] - refined[name]) for name in present}
+        for source, (factor, refined) in changes.items()
     }
     notes = {TIME: "windows, steps and saved intervals halved", MESH: of_mesh, REDUCTION: of_reduction}
     warnings = list(dict.fromkeys(said))
-    warnings += [f"{source}: {notes[source]}" for source, (factor, _, _) in changes.items() if isnan(factor)]
+    warnings += [f"{source}: {notes[source]}" for source, (factor, _) in changes.items() if isnan(factor)]
     warnings += [
         f"{source}: {MEASURES[name].label} has no error, as the finer run does not have this wave"
         for source, part in parts.items()
@@ -238,6 +244,7 @@ def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
     """Return a simulation with windows and steps of half the length."""
     windows: dict[str, Any] = {"window": plan.length * plan.substeps / 2.0, "substeps": plan.substeps}
     if isinstance(simulation.window, Adaptive):
+        # A window's error, of a chord to a parabola, grows as its length squared: a quarter is half the window.
         windows = {"window": Adaptive(simulation.window.tolerance / 4.0)}
     return simulation.replace(**windows, dt=plan.length / simulation.chain.steps(plan.length) / 2.0)
 
@@ -255,14 +262,14 @@ def _finer(
     factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
     try:
         fine = _built(build, parameters, **factors)
-    except ValueError as error:  # too many cells, where the user's are just enough
+    except ValueError as error:  # too many cells: those of the user are near the limit
         return usual, nan, f"not estimated; {error}"
     for i in having:
         old, new = (simulation.interface.structures[i].structure for simulation in (usual, fine))
         if old is None or _same(old, new):
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
             return usual, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
-    return (fine, TO_ZERO, "cells halved") if source == MESH else (fine, 1.0, "to a hundredth of its tolerance")
+    return (fine, RICHARDSON, "cells halved") if source == MESH else (fine, 1.0, "to a hundredth of its tolerance")
 
 
 def _has(source: str, structure: Structure | None) -> bool:
@@ -270,7 +277,7 @@ def _has(source: str, structure: Structure | None) -> bool:
     if structure is None:
         return source == MESH
     if source == MESH:
-        return bool(structure.mass.count_nonzero())
+        return bool(structure.mass.count_nonzero())  # a mesh has mass; closed forms, as of the half-space, have none
     report: Any = structure.origin.get("reduction")
     return report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
 

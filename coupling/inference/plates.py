@@ -42,7 +42,7 @@ AROUND = 0.05
 """Half of the range of positions of the basis, as a part of the distance from the nearest edge; and more:"""
 
 ERRORS, CELLS, WIDEST = 3.0, 2.0, 0.3
-"""so many half intervals of the guess, and so many cells."""
+"""This many half intervals of the guess, and this many cells; WIDEST is the greatest part of that distance."""
 
 EDGES = {"clamped": "clamped", "simple": "simple", "soft simple": "simple", "free": "free"}
 """The edge of a half-plane that stands for each support."""
@@ -468,7 +468,7 @@ class PlateFit:
         return trace, noise, slope / np.linalg.norm(slope, axis=0)
 
     def _trace(self, steps: dict[str, float]) -> Vector:
-        """Return the trace, with some values moved by so many STEP."""
+        """Return the trace, with some values moved by these multiples of STEP."""
         values = {name: value * (1.0 + STEP * steps.get(name, 0.0)) for name, value in self.values.items()}
         with collected():
             return self._read(self.build(**values).reduced(self.search.until))

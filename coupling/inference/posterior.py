@@ -18,7 +18,7 @@ START = 0.3
 """The walkers start around the best fit, within this part of its standard deviations."""
 
 LONG_ENOUGH = 50.0
-"""A chain of so many autocorrelation times gives the interval to some 10 % (Goodman and Weare, 2010, section 4)."""
+"""A chain of this many autocorrelation times gives the interval to some 10 % (Goodman and Weare, 2010, section 4)."""
 
 
 def sampled(search: GlobalSearch, best: Vector, flatness: float, runs: int, seed: int) -> xr.Dataset:

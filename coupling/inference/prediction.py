@@ -140,7 +140,7 @@ class Prediction:
         self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
         quick = self.first.replace(accuracy=ACCURACY)
-        self._quick = self.first.longest_window < 0.999 * quick.longest_window and not self.first.interface.boxes
+        self._quick = self.first.longest_window < 0.999 * quick.longest_window and not self.first.interface.black_boxes
         beads = len(self.first.chain.chain.beads)
         if wrong := [n for n in self.sensors if not 1 <= n <= beads]:
             raise ValueError(f"sensors = {self.sensors!r}: bead {wrong[0]} is not in the chain, which has {beads}")

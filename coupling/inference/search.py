@@ -26,8 +26,8 @@ FROM_LINES, MOST_ROUNDS = 8, 4
 """Starts of least squares from the scans along all ranges, which are repeated while they find a better fit."""
 
 FLAT, FEWEST_FLAT, FINER = 0.1, 4, 5
-"""Where χ² of so many points of a line exceeds the least by this part, a faint echo may hide between them, and the line
-is so many times finer there."""
+"""Where χ² of FEWEST_FLAT points of a line exceeds the least by the part FLAT, a faint echo may hide between: there the
+line is FINER times finer."""
 
 SAME = 1e-2
 """Solutions that differ by less than this part of each range, or by three standard deviations, are one."""
@@ -62,7 +62,7 @@ HELPS, MOST_IDLE, MORE_IDLE, WIDEST_SCAN = 0.99, 1, 4, 8
 than the next one where a fit explains the signal already, the scan doubles, up to this multiple."""
 
 WELL_SCANNED, RUNS_OF_LINE = 2, 16
-"""A scan over more ranges than this number is followed by so many runs along each range, through the best fit."""
+"""A scan over more ranges than this number is followed by RUNS_OF_LINE runs along each range, through the best fit."""
 
 MOST_FALL, LEAST_FALL, MOST_STEPS = 1.0, 0.1, 4
 """Of χ² over a last step, on which derivatives hardly change: a standard deviation; of a profile. The most steps."""
@@ -75,7 +75,7 @@ BESIDE = 2.0 * 1.5 ** np.arange(11)
 that are closer to each other than the points of any scan: a plate's edge at 37 mm was found at 36.8."""
 
 NEARLY = 7
-"""After a search between runs, which has looked at those farther away, it is so many of these distances."""
+"""After a search between runs, which has looked at those farther away, it is this many of these distances."""
 
 CHECKED, AS_EXPECTED = 3, 0.3
 """Every third of these distances is run; those beside it only where χ² does not rise as expected, to this part, and to
@@ -204,7 +204,7 @@ class GlobalSearch:
         return places
 
     def _candidates(self, count: int) -> Vector:
-        """Return the points of a scan between so many runs."""
+        """Return the points of a scan between `count` runs."""
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed + 1), int(np.ceil(np.log2(CANDIDATES * count)))
         return np.asarray(sobol.random_base2(number))
 

@@ -21,7 +21,7 @@ FIRST_WAVE = 0.3
 """Part of the greatest force that the first wave exceeds."""
 
 THINNED = 16
-"""Of so many times one tells in which units of the ranges runs predict each other best."""
+"""One time in this many tells in which units of the ranges runs predict each other best."""
 
 PARTS = 8
 """Parts of the time after which some runs have ended, in units of their first wave."""

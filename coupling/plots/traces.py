@@ -29,7 +29,7 @@ SPECTRUM_ENDS = 1e-2
 """A spectrum is shown up to the highest frequency at which it exceeds this part of its peak."""
 
 FINER = 8
-"""A spectrum is computed at so many more frequencies than there are samples, which shows it as a smooth curve."""
+"""A spectrum is computed at this many times more frequencies than samples, which shows it as a smooth curve."""
 
 ENERGIES = {
     "kinetic_energy": "motion of striker and beads",

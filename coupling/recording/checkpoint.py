@@ -35,8 +35,8 @@ INTERVAL = 10.0
 """Seconds between checkpoints, or more, see PAUSE."""
 
 PAUSE = 10.0
-"""Between two checkpoints a run continues for at least so many times the duration of the last writing, which grows with
-the number of saved times."""
+"""Between two checkpoints a run continues for at least this many times the duration of the last writing, which grows
+with the number of saved times."""
 
 PROBE = 0.01
 """Part of the greatest force with which structures are pushed: their response identifies them."""
@@ -73,7 +73,7 @@ class Keeper:
         trust: bool = False,
     ) -> None:
         self.path, self.name, self.trust = _whole_path(path), f"checkpoint = {str(path)!r}", trust
-        if interface.boxes and not repeats:
+        if interface.black_boxes and not repeats:
             raise ValueError(
                 f"{self.name}: a participant that cannot repeat a window cannot continue from an old state either; "
                 "leave it out, or give Explicit a tolerance where the participant can"

@@ -71,14 +71,14 @@ def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
 def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
     """Return how a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
     participants = []
-    for place, box in enumerate(interface.structures):
-        if not isinstance(box, CheckedParticipant) or box.closing is not None or not box.inertias:
+    for place, body in enumerate(interface.structures):
+        if not isinstance(body, CheckedParticipant) or body.closing is not None or not body.inertias:
             continue
         points = interface.touching[place]
         impulse = frames.ledger.contact["impulse"][points][:, -1]
         moved = frames.ledger.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
         compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
-        participants.append({"name": box.name, "inertia (kg)": box.inertias, "compliance (m/N)": compliance.tolist()})
+        participants.append({"name": body.name, "inertia (kg)": body.inertias, "compliance (m/N)": compliance.tolist()})
     return {"participants": as_text({"participants": participants})} if participants else {}
 
 

@@ -35,7 +35,7 @@ class Kept(NamedTuple):
 
 
 def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
-    """Return what is kept at sensors, None for all beads, of chains whose shortest has so many; raise a ValueError for
+    """Return what is kept at sensors, None for all beads, of chains whose shortest has `beads`; raise a ValueError for
     others."""
     if sensors is None:
         return Kept([*range(beads + 1)], [*range(beads + 1)])

@@ -13,7 +13,7 @@ from coupling.results.findings import FRESH_SPOT
 from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why_missing
 from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
-from coupling.results.sensor import bridged
+from coupling.results.sensor import interpolated_over_gaps
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, series_of
 from structures.caution import caution
@@ -115,7 +115,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
     if isinstance(record, Series):
         reason = why_missing(reading.time, record.dynamic(0), smallest, sensor, reading.beads, bool(back))[0] or reason
-    elif ends_rising(bridged(record), incident.amplitude, smallest):
+    elif ends_rising(interpolated_over_gaps(record), incident.amplitude, smallest):
         reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
     if reason.startswith(RECORD):
         caution(f"record: {reason.removeprefix(RECORD)}")
@@ -297,7 +297,7 @@ def _of_signal(
     unknown = ~np.isfinite(force)
     if unknown.all():
         return None, []
-    filled = bridged(force)
+    filled = interpolated_over_gaps(force)
     peaks = waves_of_signal(time, filled, smallest)
     peaks = [*peaks[:1], *(peak for peak in peaks[1:] if peak[1] >= peaks[0][1] + earliest)]
     if unknown.any():

@@ -9,7 +9,7 @@ import scipy
 import xarray as xr
 
 from coupling.results.schema import SIGNAL, kind_of
-from coupling.results.sensor import FEWEST_SAMPLES, bridged, noise_level, quiet_lead, resolution
+from coupling.results.sensor import FEWEST_SAMPLES, interpolated_over_gaps, noise_level, quiet_lead, resolution
 from structures.caution import caution
 from structures.checks import count_of, instance, positive
 from structures.structure import Vector
@@ -18,10 +18,10 @@ HARMONICS = 5
 """Mains hum is fitted with this many harmonics, the fundamental included."""
 
 TOP_STEPS = 8.0
-"""The top of a trace is compared with what lies within so many steps of the digitiser below it."""
+"""The top of a trace is compared with what lies within this many steps of the digitiser below it."""
 
 TOP_NOISES = 4.0
-"""And within so many standard deviations of the noise."""
+"""And within this many standard deviations of the noise."""
 
 FLAT = 0.5
 """A level is clipped if more than this part of the samples near it are exactly on it: of a parabola it is a third."""
@@ -132,7 +132,7 @@ def with_noise(signal: xr.Dataset, forces: Mapping[int, Vector], noises: list[fl
 def _conditioned(time: Vector, force: Vector, mains: float | None) -> Conditioned:
     done: list[str] = []
     cautions: list[str] = []
-    filled = bridged(force)
+    filled = interpolated_over_gaps(force)
     step = resolution(force[np.isfinite(force)])
     rough = noise_level(filled)
     lead = lead_of(filled, mains)

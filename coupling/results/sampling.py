@@ -47,7 +47,7 @@ class Unsampled(ValueError):
 
 
 def at_interval(start: float, interval: float, count: int) -> Even:
-    """Return the times of so many samples from a start on, s."""
+    """Return the times of `count` samples from a start on, s."""
     rows = np.arange(count)
     return Even(start + interval * rows.astype(float), rows, rows[:0], [])
 

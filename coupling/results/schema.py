@@ -115,7 +115,7 @@ def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:
 def run_coordinates(
     times: Any, bodies: int, centres: Any, static_force: Any, impact_energy: Any = None, owner: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return the coordinates of a run of so many bodies a chain, SI units; owner: "chain" where it has several."""
+    """Return the coordinates of a run of `bodies` a chain, SI units; owner: "chain" where it has several."""
     coordinates: dict[str, Any] = {
         "time": ("time", times, {"units": "s"}),
         "bead": ("bead", np.arange(bodies)),

@@ -46,7 +46,7 @@ def calibration_factor(
     time : array_like
         Times of one impact, s.
     voltage : array_like
-        Voltage of the sensor, V, with a quiet lead, whose median is the baseline.
+        Voltage of the sensor, V. Its quiet lead, the samples before the impact, gives the baseline, their median.
     mass : float
         Mass of the striker, kg.
     impact_speed : float
@@ -86,8 +86,8 @@ def calibration_factor(
     """
     share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
     momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")
-    t = trace("time", time, "s")
-    v = trace("voltage", voltage, "V", t.size)
+    t = checked_trace("time", time, "s")
+    v = checked_trace("voltage", voltage, "V", t.size)
     if not (np.diff(t) > 0.0).all():
         raise ValueError("time: must increase from sample to sample")
     v = v - np.median(v[: quiet_lead("voltage", v)])
@@ -110,9 +110,9 @@ def calibration_factor(
     return momentum / float(scipy.integrate.trapezoid(np.interp(until, t, v), until))
 
 
-def trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
-    """Return `values` as an array of at least 16 finite numbers in an SI unit, as many as times if their count is
-    stated, or raise a ValueError."""
+def checked_trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
+    """Return `values` as an array of at least 16 finite numbers in an SI unit, `count` of them if given, or
+    raise a ValueError."""
     array = in_si_units(name, values, unit)
     if array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
@@ -124,7 +124,7 @@ def trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
     return array
 
 
-def bridged(values: Vector) -> Vector:
+def interpolated_over_gaps(values: Vector) -> Vector:
     """Return a trace with straight lines across samples that are NaN, because they were clipped; never all of them."""
     finite = np.isfinite(values)
     if finite.all():
@@ -133,7 +133,7 @@ def bridged(values: Vector) -> Vector:
     return np.asarray(np.interp(places, places[finite], values[finite]))
 
 
-def is_reversed(values: Vector) -> bool:
+def is_inverted(values: Vector) -> bool:
     """Return whether the pulses of a trace are negative."""
     quiet = float(np.median(values))
     return quiet - float(values.min()) > REVERSED * (float(values.max()) - quiet)
@@ -142,10 +142,11 @@ def is_reversed(values: Vector) -> bool:
 def noise_level(values: Vector) -> float:
     """Return the standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
 
-    From third differences, which smooth waves hardly touch, by their median: it does not see single spikes.
+    From third differences, which smooth waves hardly touch, by their median: it does not see single spikes. The median
+    of |x| is 0.6745 standard deviations of a Gaussian, and third differences have 1 + 9 + 9 + 1 times its variance.
     """
     white = float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
-    return max(white, resolution(values) / sqrt(12.0))
+    return max(white, resolution(values) / sqrt(12.0))  # rounding errors are even over one step
 
 
 def resolution(values: Vector) -> float:
@@ -169,6 +170,7 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
         return values, noise, 0.0
     large = rises >= min(LARGE * span, rises.max())
     width = float(scipy.signal.peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
+    # As in `_sigma`; the 1 holds where the Gaussian is so narrow that it changes nothing.
     left = noise / sqrt(1.0 + 2.0 * sqrt(pi) * SMOOTHING * width)
     return _blurred(values, SMOOTHING * width), left, width
 
@@ -181,8 +183,10 @@ def quiet_lead(name: str, values: Vector) -> int:
     """
     smooth, _, width = smoothed(values)
     first = np.median(smooth[: max(4, values.size // 100)])
+    # A tenth of the range is clear of the noise that smoothing leaves, and a pulse passes it early, on its foot.
     lead = int((np.abs(smooth - first) > 0.1 * float(np.ptp(smooth))).argmax())
     if lead < max(8.0, 0.5 * width):
+        # Of fewer than four samples, half of eight, the median is no baseline.
         raise ValueError(f"{name}: has no quiet lead to take the baseline from, must begin before the first wave")
     return lead // 2
 
@@ -200,7 +204,10 @@ def _peaks_above(level: float, values: Vector) -> tuple[NDArray[np.intp], Vector
 
 
 def _sigma(noise: float, target: float, samples: int) -> float:
-    """Return the width of the Gaussian that reduces white noise to a target, in samples."""
+    """Return the standard deviation of the Gaussian that reduces white noise to a target, in samples.
+
+    The squares of its weights sum to 1 / (2 √π sigma), the part of the variance that is left.
+    """
     return 0.0 if noise <= target else min((noise / target) ** 2 / (2.0 * sqrt(pi)), samples / 100.0)
 
 
@@ -208,6 +215,7 @@ def _blurred(values: Vector, sigma: float) -> Vector:
     from scipy.ndimage import gaussian_filter1d
 
     if sigma <= WIDE:
+        # Below a quarter of a sample the neighbours weigh exp(−8) = 0.0003: nothing changes.
         return np.asarray(gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
     reach = min(int(4.0 * sigma + 0.5), values.size)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)

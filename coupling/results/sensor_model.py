@@ -14,7 +14,7 @@ from coupling.results.conditioning import checked_signal
 from coupling.results.measures import sensor_force
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL, kind_of
-from coupling.results.sensor import trace
+from coupling.results.sensor import checked_trace
 from coupling.results.signals import as_signal
 from structures.checks import instance, listed, whole
 from structures.described import described
@@ -166,8 +166,8 @@ class SensorModel:
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
     """Return equal time steps and a force of as many numbers, or raise a ValueError."""
-    moments = trace("time", time, "s")
-    values = trace("force", force, "N", moments.size)
+    moments = checked_trace("time", time, "s")
+    values = checked_trace("force", force, "N", moments.size)
     steps = np.diff(moments)
     if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
         raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")

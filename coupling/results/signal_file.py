@@ -12,7 +12,7 @@ from coupling.results.recorder_files import Recording, read_recording
 from coupling.results.sampling import Even, Rows, Unsampled, at_interval, even_sampling, is_of_pairs, segments
 from coupling.results.scope_file import HUGE, LONGEST_LINE, Samples, ScopeFile, from_first
 from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
-from coupling.results.sensor import FEWEST_SAMPLES, bridged
+from coupling.results.sensor import FEWEST_SAMPLES, interpolated_over_gaps
 from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
@@ -413,7 +413,7 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
     if count < max(FEWEST_SAMPLES, FEWEST_SHARE * values.size):
         such = f", but text such as {words[0]!r}" if words else ""
         raise ValueError(f"{where}: only {count} of {values.size} samples are within the scope's range{such}")
-    inside = np.isfinite(bridged(values))
+    inside = np.isfinite(interpolated_over_gaps(values))
     ends = np.flatnonzero(np.isfinite(values))
     lost = int((~np.isfinite(values[ends[0] : ends[-1] + 1])).sum())
     if not lost or not words or not inside.any():

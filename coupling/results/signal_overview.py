@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.results.conditioning import clipped_samples, lead_of, mains_hum
-from coupling.results.sensor import bridged, noise_level, resolution
+from coupling.results.sensor import interpolated_over_gaps, noise_level, resolution
 from coupling.results.signal_file import Sampling, Trace, columns_of, open_trace, read_trace
 from structures.structure import Vector
 
@@ -67,7 +67,7 @@ def overview(path: Path, sampling: Sampling) -> Overview:
 
 def _look(column: int, trace: Trace) -> Look:
     time, values = trace.time, trace.columns[column]
-    filled, missing = bridged(values), int((~np.isfinite(values)).sum())
+    filled, missing = interpolated_over_gaps(values), int((~np.isfinite(values)).sum())
     step, white = resolution(values[np.isfinite(values)]), noise_level(filled)
     lead = lead_of(filled, None)
     quiet = float(np.median(filled[:lead])) if lead else float(np.median(filled))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
 from coupling.results.scope_header import FORCE, TIME, quantity_of
-from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, trace
+from coupling.results.sensor import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
 from coupling.results.signal_file import Sampling, on_one_time, read_trace
 from structures.caution import caution, collected
 from structures.checks import existing, finite, instance, not_negative, one_of, positive, short, whole
@@ -39,8 +39,8 @@ def as_signal(
     positions : mapping, optional
         Sensor number → distance along the chain, m; `wave_speed` needs it.
     baseline : float or "lead"
-        The zero of the force: its median over the first so many seconds, or over the quiet lead before the first wave.
-        0 leaves the force as it is.
+        The zero of the force: its median over this time, s, from the start on, or over the quiet lead,
+        which is before the first wave. 0 leaves the force as it is.
 
     Returns
     -------
@@ -66,8 +66,8 @@ def as_signal(
     instance("forces", forces, Mapping, "a mapping such as {7: force}")
     if not forces:
         raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
-    moments = trace("time", time, "s")
-    rows = {whole("sensor", n): trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
+    moments = checked_trace("time", time, "s")
+    rows = {whole("sensor", n): checked_trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
     inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
     return _dataset(_even(moments), rows, positions, baseline, inputs)
 
@@ -109,8 +109,8 @@ def read_signal(
         κ, N/V, for voltages: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other
         way round. `calibration_factor` measures it.
     baseline : float or "lead"
-        The zero of the force: its median over the first so many seconds, or over the quiet lead before the first wave.
-        0 leaves the force as it is.
+        The zero of the force: its median over this time, s, from the start on, or over the quiet lead,
+        which is before the first wave. 0 leaves the force as it is.
     positions : mapping, optional
         Sensor number → distance along the chain, m; `wave_speed` needs it.
     interval : float, optional
@@ -233,10 +233,10 @@ def _doubts(data: xr.Dataset) -> list[str]:
     negative = []
     step = float(data.time[1] - data.time[0])
     for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):
-        force = bridged(row)
-        if is_reversed(force):
+        force = interpolated_over_gaps(row)
+        if is_inverted(force):
             negative.append(sensor)
-        _, _, width = smoothed(-force if is_reversed(force) else force)
+        _, _, width = smoothed(-force if is_inverted(force) else force)
         with collected() as said:
             Likely.MEASURED_FORCE.warn(f"sensor {sensor}:", "greatest force", float(np.abs(force).max()))
             Likely.WAVE.warn(f"sensor {sensor}:", "width of a wave", width * step)
@@ -275,7 +275,7 @@ def _dataset(
     """Return the Dataset of forces over even times; `name` is the place of all."""
     columns = []
     for sensor, force in forces.items():
-        filled = bridged(force)
+        filled = interpolated_over_gaps(force)
         if np.ptp(filled) == 0.0:
             raise ValueError(f"{name}sensor {sensor}: the signal is constant, {filled[0]:g} N: must hold a wave")
         columns.append(force - _baseline(time, filled, baseline, f"{name}sensor {sensor}"))
@@ -317,7 +317,7 @@ def _baseline(time: Vector, force: Vector, baseline: float | str, where: str) ->
     if isinstance(baseline, str):
         one_of("baseline", baseline, ["lead"])
         try:
-            upright = -force if is_reversed(force) else force
+            upright = -force if is_inverted(force) else force
             return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", upright)]))
         except ValueError as error:
             lasts = readable(float(time[-1] - time[0]), "s", 4)

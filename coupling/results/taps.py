@@ -8,7 +8,7 @@ import xarray as xr
 from coupling.results.conditioning import checked_signal, with_noise
 from coupling.results.peaks import waves_of_signal
 from coupling.results.reading import Reading
-from coupling.results.sensor import bridged, resolution
+from coupling.results.sensor import interpolated_over_gaps, resolution
 from coupling.results.signals import as_signal
 from structures.caution import caution
 from structures.checks import listed, positive, whole
@@ -99,7 +99,7 @@ def average_taps(
     spread = float(heights.std(ddof=1) / heights.mean())
     if spread > SCATTER:
         caution(f"average_taps: incident peaks scatter by {100.0 * spread:.2g} %; leave out taps that differ")
-    filled = {number: bridged(mean) for number, mean in means.items()}
+    filled = {number: interpolated_over_gaps(mean) for number, mean in means.items()}
     places = taps[0].centre.values.tolist() if "centre" in taps[0].coords else None
     averaged_signal = as_signal(time, filled, None if places is None else dict(zip(numbers, places, strict=True)))
     averaged = with_noise(averaged_signal, means, noises, "standard deviation of a sample of the average")
@@ -116,7 +116,7 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
     if seconds < 100.0 * (time[1] - time[0]):
         raise ValueError(f"length = {length!r}: must be at least 100 samples, {100.0 * (time[1] - time[0]):.3g} s")
     chosen = signal.sensor.values.tolist()[0] if sensor is None else whole("sensor", sensor)
-    force = bridged(_row(signal, chosen))
+    force = interpolated_over_gaps(_row(signal, chosen))
     high = time[np.abs(force - np.median(force)) > INCIDENT * np.abs(force - np.median(force)).max()]
     taps, free = [], float(time[0])
     while (later := high[high >= free]).size:
@@ -148,7 +148,7 @@ def _common_step(taps: Sequence[xr.Dataset], numbers: list[int], chosen: int) ->
 
 def _incident(tap: xr.Dataset, sensor: int, number: int) -> tuple[float, float]:
     """Return the height and time of a tap's first wave."""
-    peaks = waves_of_signal(np.asarray(tap.time.values), bridged(_row(tap, sensor)), 0.5)
+    peaks = waves_of_signal(np.asarray(tap.time.values), interpolated_over_gaps(_row(tap, sensor)), 0.5)
     if not peaks:
         raise ValueError(f"signals[{number}]: sensor {sensor} recorded no wave; leave this tap out")
     return peaks[0]

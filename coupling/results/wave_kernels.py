@@ -19,10 +19,10 @@ TOGETHER = 0.2
 """Contact peaks nearer than this part of their width give no direction."""
 
 FEWEST_CONTACTS = 4
-"""A wave passes at least so many contacts; fewer are beads that rattle."""
+"""A wave passes at least this many contacts; fewer are beads that rattle."""
 
 NEAR_END = 3
-"""A wave whose first or last peak is within so many contacts of an end begins or ends there."""
+"""A wave whose first or last peak is within this many contacts of an end begins or ends there."""
 
 EARLY, LATE, SLACK = 0.55, 1.8, 0.3
 """A wave's next peak comes after this part of the expected time, give or take SLACK of the chain's median one."""

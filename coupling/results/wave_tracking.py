@@ -41,7 +41,7 @@ class Track:
     ends: str
 
     @property
-    def goes_on(self) -> bool:
+    def towards_structure(self) -> bool:
         """True if it runs towards the structure."""
         return self.contacts[-1] > self.contacts[0]
 
@@ -64,7 +64,7 @@ class Track:
         """Return when the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses
         one.
 
-        In contrast to the peak of the force at the bead's centre, which `reflections` gives, this varies without a leap
+        In contrast to the peak of the force at the bead's centre, which `reflections` gives, this varies without a jump
         where beads have drifted apart and the wave is two collisions.
         """
         if sensor not in self.contacts or sensor + 1 not in self.contacts:
@@ -119,24 +119,24 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the first wave")
     dynamic = without_padding(reading.dynamic_force().transpose("contact", "time").values)
     numbers = run.contact.values[: len(dynamic)]
-    web = _Web(reading.time, dynamic, smallest)
+    peaks = _Peaks(reading.time, dynamic, smallest)
     tracks = []
     while True:
-        best = max([*web.paths(True), *web.paths(False)], key=len, default=[])
+        best = max([*peaks.paths(True), *peaks.paths(False)], key=len, default=[])
         if len(best) < FEWEST_CONTACTS:
             break
         for row, time in best:
-            web.free[row].discard(time)
-        forces = np.array([web.force[node] for node in best])
-        if forces.max() >= smallest * web.first:
+            peaks.unclaimed[row].discard(time)
+        forces = np.array([peaks.force[node] for node in best])
+        if forces.max() >= smallest * peaks.first:
             contacts = tuple(int(numbers[row]) for row, _ in best)
             begins, ends = (_place(contacts[i], int(numbers[0]), int(numbers[-1])) for i in (0, -1))
             tracks.append(Track(contacts, np.array([time for _, time in best]), forces, begins, ends))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 
-class _Web:
-    """The peaks of all contacts, their forces (N), those that no wave has taken yet, and what links them."""
+class _Peaks:
+    """The peaks of all contacts, their forces (N), those `unclaimed` by any wave so far, and what links them."""
 
     def __init__(self, time: Vector, force: Vector, smallest: float) -> None:
         self.hops = hops(time, force)
@@ -148,19 +148,19 @@ class _Web:
             for i in scipy.signal.find_peaks(series, height=level, prominence=level)[0]:
                 amplitude, arrival = interpolated(time, series, int(i))
                 self.force[row, arrival] = amplitude
-        self.free = [{arrival for place, arrival in self.force if place == row} for row in range(len(force))]
-        if not self.free[middle] or not np.isfinite(self.hops).all():
-            raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")
+        self.unclaimed = [{arrival for place, arrival in self.force if place == row} for row in range(len(force))]
+        if not self.unclaimed[middle] or not np.isfinite(self.hops).all():
+            raise ValueError("run: no wave runs from the struck end; the run or the chain is too short")
 
     def paths(self, forward: bool) -> list[list[Node]]:
-        """Return all waves in one direction that can be linked from free peaks, in order of time.
+        """Return all waves in one direction that can be linked from unclaimed peaks, in order of time.
 
         Each is traced back from the last contact that it reached, as `reflections` traces it from a sensor.
         """
-        rows = list(range(len(self.free)))
+        rows = list(range(len(self.unclaimed)))
         if forward:
             rows.reverse()
-        times = [np.array(sorted(self.free[row])) for row in rows]
+        times = [np.array(sorted(self.unclaimed[row])) for row in rows]
         back = self.hops[::-1] if forward else self.hops
         taken: set[Node] = set()
         paths = []
@@ -168,9 +168,11 @@ class _Web:
             for now in times[start].tolist():
                 if (row, now) in taken:
                     continue
+                # The speed of a solitary wave grows as the sixth root of its force (thesis, equation 5.12).
                 pace = (self.first / self.force[row, now]) ** (1.0 / 6.0)
                 path = [(row, now)]
-                for step, before in enumerate(traced(times, back, start, now, now, pace, start), start=start + 1):
+                earlier = traced(times, back, row=start, now=now, left=now, pace=pace, first=start)
+                for step, before in enumerate(earlier, start=start + 1):
                     node = rows[step], before
                     if node in taken:
                         break

@@ -20,14 +20,14 @@ class Series(NamedTuple):
 
     force: runs × times × contacts, N, with the preload: the bead's two contacts, then those beyond it as far as they
     are known, the structure's last. static: the preload, runs × contacts, N. velocity: of the bead, runs × times, m/s.
-    Contacts that hold only NaN are left out. axes: of the sweep whose points the runs are; like: values over them.
+    Contacts that hold only NaN are left out. axes: of the sweep whose points the runs are; template: values over them.
     """
 
     force: Vector
     static: Vector
     velocity: Vector
     axes: tuple[str, ...] = ()
-    like: xr.DataArray | None = None
+    template: xr.DataArray | None = None
 
     def dynamic(self, run: int) -> Vector:
         """Return the forces of a run above the preload, contacts × times, N."""
@@ -35,9 +35,9 @@ class Series(NamedTuple):
 
     def over_axes(self, values: Vector) -> xr.DataArray:
         """Return one value of each run over the axes of the sweep; without dimension for one run."""
-        if self.like is None:
+        if self.template is None:
             return xr.DataArray(values.reshape(()))
-        return self.like.copy(data=values.reshape(self.like.shape))
+        return self.template.copy(data=values.reshape(self.template.shape))
 
 
 class WavesOfRuns(NamedTuple):
@@ -61,15 +61,17 @@ class WavesOfRuns(NamedTuple):
 
 
 def find_waves(time: Vector, series: Series, smallest: float, most: int) -> WavesOfRuns:
-    """Return the waves of all runs, at most so many of each, in one compiled loop. `reflections` says what a wave is.
+    """Return the waves of all runs, in one compiled loop; `most`: of each run. `reflections` says what a wave is.
 
     time: the same for all runs, s. smallest: in units of the incident amplitude.
     """
     runs = len(series.force)
     waves, counts = np.full((runs, most, 3), np.nan), np.zeros(runs, dtype=np.int64)
-    wave_kernels.waves_of_many(*map(wave_kernels.plain, (time, *series[:3])), smallest, waves, counts)
-    begins = np.where(np.isnan(waves[..., 2]), 0.0, waves[..., 2]).astype(np.int64)
-    return WavesOfRuns(waves[..., 0], waves[..., 1], begins, counts)
+    arrays = map(wave_kernels.plain, (time, series.force, series.static, series.velocity))
+    wave_kernels.waves_of_many(*arrays, smallest, waves, counts)
+    amplitude, arrival, begins = np.moveaxis(waves, -1, 0)
+    begins_at = np.where(np.isnan(begins), 0.0, begins).astype(np.int64)
+    return WavesOfRuns(amplitude, arrival, begins_at, counts)
 
 
 def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
@@ -78,9 +80,10 @@ def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
     number = reading.checked_sensor(sensor, name)
     reading.check_holds(("contact_force", "velocity"))
     variables = reading.data.variables
-    contacts, beads = (variables[name].values.tolist() for name in ("contact", "bead"))
+    contacts, beads = (variables[label].values.tolist() for label in ("contact", "bead"))
     if number not in beads:
         raise ValueError(f"{name} = {sensor!r}: must be a bead that was kept: {', '.join(map(str, beads))}")
+    # From the bead's first contact on, up to one that was not kept: a wave is followed without gaps.
     rows = [contacts.index(contact) for contact in takewhile(reading.kept.__contains__, count(number))]
     axes = [str(axis) for axis in variables["contact_force"].dims if axis not in ("time", "contact")]
     series = (
@@ -91,8 +94,8 @@ def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
     runs = len(series[0])
     # One preload for all runs of a sweep is repeated.
     force, static, velocity = (values if len(values) == runs else np.repeat(values, runs, axis=0) for values in series)
-    like = reading.data.contact_force.isel(time=0, contact=0).reset_coords(drop=True) if axes else None
-    return Series(force, static, velocity, tuple(axes), like)
+    template = reading.data.contact_force.isel(time=0, contact=0).reset_coords(drop=True) if axes else None
+    return Series(force, static, velocity, tuple(axes), template)
 
 
 def _places(rows: list[int]) -> Any:

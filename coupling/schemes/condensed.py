@@ -48,7 +48,7 @@ class Condensed:
 
     def start(self, interface: Interface) -> Vector:
         """Return the secant slope of each contact."""
-        if foreign := [box for box in interface.boxes if box.closing is None]:
+        if foreign := [body for body in interface.black_boxes if body.closing is None]:
             name = foreign[0].name
             raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
         return np.zeros(interface.size)
@@ -60,7 +60,7 @@ class Condensed:
         """
         tolerance, compliance = self.tolerance * interface.force_scale, interface.compliance(length)
         # Linear structures need one solve a window; where gaps close each trial has another response.
-        linear = not interface.boxes
+        linear = not interface.black_boxes
         both = zip(interface.structures, state.structures, strict=True)
         free = [structure.free(now, length) for structure, now in both if linear]
         at_rest = interface.read(free) if linear else state.surface

@@ -182,7 +182,7 @@ class IQN_ILS(Iteration):
     largest_count : int
         Repetitions of a window, after which it is halved.
     reuse : int
-        The differences of so many earlier windows are used, if their substeps have the same length.
+        Number of earlier windows whose differences are used, if their substeps have the same length.
     filtering : float
         A difference that adds less than this part of its length to the newer ones is dropped.
 

@@ -86,7 +86,7 @@ class Windows:
         return states
 
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
-        """Solve in pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
+        """Solve in pieces of as many substeps as converged last; a substep alone is cut in two at most `left` times.
 
         A window after one that came in pieces begins with pieces of twice their length.
         """

@@ -91,7 +91,7 @@ def batch(
         Number of threads of a process; by default one for each core, with several processes one.
     measure : callable, optional
         Takes the Dataset of some hundred runs and returns the Dataset or DataArray to keep, with the dimension "run",
-        such as ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only so many runs are in memory at a time.
+        such as ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only these runs are in memory at a time.
     jobs : int
         Number of processes. The threads of one process wait for each other where Python builds and checks a run;
         processes do not, but each needs some seconds to begin, so they pay from thousands of runs. Within

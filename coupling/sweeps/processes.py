@@ -191,7 +191,7 @@ def _parallel(
 
 
 def in_parallel(jobs: int, tasks: Iterable[Any], **settings: Any) -> Generator[Any, None, None]:
-    """Yield what joblib's tasks return, in their order, from so many processes that end with this one."""
+    """Yield what joblib's tasks return, in their order, from `jobs` processes that end with this one."""
     parallel = joblib.Parallel(
         jobs, return_as="generator", batch_size=1, idle_worker_timeout=IDLE_TIME, initializer=end_with,
         initargs=(os.getpid(),), **settings,

@@ -151,7 +151,7 @@ def _within(those: list[Item], entry: Item) -> Iterator[None]:
 
 @contextmanager
 def one_bar(label: str, expected: int) -> Iterator[None]:
-    """Count all sweeps within on one labelled bar of about so many points."""
+    """Count all sweeps within on one labelled bar of about `expected` points."""
     with Progress(expected, label=label) as progress, _within(_shared, progress):
         yield
 

@@ -186,7 +186,7 @@ def outcomes_of(
     """Return the outcomes by place: those that the store holds, and those of the other points, of which those with the
     same text are run once. After Ctrl-C raise Stopped, which says how many the store holds.
 
-    together: so many neighbours are one batch. retry: points that failed are run again.
+    together: how many neighbours are one batch. retry: points that failed are run again.
     """
     outcomes = {} if store is None else _stored(store, points, retry)
     left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in outcomes}

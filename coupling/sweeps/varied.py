@@ -146,7 +146,7 @@ class Varied:
         simulation = self.simulation
         if len(simulation.interface.chains) > 1 or type(self._chain) is not Chain:
             raise ValueError(f"simulation = {simulation!r}: quantities vary of one chain of rigid beads{IN_GENERAL}")
-        if simulation.interface.boxes or isinstance(simulation.window, Adaptive):
+        if simulation.interface.black_boxes or isinstance(simulation.window, Adaptive):
             raise ValueError(
                 f"simulation = {simulation!r}: quantities vary of linear structures and in equal windows{IN_GENERAL}"
             )

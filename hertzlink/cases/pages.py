@@ -49,16 +49,16 @@ def page(
     took: float,
     sensors: Sequence[int] | None = None,
     sketched: CoSimulation | None = None,
-    dented: xr.Dataset | None = None,
+    yielded: xr.Dataset | None = None,
 ) -> Page:
     """Return the page.
 
     files: the CSV files of the case by name, which become tables. sensors: of a run. sketched: of an identification.
-    dented: the result with a law of yielding.
+    yielded: the result with a law of yielding.
     """
     yielding = [str(data.attrs[WITH_YIELDING])] if data.attrs.get(WITH_YIELDING) else []
     if "amplitude_ratio" not in data:  # one run, or an identification
-        of_one = page_of(data, title, sensors, sketched, took, dented=dented)
+        of_one = page_of(data, title, sensors, sketched, took, yielded=yielded)
         return replace(of_one, summary=[*of_one.summary[:-1], *yielding, *of_one.summary[-1:]])
     tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
     warnings = one_of_each([str(finding) for finding in findings_of(data)])

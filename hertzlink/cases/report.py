@@ -96,13 +96,13 @@ class Answer(NamedTuple):
     files: dict[str, str]
 
 
-def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
-    """Return the text for the terminal, and CSV files by name. dented: the result with a law of yielding."""
+def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
+    """Return the text for the terminal, and CSV files by name. yielded: the result with a law of yielding."""
     of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
     head, rows, file, below, files = of(task, data)
-    if dented is not None:
+    if yielded is not None:
         with collected():  # The warnings of a run are those of its elastic contacts.
-            law = of(task, dented)
+            law = of(task, yielded)
         head, files = [*head, "contacts"], _both(files, law.files)
         pairs = zip(rows, law.rows, strict=True)
         rows = [
@@ -116,10 +116,10 @@ def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tu
     return "\n".join([*title, *table(head, rows, file), *below]), files
 
 
-def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, str]:
+def _both(elastic: Mapping[str, str], yielded: Mapping[str, str]) -> dict[str, str]:
     """Return CSV files of both contact laws: a last column says which; traces, whose times differ, are two files."""
     files = dict(elastic)
-    for name, text in dented.items():
+    for name, text in yielded.items():
         if name == TRACES:
             files[TRACES_YIELDING] = text
             continue

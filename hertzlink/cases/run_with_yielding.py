@@ -25,18 +25,18 @@ def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Datase
 
     The second result is that with the law, where there is one. A sweep is not repeated: its findings hold estimates.
     """
-    dented = None
+    yielded = None
     with collected() as said:
         data = run_task(task, jobs)
         if task.kind != "sweep" and any(map(is_of_yield, (*findings_of(data), *said))):
-            dented = _dented(task, jobs)
-            words = "" if dented is None else _changes(task, data, dented)
+            yielded = _yielded(task, jobs)
+            words = "" if yielded is None else _changes(task, data, yielded)
             said[:] = dict.fromkeys(_with(said, words))
             told = words and f"These are of elastic contacts. On a fresh spot the metal yields: {words}."
             data = with_warnings(data, _with(findings_of(data), words)).assign_attrs({WITH_YIELDING: told})
     for message in said:
         caution(message)
-    return data, dented
+    return data, yielded
 
 
 def _with(findings: Iterable[str], words: str) -> list[str]:
@@ -44,7 +44,7 @@ def _with(findings: Iterable[str], words: str) -> list[str]:
     return [f"{finding.split('; ')[0]}; {words}" if words and is_of_yield(finding) else finding for finding in findings]
 
 
-def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
+def _yielded(task: Task, jobs: int | None) -> xr.Dataset | None:
     """Return the result with the law; none where the case with the law cannot run."""
     many = task.case.model.chain
     paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
@@ -58,25 +58,25 @@ def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
             return None
 
 
-def _changes(task: Task, data: xr.Dataset, dented: xr.Dataset) -> str:
+def _changes(task: Task, data: xr.Dataset, yielded: xr.Dataset) -> str:
     """Return what the law changes, in words."""
     with collected():
         read = _waves if task.along is None else _distances
-        return f"with {YIELDING}, {', '.join(read(task, data, dented))}"
+        return f"with {YIELDING}, {', '.join(read(task, data, yielded))}"
 
 
-def _waves(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
+def _waves(task: Task, data: xr.Dataset, yielded: xr.Dataset) -> Iterator[str]:
     for sensor in task.sensors:
         chain = task.case.model.measure.chain
-        runs = [of_chain(result, chain) for result in (dented, data)]
+        runs = [of_chain(result, chain) for result in (yielded, data)]
         ratios, flights = ([float(read(run, sensor)) for run in runs] for read in (amplitude_ratio, time_of_flight))
         yield f"AR at bead {sensor} is {_instead(ratios, '.3f')}"
         yield f"TOF {_instead([1e6 * flight for flight in flights], '.1f')} µs"
 
 
-def _distances(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
+def _distances(task: Task, data: xr.Dataset, yielded: xr.Dataset) -> Iterator[str]:
     assert task.along is not None
-    both = zip(points(task.others, dented), points(task.others, data), strict=True)
+    both = zip(points(task.others, yielded), points(task.others, data), strict=True)
     for number, ((new, _, texts), (old, *_)) in enumerate(both):
         if number == MOST:
             yield "and so on"

@@ -54,8 +54,8 @@ class Measure:
                 values, attrs = np.array([float(value) for value in each]), each[0].attrs
                 measures[prefix + read.__name__] = ("sensor", values, attrs)
         # AR on a fresh spot: by the estimate, or the same where nothing yields, and else not known.
-        spot, dented = fresh_spot_of(run), any(map(is_of_yield, findings_of(run)))
-        values = measures["amplitude_ratio"][1] * spot.get("ratio", np.nan if dented else 1.0)
+        spot, yielded = fresh_spot_of(run), any(map(is_of_yield, findings_of(run)))
+        values = measures["amplitude_ratio"][1] * spot.get("ratio", np.nan if yielded else 1.0)
         errors = np.full(len(self.sensors), spot.get("error", 0.0))
         measures |= {
             f"{FRESH}amplitude_ratio": ("sensor", values, {"units": "1"}),

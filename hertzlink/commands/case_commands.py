@@ -86,8 +86,8 @@ def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: in
     task = task_of(case)
 
     def work() -> Done:
-        data, dented = run_both(task, jobs)
-        return Done(data, *report(task, data, dented), dented=dented)
+        data, yielded = run_both(task, jobs)
+        return Done(data, *report(task, data, yielded), yielded=yielded)
 
     _written(name, output, force, case, work, task.sensors, form)
 
@@ -101,7 +101,7 @@ class Done(NamedTuple):
     files: dict[str, str]
     sketched: "CoSimulation | None" = None
     code: int = 0
-    dented: "Dataset | None" = None
+    yielded: "Dataset | None" = None
 
 
 def _written(
@@ -143,7 +143,7 @@ def _written(
     # Measures that warn of what the result says already must not warn again.
     with collected():
         title = case.model.title or printable(Path(name).stem)
-        shown = page(data, done.files, title, took, sensors, done.sketched, done.dented)
+        shown = page(data, done.files, title, took, sensors, done.sketched, done.yielded)
 
     def write(into: Path) -> None:
         (into / "report.html").write_text(html(shown), encoding="utf-8")

@@ -244,7 +244,7 @@ def _run(participant: Any, drives: Sequence[Any], window: float) -> Answers:
 
 
 def _split(participant: Any, drives: Sequence[Any], window: float, parts: int) -> Answers:
-    """Return the answers at whole windows that were each cut into so many."""
+    """Return the answers at whole windows that were each cut into `parts`."""
     state, answers = participant.start(), []
     for drive in drives:
         answers_of_window = []

@@ -91,9 +91,9 @@ def report(
 
 def page_of(
     result: Any, title: str | None, sensors: Any, sketched: Any, took: float | None, said: Sequence[str] = (),
-    dented: xr.Dataset | None = None,
+    yielded: xr.Dataset | None = None,
 ) -> Page:  # fmt: skip
-    """Return the page of a result. said: what its measures warned of, known when all are done. dented: the same run
+    """Return the page of a result. said: what its measures warned of, known when all are done. yielded: the same run
     with a law of yielding."""
     if isinstance(result, xr.Dataset) and "taps" in result.data_vars:
         data = result
@@ -108,7 +108,7 @@ def page_of(
             raise ValueError(f"result = {short(result)}: {WANTED}")
         single = kind in (RUN, SIGNAL)
         name = {RUN: "Run", SIGNAL: "Measured signal", SWEEP: "Sweep", BATCH: "Batch"}[kind]
-        summary, sections = of_one(data, sensors, dented) if single else of_many(data, sensors)
+        summary, sections = of_one(data, sensors, yielded) if single else of_many(data, sensors)
         summary = [*summary, in_a_sentence.DEFINED]
     warnings = one_of_each([*findings_of(data), *said])
     parts = with_setup(sections, data, sketched, warnings)

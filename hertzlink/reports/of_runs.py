@@ -25,8 +25,8 @@ MOST_POINTS = 60
 MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
 
 
-def of_one(data: xr.Dataset, sensors: Any, dented: xr.Dataset | None = None) -> tuple[list[str], list[Section]]:
-    """Return a run or a signal; of several chains each by itself. dented: the same run with a law of yielding."""
+def of_one(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) -> tuple[list[str], list[Section]]:
+    """Return a run or a signal; of several chains each by itself. yielded: the same run with a law of yielding."""
     reading = Reading(data)
     is_run, numbers = kind_of(data) == RUN, traces.sensors_of(reading, sensors)
     several = data.sizes.get("chain", 1) > 1
@@ -34,7 +34,7 @@ def of_one(data: xr.Dataset, sensors: Any, dented: xr.Dataset | None = None) -> 
     def parts_of(run: xr.Dataset) -> dict[str, xr.Dataset]:
         return {f"chain {i}": run.isel(chain=i) for i in range(run.sizes["chain"])} if several else {"": run}
 
-    parts, fresh = parts_of(data), {} if dented is None else parts_of(dented)
+    parts, fresh = parts_of(data), {} if yielded is None else parts_of(yielded)
     summary = [in_a_sentence.of_run(part, numbers[0], who) for who, part in parts.items()]
     sections = [_chain(part, numbers, who, fresh.get(who)) for who, part in parts.items()]
     length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {count_of(reading.time.size, 'sample')}"
@@ -122,7 +122,7 @@ def _bead(data: xr.Dataset, number: int) -> Section:
             caption, name = f"{words} of the {wave} wave at bead {number}.", f"{measure}-{wave}-{number}"
             try:
                 pictures.append(drawn(name, caption, _swept(data, number, measure, wave)))
-            except ValueError as error:  # of so many parameters that there is no curve
+            except ValueError as error:  # of too many parameters for a curve
                 sentences = [f"No curves: {error}"]
     return Section(f"Bead {number}", sentences, tables=[_points(data, number)], pictures=pictures)
 

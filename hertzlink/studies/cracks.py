@@ -115,7 +115,7 @@ def table(data: xr.Dataset) -> list[Row]:
             rows.append(row("gap", span(ratios), *said, opening=1e6 * opening, **named))
         half = 1e6 * at.half_way.values
         if np.isfinite(half).all():
-            slope = waves.power(taps, half)
+            slope = waves.power_exponent(taps, half)
             rows.append(row("half-way", span(half, ".2f"), *ends, 100 * ERROR, slope, **named))
     return rows
 

@@ -138,7 +138,7 @@ def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
     """Return figure 5.9a, and 40 N of figure 5.9b."""
     speeds = data.case_wave_speed.to_series().to_dict()
     plain, printed, gravity = speeds["90°"], speeds["90°, printed masses"], speeds["90°, gravity"]
-    wide, wider = data.case_width.sel(case="90°").values / DIAMETER
+    width_1_percent, width_0_1_percent = data.case_width.sel(case="90°").values / DIAMETER
     curve = data.sel(angle=90.0)
     contact, centre = (waves.speed_at(curve, force) for force in (FORCES[1], FORCES[1] * CONTACT_TO_CENTRE_FORCE))
     between = {"F between the force at a contact and at a sensor": f"{contact:.5g} to {centre:.5g}"}
@@ -147,7 +147,9 @@ def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
         row("wave speed at 90°, discrete particles", plain, gravity, printed, otherwise={"gravity": gravity}),
         row("wave speed at 90°, finite elements", plain, gravity, otherwise={"gravity": gravity}),
         row("wave speed at 90°, experiment", plain, gravity, otherwise={"gravity": gravity}),
-        row("width at 90°", float(wide), wider, otherwise=waves.widths(float(wider))),
+        row(
+            "width at 90°", float(width_1_percent), width_0_1_percent, otherwise=waves.widths(float(width_0_1_percent))
+        ),
         row("wave speed at 90°, 40 N", contact, centre, float(by_force(90.0, np.array(FORCES[1]))), otherwise=between),
     ]
 
@@ -168,16 +170,21 @@ def _turned(data: xr.Dataset) -> list[Row]:
 def _parallel(data: xr.Dataset) -> list[Row]:
     """Return the line contact, equation 5.8, and figure 5.10."""
     law, fitted = Tacit()(cylinder(0.0), cylinder(0.0)), np.geomspace(1.0, 100.0, 41)
-    power = waves.power(law.approach(fitted), fitted)
+    power = waves.power_exponent(law.approach(fitted), fitted)
     low, high = local_exponent(law, np.array([1e3, 3e4]) * LENGTH)
     reason = f"equation 5.8 over 1 to 100 N, locally {low:.3f} to {high:.3f} for 1 to 30 kN/m"
-    wide, wider = data.case_width.sel(case="0°").values / DIAMETER
+    width_1_percent, width_0_1_percent = data.case_width.sel(case="0°").values / DIAMETER
     factor = float(data.case_wave_speed.sel(case="0°") / data.case_wave_speed.sel(case="90°"))
     slow, _, fast = (waves.speed_at(data.sel(angle=0.0), force) for force in FORCES)
     return [
         row("exponent n of parallel cylinders", power, reason),
         row("exponent n, Harris (2001)", power, reason),
-        row("width at 0°", float(wide), wider, otherwise={"from 0.1 % to 0.1 % of the peak": float(wider)}),
+        row(
+            "width at 0°",
+            float(width_1_percent),
+            width_0_1_percent,
+            otherwise={"from 0.1 % to 0.1 % of the peak": float(width_0_1_percent)},
+        ),
         row("wave speed at 0° over 90°", factor, _normalised(data, 0.0, FORCES[1])),
         row("wave speed at 0° from 10 to 80 N", f"{slow:.0f} to {fast:.0f}", holds=abs(fast / slow - 1.0) < MEASURED),
     ]

@@ -310,7 +310,7 @@ def _other_rows(data: xr.Dataset) -> list[Row]:
     """Return mass-proportional losses, speed over force, ellipsoids, waves that meet, and how soon a wave forms."""
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
-    free, lossy = (waves.power(*forces_and_speeds(data, law)) for law in ("undamped", "thesis"))
+    free, lossy = (waves.power_exponent(*forces_and_speeds(data, law)) for law in ("undamped", "thesis"))
     left = data.ellipsoid_peak.sel(ellipsoid_sensor=41) / data.ellipsoid_peak.sel(ellipsoid_sensor=8)
     weak, middle, strong = left.sel(dashpot=list(ELLIPSOID_DASHPOTS[1:])).values.tolist()
     contact, bead = data.secondary.sel(meeting=list(MEETINGS)).values.tolist()
@@ -361,7 +361,7 @@ def _speed_over_force(data: xr.Dataset) -> draw.Figure:
     figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for i, (law, name) in enumerate((("undamped", "undamped"), ("thesis", "thesis's law"))):
         force, speed = forces_and_speeds(data, law)
-        label = f"{name}, fitted slope {waves.power(force, speed):.3f}"
+        label = f"{name}, fitted slope {waves.power_exponent(force, speed):.3f}"
         draw.points(axis, force, speed, i, label)
     ends = np.array([force.min(), force.max()])
     middle = np.exp(np.log(speed).mean()) * (ends / np.exp(np.log(force).mean())) ** (1.0 / 6.0)

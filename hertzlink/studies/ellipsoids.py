@@ -130,7 +130,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
     """Return the wave of figure 5.5a."""
     speeds = data.case_wave_speed.to_series().to_dict()
     printed, gravity = speeds["printed mass"], speeds["gravity"]
-    wide, wider = data.case_width.sel(case="printed mass").values / MINOR
+    width_1_percent, width_0_1_percent = data.case_width.sel(case="printed mass").values / MINOR
     return [
         row("wave speed, discrete particles", printed),
         row("wave speed, mass from geometry", speeds["mass from geometry"]),
@@ -138,7 +138,12 @@ def _speeds(data: xr.Dataset) -> list[Row]:
         row("wave speed, experiment", printed),
         row("wave speed, striker D 2.38 mm", speeds["striker of diameter 2.38 mm"]),
         row("wave speed, striker R 2.38 mm", speeds["striker of radius 2.38 mm"]),
-        row("width, in minor diameters", float(wide), wider, otherwise=waves.widths(float(wider))),
+        row(
+            "width, in minor diameters",
+            float(width_1_percent),
+            width_0_1_percent,
+            otherwise=waves.widths(float(width_0_1_percent)),
+        ),
     ]
 
 
@@ -154,7 +159,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
         row("wave speed along the minor axis", minor / sphere, holds=minor < sphere),
         row("wave speed along the major axis", major / sphere, holds=major > sphere),
         row("wave speed over equation 5.11", ahead, holds=abs(ahead - 1.0) < SIMILAR),
-        row("wave speed over size, exponent", waves.power(np.array(DIAMETERS), np.array(by_size))),
+        row("wave speed over size, exponent", waves.power_exponent(np.array(DIAMETERS), np.array(by_size))),
     ]
 
 

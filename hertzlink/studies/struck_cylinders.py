@@ -283,7 +283,7 @@ def undamped(data: xr.Dataset) -> str:
 
 
 def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
-    """Return at most so many of the lengths, evenly among them, with the first and the last one."""
+    """Return at most `most` of the lengths, evenly among them, with the first and the last one."""
     places = np.unique(np.linspace(0, len(lengths) - 1, min(most, len(lengths))).round().astype(int))
     return tuple(lengths[i] for i in places)
 

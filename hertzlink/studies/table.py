@@ -197,7 +197,7 @@ def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:
 
 
 def number(value: float | str, digits: int = 4) -> str:
-    """Return a number with at most so many digits; those of the thesis have up to six."""
+    """Return a number with at most `digits` digits; those of the thesis have up to six."""
     return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 

@@ -18,11 +18,12 @@ from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
 row = Rows("waves")
-# Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends.
+# Fractions of the peak between which a width is read. The thesis does not say which it used.
 LEVELS = (0.01, 0.001)
 SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
 # Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
 RANGE = (0.1, 2.0)
+FORCES_OF_SPEEDS = (0.01, 10.0)  # N, over which it is fitted where strikers are given by their speeds.
 
 
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
@@ -33,10 +34,10 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     wave of equation 5.13. NaN if the wave did not pass.
     """
     speed, incident = hl.wave_speed(run, first, second), hl.reflections(run, second).incident
-    until = incident.arrival if incident else float(run.time[0])
-    between = (run.contact_force - run.static_force).sel(contact=slice(first + 1, second), time=slice(None, until))
+    arrival = incident.arrival if incident else float(run.time[0])
+    between = (run.contact_force - run.static_force).sel(contact=slice(first + 1, second), time=slice(None, arrival))
     force = hl.sensor_force(run, second).values
-    before = max(0, int(np.searchsorted(run.time.values, until)) - 1)
+    before = max(0, int(np.searchsorted(run.time.values, arrival)) - 1)
     peak = before + int(force[before : before + 2].argmax())
     widths = [speed * duration(run.time.values, force, peak, level * force[peak]) for level in LEVELS]
     return xr.Dataset(
@@ -66,8 +67,9 @@ def duration(time: Vector, force: Vector, peak: int, least: float) -> float:
     """Return the time, s, for which the pulse with a peak at this sample exceeds a force; NaN without rise or fall."""
     if not (force[:peak] < least).any() or not (force[peak:] < least).any():
         return float("nan")
-    above = np.array([force[peak] - least]), np.array([0]), np.array([force.size - 1])
-    ends = np.concatenate(peak_widths(force, [peak], 1.0, above)[2:])
+    # A peak's prominence is how far below its top peak_widths goes; then the samples between which it may go.
+    prominence_data = np.array([force[peak] - least]), np.array([0]), np.array([force.size - 1])
+    ends = np.concatenate(peak_widths(force, [peak], 1.0, prominence_data)[2:])
     return float(np.diff(np.interp(ends, np.arange(time.size), time))[0])
 
 
@@ -94,10 +96,13 @@ def contact_time(bead: hl.Bead, wall: hl.Material, speed: float) -> float:
     return float(hl.theory.hertz_contact_time(bead.mass, wall_stiffness(bead, wall), speed))
 
 
-def widths(wider: float) -> dict[str, float]:
+def widths(width_0_1_percent: float) -> dict[str, float]:
     """Return the other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
     of_theory = hl.theory.UniformChain(1.0, 1.0, 1.0).width + 1.0
-    return {"read from 0.1 % to 0.1 % of the peak": wider, "equation 5.13, and one bead more at a sensor": of_theory}
+    return {
+        "read from 0.1 % to 0.1 % of the peak": width_0_1_percent,
+        "equation 5.13, and one bead more at a sensor": of_theory,
+    }
 
 
 def striker_speed(force: float, bead: hl.Bead, stiffness: float | None = None, exponent: float = 1.5) -> float:
@@ -119,10 +124,10 @@ def speed_at(curve: xr.Dataset, force: float) -> float:
 
 def exponent(curve: xr.Dataset) -> float:
     """Return the slope of ln V over ln F, by least squares: (n − 1)/(2n) for F = k δⁿ (thesis, equation 5.12)."""
-    return power(curve.peak_force.values, curve.wave_speed.values)
+    return power_exponent(curve.peak_force.values, curve.wave_speed.values)
 
 
-def power(x: Vector, y: Vector) -> float:
+def power_exponent(x: Vector, y: Vector) -> float:
     """Return the exponent p of the line y ∝ xᵖ, by least squares of the logarithms."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
@@ -148,23 +153,21 @@ class Curve:
         ends = self.law.approach(np.array([least, most]))
         return hl.laws.fit_power_law(self.law, float(ends[0]), float(ends[1]))
 
-    def theory(self, power: PowerFit) -> hl.theory.UniformChain:
+    def theory(self, fit: PowerFit) -> hl.theory.UniformChain:
         """Return the theory of long waves for a fitted power law."""
-        return long_waves(self.pair[0], power.stiffness, power.exponent)
+        return long_waves(self.pair[0], fit.stiffness, fit.exponent)
 
     def strikers(self) -> tuple[float, ...]:
         """Return the speeds of the strikers, m/s."""
         if self.speeds:
             return self.speeds
-        power = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
-        return tuple(striker_speed(force, self.pair[0], power.stiffness, power.exponent) for force in self.forces)
+        fit = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
+        return tuple(striker_speed(force, self.pair[0], fit.stiffness, fit.exponent) for force in self.forces)
 
     def slowest(self) -> float:
-        """Return about the speed of the slowest wave, m/s."""
-        power = self.fit(0.01, 10.0) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
-        return float(
-            self.theory(power).wave_speed_from_particle_speed(PARTICLE_TO_STRIKER_SPEED * min(self.strikers()))
-        )
+        """Return an estimate of the speed of the slowest wave, m/s."""
+        fit = self.fit(*FORCES_OF_SPEEDS) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
+        return float(self.theory(fit).wave_speed_from_particle_speed(PARTICLE_TO_STRIKER_SPEED * min(self.strikers())))
 
 
 def run_curves(
@@ -177,28 +180,32 @@ def run_curves(
     """
     by_label = {curve.label: curve for curve in curves}
     count = len(curves[0].forces or curves[0].speeds)
-    until = until or max(SLACK * (2 * beads - second) * curve.pair[0].size / curve.slowest() for curve in curves)
+    if until is None:
+        until = max(SLACK * (2 * beads - second) * curve.pair[0].size / curve.slowest() for curve in curves)
 
     def build(curve: str, striker: int) -> hl.CoSimulation:
-        of = by_label[curve]
-        chain = [of.pair[i % 2] for i in range(beads)]
-        return hl.CoSimulation(hl.Chain(chain, of.striker or of.pair[0], of.strikers()[striker], law=of.of_pair), None)
+        curve_data = by_label[curve]
+        chain = [curve_data.pair[i % 2] for i in range(beads)]
+        speed = curve_data.strikers()[striker]
+        return hl.CoSimulation(
+            hl.Chain(chain, curve_data.striker or curve_data.pair[0], speed, law=curve_data.of_pair), None
+        )
 
     measure = partial(passage, first=first, second=second)
     data = hl.sweep(build, until, jobs, measure, curve=list(by_label), striker=range(count))
     forces = data.peak_force.values
-    powers = [curve.fit(*_ends(peaks)) for curve, peaks in zip(curves, forces, strict=True)]
+    fits = [curve.fit(*_ends(peaks)) for curve, peaks in zip(curves, forces, strict=True)]
     if approach is None:
         least, most = curves[0].law.approach(np.array(_ends(forces))).tolist()
         approach = np.geomspace(least, most, 21)
     data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
-    over, each = ("curve", "striker"), list(zip(curves, powers, forces, strict=True))
-    speeds = [curve.theory(power).wave_speed_from_force(peaks) for curve, power, peaks in each]
+    over, each = ("curve", "striker"), list(zip(curves, fits, forces, strict=True))
+    speeds = [curve.theory(fit).wave_speed_from_force(peaks) for curve, fit, peaks in each]
     data["theory"] = (over, speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
     data["striker_speed"] = (over, [curve.strikers() for curve in curves], {"units": "m/s"})
     data["force"] = (("curve", "approach"), [curve.law.force(approach) for curve in curves], {"units": "N"})
-    data["exponent"] = ("curve", [power.exponent for power in powers])
-    data["stiffness"] = ("curve", [power.stiffness for power in powers])
+    data["exponent"] = ("curve", [fit.exponent for fit in fits])
+    data["stiffness"] = ("curve", [fit.stiffness for fit in fits])
     data["size"] = ("curve", [curve.pair[0].size for curve in curves], {"units": "m"})
     return data
 
@@ -219,9 +226,9 @@ def curve_rows(data: xr.Dataset) -> list[Row]:
             rows.append(row("speed", float(at.wave_speed), n, k, float(at.striker_speed), **named))
         if curve.sizes["striker"] > 1:
             rows.append(row("exponent", exponent(curve), theory=(n - 1.0) / (2.0 * n), curve=label))
-        wide, wider = curve.width.isel(striker=-1).values / float(curve["size"])
+        width_1_percent, width_0_1_percent = curve.width.isel(striker=-1).values / float(curve["size"])
         of_theory = hl.theory.UniformChain(1.0, 1.0, 1.0, n).width + 1.0
-        rows.append(row("width", float(wide), wider, of_theory, curve=label))
+        rows.append(row("width", float(width_1_percent), width_0_1_percent, of_theory, curve=label))
     return rows
 
 

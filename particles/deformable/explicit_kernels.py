@@ -14,7 +14,7 @@ LANES = 8
 """Bodies that one instruction may move."""
 
 TOGETHER = 3
-"""Blocks of a row that are multiplied at once; rows hold a multiple of so many."""
+"""Blocks of a row that are multiplied at once; rows hold a multiple of this number."""
 
 FINISHED, NON_FINITE, TOO_WIDE = 0, 1, 2
 

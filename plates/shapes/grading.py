@@ -74,7 +74,7 @@ def _count(distance: float, cells: Cells) -> float:
 
 
 def _distance(count: Vector, cells: Cells) -> Vector:
-    """Return the distance within which so many cells lie."""
+    """Return the distance within which `count` cells lie."""
     ratio = 1.0 + cells.growth
     growing, reach = _growing(cells)
     near = cells.finest * (ratio ** np.minimum(count, growing) - 1.0) / (ratio - 1.0)

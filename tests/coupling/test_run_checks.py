@@ -247,13 +247,13 @@ def test_the_estimate_of_what_yielding_changes_is_that_of_a_run_with_the_law(
     """AR within its error, TOF within a third."""
     chain = hl.Chain([BEAD] * 20, BEAD, speed, preload=preload)
     runs = [hl.CoSimulation(replace(chain, law=law), structure).run(2e-3) for law in (None, hl.laws.JacksonGreen())]
-    elastic, dented = (hl.reflections(run, 10).primary for run in runs)
+    elastic, yielded = (hl.reflections(run, 10).primary for run in runs)
     (finding,) = found(runs[0], "yield")
     ratio, error, old, later = map(float, re.search(ESTIMATE, finding).groups())
-    assert ratio == pytest.approx(dented.amplitude_ratio, abs=0.02)
+    assert ratio == pytest.approx(yielded.amplitude_ratio, abs=0.02)
     assert error == 0.05
     assert old == pytest.approx(elastic.amplitude_ratio, abs=0.005)
-    assert later == pytest.approx(1e6 * (dented.time_of_flight - elastic.time_of_flight), rel=1.0 / 3.0)
+    assert later == pytest.approx(1e6 * (yielded.time_of_flight - elastic.time_of_flight), rel=1.0 / 3.0)
     assert not found(runs[1], "yield")
 
 
@@ -263,12 +263,12 @@ def test_beads_that_yield_lose_force(speed: float, says: bool) -> None:
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     chain = hl.Chain([bead] * 20, bead, speed)
     runs = [hl.CoSimulation(replace(chain, law=law), None).run(4e-4) for law in (None, hl.laws.JacksonGreen())]
-    elastic, dented = (float(hl.sensor_force(run, 10).max()) for run in runs)
+    elastic, yielded = (float(hl.sensor_force(run, 10).max()) for run in runs)
     said = found(runs[0], "yield")
     assert len(said) == says
     for finding in said:
         left = float(re.search(r"would be about ([\d.]+) times", finding)[1])
-        assert left == pytest.approx(dented / elastic, abs=0.02)
+        assert left == pytest.approx(yielded / elastic, abs=0.02)
 
 
 def test_a_contact_just_beyond_yield_warns_of_nothing() -> None:

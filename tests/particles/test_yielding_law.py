@@ -381,11 +381,11 @@ def test_elastic_waves_say_what_a_fresh_spot_returns() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="on a fresh spot AR"):
         elastic = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), wall).run(8e-4)
     wave = hl.reflections(elastic, 7).primary
-    dented = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31, law=hl.laws.JacksonGreen()), wall).run(8e-4)
+    yielded = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31, law=hl.laws.JacksonGreen()), wall).run(8e-4)
     ratio, error = wave.fresh_spot
-    assert abs(ratio - float(hl.amplitude_ratio(dented, 7))) < error < wave.amplitude_ratio - ratio
+    assert abs(ratio - float(hl.amplitude_ratio(yielded, 7))) < error < wave.amplitude_ratio - ratio
     assert f"on a fresh spot AR ≈ {ratio:.2f} ± 0.05" in repr(wave)
-    assert hl.reflections(dented, 7).primary.fresh_spot is None
+    assert hl.reflections(yielded, 7).primary.fresh_spot is None
 
 
 @pytest.mark.filterwarnings("ignore:yield")

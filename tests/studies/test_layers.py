@@ -63,7 +63,7 @@ def middle_and_peak(run: xr.Dataset) -> xr.Dataset:
     """TOF of the secondary wave at bead 7 to the middle of its two collisions and to its peak, and its AR."""
     waves = hl.reflections(run, 7)
     assert waves.secondary
-    tracks = [one for one in hl.follow_waves(run) if not one.goes_on and one.begins == "structure"]
+    tracks = [one for one in hl.follow_waves(run) if not one.towards_structure and one.begins == "structure"]
     return xr.Dataset(
         {
             "middle": ((), tracks[1].arrival(7) - waves.incident.arrival),
