@@ -7,7 +7,7 @@ from functools import cache
 from statistics import median
 
 import hertzlink as hl
-from coupling.engine import Engine
+from coupling.compiled_run import Engine
 from coupling.inference.derivatives import TangentEngine, parameters_around
 from coupling.recording.frames import Frames, kept_at
 

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import xarray as xr
 
 from coupling.interface import ContactPoint, Facing, Interface, for_each
-from coupling.loops import Work
 from coupling.plan import ACCURACIES, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
@@ -17,9 +16,10 @@ from coupling.recording.frames import Frames, kept_at
 from coupling.recording.trace import Trace
 from coupling.results.findings import warn
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
+from coupling.run_loop import Work
 from coupling.schemes.condensed import Condensed
+from coupling.schemes.halving import Adaptive
 from coupling.schemes.scheme import Scheme, check_scheme
-from coupling.schemes.windows import Adaptive
 from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain

@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from coupling.kernels.agreement import PIECES
+from coupling.kernels.newton import PIECES
 from coupling.kernels.records import REMEMBERED
 from coupling.participant import CheckedParticipant, Participant
 from coupling.results.schema import FIRST, LAST, Contact

@@ -6,8 +6,8 @@ from typing import Annotated, Any, NamedTuple
 from coupling.interface import Interface
 from coupling.participant import CheckedParticipant
 from coupling.results.findings import warn
+from coupling.schemes.halving import Adaptive
 from coupling.schemes.scheme import Scheme
-from coupling.schemes.windows import Adaptive
 from structures.caution import caution
 from structures.checks import positive
 from structures.moving import MovingStructure

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.files.user_files import path_of
+from coupling.files.loading import path_of
 from coupling.files.writing import write_whole
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import one_of_each, warn

@@ -25,8 +25,8 @@ from coupling.results.measures import contact_time as contact_time
 from coupling.results.measures import contact_to_sensor_ratio as contact_to_sensor_ratio
 from coupling.results.measures import energy_error as energy_error
 from coupling.results.measures import sensor_force as sensor_force
-from coupling.results.sensor import calibration_factor as calibration_factor
 from coupling.results.sensor_model import SensorModel as SensorModel
+from coupling.results.sensor_trace import calibration_factor as calibration_factor
 from coupling.results.signals import as_signal as as_signal
 from coupling.results.signals import read_signal as read_signal
 from coupling.results.taps import average_taps as average_taps
@@ -34,11 +34,11 @@ from coupling.results.wave_tracking import follow_waves as follow_waves
 from coupling.results.waves import NoWaveError as NoWaveError
 from coupling.schemes.condensed import Condensed as Condensed
 from coupling.schemes.explicit import Explicit as Explicit
+from coupling.schemes.halving import Adaptive as Adaptive
 from coupling.schemes.iterated import IQN_ILS as IQN_ILS
 from coupling.schemes.iterated import Aitken as Aitken
 from coupling.schemes.iterated import FixedPoint as FixedPoint
 from coupling.schemes.scheme import Scheme as Scheme
-from coupling.schemes.windows import Adaptive as Adaptive
 from coupling.state import NotConverged as NotConverged
 from coupling.sweeps.batch import batch as batch
 from coupling.sweeps.critical_search import critical_distance_search as critical_distance_search

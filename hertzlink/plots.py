@@ -12,6 +12,6 @@ from coupling.plots.traces import energy as energy
 from coupling.plots.traces import spectrum as spectrum
 from coupling.plots.traces import traces as traces
 from hertzlink._help import offer as _offer
-from hertzlink.reports.of_results import report as report
+from hertzlink.reports.report import report as report
 
 _offer(__name__)

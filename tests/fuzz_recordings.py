@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent / "coupling"))
 import test_recorders
 
 import hertzlink as hl
-from coupling.results import recorder_files
+from coupling.results import binary_files
 from structures.reading_process import Unread, limit
 
 HUGE = (0, 1, 0x7F, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 1 << 40, (1 << 63) - 1)
@@ -59,7 +59,7 @@ def changed(content: bytes, drawn: random.Random) -> bytes:
 def read_here(_: Path, __: str, path: Path, *arguments: str, **___: Any) -> Any:
     """Take the place of `read_apart` in a process that has its limits."""
     try:
-        return recorder_files.read(str(path), *arguments)  # type: ignore[arg-type]
+        return binary_files.read(str(path), *arguments)  # type: ignore[arg-type]
     except BaseException as error:  # noqa: BLE001 (as the end of a process is)
         raise Unread(f"{type(error).__name__}: {error}".replace("\n", " ")[:200]) from None
 
@@ -94,7 +94,7 @@ def _read(path: Path) -> int:
 
 def main(tries: int, seed: int, only: str) -> int:
     """Report each kind of fault once; the files of all stay in a folder."""
-    recorder_files.read_apart = read_here
+    binary_files.read_apart = read_here
     os.chdir(tempfile.mkdtemp(prefix="recordings"))
     faulthandler.disable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling import loops
+from coupling import run_loop
 from coupling.recording import checkpoint
 from structures.damping import Rayleigh
 
@@ -99,7 +99,7 @@ def often() -> Iterator[None]:
     with (
         patch.object(checkpoint, "INTERVAL", 0.0),
         patch.object(checkpoint, "PAUSE", 0.0),
-        patch.object(loops, "CHUNK", 1),
+        patch.object(run_loop, "CHUNK", 1),
         patch.object(os, "fsync", lambda _: None),
     ):
         yield
@@ -131,7 +131,7 @@ def fine(path: Path | None) -> xr.Dataset:
 def fine_and_often(path: Path) -> None:
     """It, with far too many checkpoints."""
     with often():
-        loops.CHUNK = 100
+        run_loop.CHUNK = 100
         fine(path)
 
 

@@ -50,8 +50,8 @@ SOURCES = {
     "coupling": (
         "coupling/schemes/*.py",
         "coupling/interface.py",
-        "coupling/engine.py",
-        "coupling/loops.py",
+        "coupling/compiled_run.py",
+        "coupling/run_loop.py",
         "coupling/results/*.py",
     ),
     "plates": ("plates/**/*.py",),

@@ -256,7 +256,7 @@ def test_what_is_wrong_with_several_is_named(path: str, value: Any, words: str) 
 
 
 def test_what_takes_one_chain_says_so() -> None:
-    from hertzlink.cases.questions import question_of
+    from hertzlink.cases.identify_fit import question_of
     from hertzlink.cases.running import task_of
 
     axis = {"sweep": {"structure.at[0][0]": [0.01, 0.015, 0.02]}}

@@ -29,7 +29,7 @@ from hertzlink.cases.lines import lines_of
 from hertzlink.cases.mapping import grid_of
 from hertzlink.cases.model import schema
 from hertzlink.cases.parts import World
-from hertzlink.cases.report import table
+from hertzlink.cases.tables import table
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cases.toml import as_toml
 from hertzlink.cases.units import Unit

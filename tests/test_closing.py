@@ -12,7 +12,7 @@ from scipy.integrate import trapezoid
 from scipy.optimize import nnls
 
 import hertzlink as hl
-from coupling.loops import is_compiled
+from coupling.run_loop import is_compiled
 from hertzlink.conformance import checks
 from hertzlink.stepping import Closing
 from structures.closing import ClosingState, _separating
@@ -287,7 +287,7 @@ def test_the_compiled_loop_does_what_the_structure_does_alone(name: str, monkeyp
     simulation = hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3), ALONE[name])
     assert is_compiled(simulation.interface, simulation.scheme)
     compiled = simulation.run(1.5e-4)
-    monkeypatch.setattr("coupling.loops.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
     other = simulation.run(1.5e-4)
     assert float(other.structure_dissipated_energy[-1]) > 1e-6 * float(other.impact_energy)
     for one in set(other.data_vars) - {"residual", "evaluations"}:

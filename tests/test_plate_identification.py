@@ -15,8 +15,8 @@ from coupling.inference.plates import BAND, WIDEST, PlateBasis, PlateFit, PlateS
 from coupling.yield_check import CURE
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import YIELDING
-from hertzlink.cases.identifying import answer, tables
-from hertzlink.cases.questions import Question, question_of
+from hertzlink.cases.identify_fit import Question, question_of
+from hertzlink.cases.identify_section import answer, tables
 from hertzlink.cases.templates import template
 from structures.unmeshed import unmeshed
 

@@ -13,14 +13,14 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from scipy import sparse
 
+from coupling.compiled_run import Engine, StructureWindows
 from coupling.cosimulation import CoSimulation
-from coupling.engine import Engine, StructureWindows
 from coupling.kernels.records import Run
 from coupling.kernels.tangents import Model, Moving, Tangents
-from coupling.loops import UNBROKEN, is_compiled
 from coupling.plan import Plan
 from coupling.recording.frames import Frames, Kept
-from coupling.schemes.windows import Adaptive
+from coupling.run_loop import UNBROKEN, is_compiled
+from coupling.schemes.halving import Adaptive
 from particles.kernels.laws import Hertz, Partly
 from particles.kernels.motion import WORK_ROWS, Verlet
 from structures.checks import instance

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from coupling.inference.misfit import Measured, Misfit, Point
 from coupling.inference.prediction import Curves, Prediction
-from coupling.results.sensor import interpolated_over_gaps, noise_level
+from coupling.results.sensor_trace import interpolated_over_gaps, noise_level
 from structures.checks import count_of
 from structures.structure import Vector
 

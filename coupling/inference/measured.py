@@ -10,7 +10,7 @@ from coupling.inference.misfit import Measured
 from coupling.inference.prediction import NUMERICAL
 from coupling.results.measures import sensor_force
 from coupling.results.schema import kind_of
-from coupling.results.sensor import FEWEST_SAMPLES
+from coupling.results.sensor_trace import FEWEST_SAMPLES
 from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
 

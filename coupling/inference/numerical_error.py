@@ -17,7 +17,7 @@ from coupling.plan import Plan
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
-from coupling.schemes.windows import Adaptive
+from coupling.schemes.halving import Adaptive
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
 from structures.checks import instance, positive, whole

@@ -20,7 +20,7 @@ from coupling.inference.identification import AT_END, BLIND, NOT_TRUSTED, NUISAN
 from coupling.inference.measured import estimated
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
-from coupling.results.sensor import interpolated_over_gaps, noise_level
+from coupling.results.sensor_trace import interpolated_over_gaps, noise_level
 from coupling.sweeps.processes import Outcome, Work, in_processes
 from coupling.sweeps.progress import one_bar, silent
 from coupling.sweeps.store import Failure, Point, describe_point, open_store

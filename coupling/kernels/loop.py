@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from coupling.kernels.agreement import agree
+from coupling.kernels.newton import agree
 from coupling.kernels.recorders import reads_structure, record, watch
 from coupling.kernels.records import REMEMBERED
 from structures.kernels.arrays import copy

@@ -15,7 +15,7 @@ Griewank and Walther, Evaluating Derivatives, 2nd ed. (SIAM 2008), section 15.1:
 
 from typing import Any, NamedTuple
 
-from coupling.kernels.agreement import PIECES
+from coupling.kernels.newton import PIECES
 from coupling.kernels.recorders import reads_structure, record
 from particles.kernels.motion import advance, contact_forces
 from structures.kernels.arrays import solve

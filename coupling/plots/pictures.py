@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.files.user_files import file_to_write
+from coupling.files.loading import file_to_write
 from coupling.files.writing import whole_file_by_name, whole_folder
 from coupling.plots.motion import known_motion
 from structures.checks import finite, positive

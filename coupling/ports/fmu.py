@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from coupling.files import plain
-from coupling.files.user_files import file_to_write
+from coupling.files.loading import file_to_write
 from coupling.files.writing import whole_file_by_name
 from coupling.ports.guest import GuestState, guest_chain
 from particles.bead import Bead

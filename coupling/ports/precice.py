@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import xarray as xr
 
-from coupling.files.user_files import path_of
+from coupling.files.loading import path_of
 from coupling.plan import SAME_TIME, coarse
 from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.results.findings import warn, with_warnings

@@ -13,7 +13,7 @@ from coupling.results.findings import FRESH_SPOT
 from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why_missing
 from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
-from coupling.results.sensor import interpolated_over_gaps
+from coupling.results.sensor_trace import interpolated_over_gaps
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, series_of
 from structures.caution import caution

@@ -9,7 +9,7 @@ import scipy
 import xarray as xr
 
 from coupling.results.schema import SIGNAL, kind_of
-from coupling.results.sensor import FEWEST_SAMPLES, interpolated_over_gaps, noise_level, quiet_lead, resolution
+from coupling.results.sensor_trace import FEWEST_SAMPLES, interpolated_over_gaps, noise_level, quiet_lead, resolution
 from structures.caution import caution
 from structures.checks import count_of, instance, positive
 from structures.structure import Vector

@@ -14,7 +14,7 @@ import scipy
 from numpy.polynomial import Polynomial
 
 from coupling.results import wave_kernels
-from coupling.results.sensor import noise_level, resolution, smoothed
+from coupling.results.sensor_trace import noise_level, resolution, smoothed
 from coupling.results.wave_kernels import FIRST_WAVE, plain
 from structures.structure import Vector
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.results.sensor import FEWEST_SAMPLES
+from coupling.results.sensor_trace import FEWEST_SAMPLES
 from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable

@@ -14,7 +14,7 @@ from coupling.results.conditioning import checked_signal
 from coupling.results.measures import sensor_force
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL, kind_of
-from coupling.results.sensor import checked_trace
+from coupling.results.sensor_trace import checked_trace
 from coupling.results.signals import as_signal
 from structures.checks import instance, listed, whole
 from structures.described import described

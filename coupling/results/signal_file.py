@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.results.binary_files import Recording, read_recording
 from coupling.results.binary_formats import Reader, format_of
-from coupling.results.recorder_files import Recording, read_recording
 from coupling.results.sampling import Even, Rows, Unsampled, at_interval, even_sampling, is_of_pairs, segments
-from coupling.results.scope_file import HUGE, LONGEST_LINE, Samples, ScopeFile, from_first
-from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
-from coupling.results.sensor import FEWEST_SAMPLES, interpolated_over_gaps
+from coupling.results.sensor_trace import FEWEST_SAMPLES, interpolated_over_gaps
+from coupling.results.text_file import HUGE, LONGEST_LINE, Samples, ScopeFile, from_first
+from coupling.results.text_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
 from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable

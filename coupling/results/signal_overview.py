@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.results.conditioning import clipped_samples, lead_of, mains_hum
-from coupling.results.sensor import interpolated_over_gaps, noise_level, resolution
+from coupling.results.sensor_trace import interpolated_over_gaps, noise_level, resolution
 from coupling.results.signal_file import Sampling, Trace, columns_of, open_trace, read_trace
 from structures.structure import Vector
 

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
-from coupling.results.scope_header import FORCE, TIME, quantity_of
-from coupling.results.sensor import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
+from coupling.results.sensor_trace import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
 from coupling.results.signal_file import Sampling, on_one_time, read_trace
+from coupling.results.text_header import FORCE, TIME, quantity_of
 from structures.caution import caution, collected
 from structures.checks import existing, finite, instance, not_negative, one_of, positive, short, whole
 from structures.quantities import Likely

@@ -8,7 +8,7 @@ import xarray as xr
 from coupling.results.conditioning import checked_signal, with_noise
 from coupling.results.peaks import waves_of_signal
 from coupling.results.reading import Reading
-from coupling.results.sensor import interpolated_over_gaps, resolution
+from coupling.results.sensor_trace import interpolated_over_gaps, resolution
 from coupling.results.signals import as_signal
 from structures.caution import caution
 from structures.checks import listed, positive, whole

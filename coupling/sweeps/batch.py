@@ -12,16 +12,16 @@ import numpy as np
 import xarray as xr
 from joblib.externals.loky.process_executor import BrokenProcessPool, TerminatedWorkerError
 
+from coupling.compiled_run import StructureWindows
 from coupling.cosimulation import CoSimulation
-from coupling.engine import StructureWindows
-from coupling.loops import Work, is_compiled
 from coupling.plan import Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
-from coupling.schemes.windows import Adaptive
+from coupling.run_loop import Work, is_compiled
+from coupling.schemes.halving import Adaptive
 from coupling.sweeps.processes import ENVIRONMENT_ERRORS, in_parallel
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build

@@ -11,8 +11,8 @@ import numba
 import numpy as np
 import xarray as xr
 
+from coupling.compiled_run import Engine
 from coupling.cosimulation import CoSimulation
-from coupling.engine import Engine
 from coupling.kernels.families import Family, do_runs
 from coupling.kernels.loop import OK
 from coupling.kernels.recorders import Sensors

@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.files import plain
+from coupling.files.loading import path_of
 from coupling.files.locks import Lock, NoLocks
-from coupling.files.user_files import path_of
 from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
 from coupling.results.provenance import differences, versions
 from coupling.sweeps.outside import outside_of

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupling.cosimulation import CoSimulation
-from coupling.schemes.windows import Adaptive
+from coupling.schemes.halving import Adaptive
 from coupling.sweeps.entry_paths import Path, parsed
 from particles.bead import Sphere
 from particles.chain import Chain

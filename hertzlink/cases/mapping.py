@@ -17,10 +17,10 @@ from coupling.sweeps.store import Store
 from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case
 from hertzlink.cases.entry_paths import written
-from hertzlink.cases.identifying import answer, of_file, signal_of
-from hertzlink.cases.questions import question_of
-from hertzlink.cases.report import WIDTH, csv_text, table
+from hertzlink.cases.identify_fit import question_of
+from hertzlink.cases.identify_section import answer, of_file, signal_of
 from hertzlink.cases.running import sensors_of
+from hertzlink.cases.tables import WIDTH, csv_text, table
 from hertzlink.reports.of_maps import csv_rows, rows_of, summary
 
 MAP = "map.csv"

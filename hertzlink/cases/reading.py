@@ -10,7 +10,7 @@ from math import isclose, isnan, nan
 from pathlib import Path as File
 from typing import Any
 
-from coupling.files.user_files import read_text
+from coupling.files.loading import read_text
 from hertzlink.cases.entry_paths import Path, entry, has, parsed, put, written
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of

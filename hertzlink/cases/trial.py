@@ -16,8 +16,8 @@ from coupling.inference.plates import PlateSearch
 from coupling.inference.prediction import Prediction, range_of
 from coupling.participant import CheckedParticipant
 from hertzlink.cases.case import of_run
-from hertzlink.cases.identifying import prepared
-from hertzlink.cases.questions import Question, question_of
+from hertzlink.cases.identify_fit import Question, question_of
+from hertzlink.cases.identify_section import prepared
 from hertzlink.cases.running import Build, Task
 from structures.caution import collected
 from structures.checks import count_of
@@ -36,7 +36,7 @@ def trial(task: Task) -> str:
     """Return the lines of text: runs, chain, structure, mesh, record, time. Builds the first structure; raises what it
     raises."""
     # What this process did so far: load its code.
-    loading = process_time() + timed(lambda: import_module("hertzlink.cases.pages"))[0]
+    loading = process_time() + timed(lambda: import_module("hertzlink.cases.case_report"))[0]
     first = task.first
     with collected() as warnings:
         building, simulation = timed(first.simulation)

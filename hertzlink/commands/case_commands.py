@@ -79,9 +79,9 @@ def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: in
     AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
     sensor.
     """
-    from hertzlink.cases.report import report
     from hertzlink.cases.run_with_yielding import run_both
     from hertzlink.cases.running import task_of
+    from hertzlink.cases.tables import report
 
     task = task_of(case)
 
@@ -119,8 +119,8 @@ def _written(
     form: of the report's figures as files; None for no such files.
     """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
+    from hertzlink.cases.case_report import page
     from hertzlink.cases.faults import of_case
-    from hertzlink.cases.pages import page
     from hertzlink.output_folder import check_output, write_folder
     from hertzlink.reports.page import html
     from structures.caution import collected
@@ -187,8 +187,8 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
     others, or the interval between samples by --set identify.interval="0.5 us". The section [identify] of the case
     names the columns and the unknowns; `hertzlink new identify` writes an example of both files.
     """
-    from hertzlink.cases.identifying import answer, of_file, signal_of, simulation_of, tables
-    from hertzlink.cases.questions import question_of
+    from hertzlink.cases.identify_fit import question_of
+    from hertzlink.cases.identify_section import answer, of_file, signal_of, simulation_of, tables
     from hertzlink.cases.templates import TRACE
 
     question = question_of(case)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.results.findings import findings_of, one_of_each
-from hertzlink.reports.of_results import with_setup
 from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
+from hertzlink.reports.report import with_setup
 from hertzlink.reports.svg import picture
 from hertzlink.studies import STUDIES
 from hertzlink.studies.table import Row, footnotes, head_and_cells

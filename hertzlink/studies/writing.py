@@ -5,7 +5,7 @@ from textwrap import wrap
 
 import xarray as xr
 
-from coupling.files.user_files import read_netcdf
+from coupling.files.loading import read_netcdf
 from coupling.results.provenance import stored
 from hertzlink.studies import STUDIES, LongStudy, Study, draw
 from hertzlink.studies.conditions import DIFFERS

@@ -36,7 +36,7 @@ from interrupted import (
 )
 
 import hertzlink as hl
-from coupling import loops
+from coupling import run_loop
 from coupling.files import plain
 from coupling.recording import checkpoint
 from coupling.results.provenance import as_text
@@ -46,7 +46,7 @@ KILLS = 3
 
 IMPORTED = (
     "coupling.cosimulation",
-    "coupling.loops",
+    "coupling.run_loop",
     "coupling.kernels.loop",
     "plates.builders",
     "structures.damping",
@@ -520,7 +520,7 @@ def test_checkpoints_are_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_the_compiled_loop_looks_at_the_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every 64 windows, or where saved times are further apart, at each of them."""
-    monkeypatch.setattr(loops, "CHUNK", 64)
+    monkeypatch.setattr(run_loop, "CHUNK", 64)
     monkeypatch.setattr(checkpoint, "PAUSE", 0.0)
     reduced = hl.reduce(DAMPED, until=UNTIL)
     for stride, looks in ((2, 5), (16, 5), (80, 4)):

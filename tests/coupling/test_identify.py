@@ -26,7 +26,7 @@ from coupling.inference.misfit import Measured, Misfit
 from coupling.inference.prediction import Curves, Prediction, Range, high_passed, range_of
 from coupling.inference.search import GlobalSearch
 from coupling.inference.surrogate import interpolated
-from coupling.results.sensor import noise_level
+from coupling.results.sensor_trace import noise_level
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL, LEAD, STEP = 5e-4, 8e-5, 1e-6

@@ -16,8 +16,8 @@ import hertzlink as hl
 from coupling.inference.numerical_error import MESH, REDUCTION
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.report import report
 from hertzlink.cases.running import run_task, task_of
+from hertzlink.cases.tables import report
 from structures.fineness import finer
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

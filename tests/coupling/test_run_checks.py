@@ -169,7 +169,7 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
 
 
 def test_batches_and_explicit_chains_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.loops.Work.do", None)
+    monkeypatch.setattr("coupling.run_loop.Work.do", None)
     monkeypatch.setattr("coupling.explicit_chain.explicit_bead", None)
     short = hl.Chain([BEAD] * 2, BEAD, 0.4)
     for run in (lambda: hl.batch([short], 1.5, save_every=1e-3), lambda: hl.explicit_chain(short, 1.5)):
@@ -411,7 +411,7 @@ def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.Monk
     """Between the calls Ctrl-C ends a run."""
     whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
     calls, real = [], loop.run_windows
-    monkeypatch.setattr("coupling.loops.UNBROKEN", 1e4)
+    monkeypatch.setattr("coupling.run_loop.UNBROKEN", 1e4)
     monkeypatch.setattr(loop, "run_windows", lambda *given: calls.append(given) or real(*given))
     assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
     assert len(calls) > 5

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.loops import Work
 from coupling.recording.frames import Frames, kept_at, motion_of
+from coupling.run_loop import Work
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
@@ -142,7 +142,7 @@ def test_the_contact_of_the_last_bead_is_measured_at_it() -> None:
 def test_a_checkpoint_of_sensors_continues_and_belongs_to_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file, simulation = tmp_path / "run.checkpoint", hl.CoSimulation(chain(), ROD)
     whole = simulation.run(UNTIL, sensors=[7])
-    monkeypatch.setattr("coupling.loops.CHUNK", 256)
+    monkeypatch.setattr("coupling.run_loop.CHUNK", 256)
     monkeypatch.setattr("coupling.recording.checkpoint.INTERVAL", 0.0)
     monkeypatch.setattr("coupling.recording.checkpoint.PAUSE", 0.0)
     with monkeypatch.context() as cut:

@@ -10,7 +10,7 @@ from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 
 import hertzlink as hl
 from coupling.plan import ADAPTIVE_PER_CONTACT
-from coupling.schemes.windows import FINEST, Windows
+from coupling.schemes.halving import FINEST, Windows
 from coupling.state import Counts, CoupledState, Ledger, Node
 
 FULL_PLATE = hl.kirchhoff_plate(

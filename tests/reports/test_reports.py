@@ -226,7 +226,7 @@ def test_a_report_replaces_an_earlier_one_whole(tmp_path: Path, monkeypatch: pyt
     def fails(page: Page) -> str:
         raise FloatingPointError
 
-    monkeypatch.setattr("hertzlink.reports.of_results.html", fails)
+    monkeypatch.setattr("hertzlink.reports.report.html", fails)
     with pytest.raises(FloatingPointError):
         made(tmp_path, signal())
     assert file.read_text("utf-8") == whole

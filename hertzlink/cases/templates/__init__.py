@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.files.user_files import read_netcdf
+from coupling.files.loading import read_netcdf
 from hertzlink._hints import nearest
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError

@@ -18,8 +18,8 @@ from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault, fault_of, of_case
-from hertzlink.cases.questions import Question, identified
-from hertzlink.cases.report import csv_text, table
+from hertzlink.cases.identify_fit import Question, identified
+from hertzlink.cases.tables import csv_text, table
 from structures.caution import collected
 from structures.units import readable
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.results.scope_header import INTERVALS, RATES, STARTS, key_of
+from coupling.results.text_header import INTERVALS, RATES, STARTS, key_of
 from structures.reading_process import Unread, read_apart
 
 EXTRA = "hertzlink[recorders]"

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.results.binary_formats import refuse_binary
-from coupling.results.scope_header import Header
-from coupling.results.sensor import FEWEST_SAMPLES
+from coupling.results.sensor_trace import FEWEST_SAMPLES
+from coupling.results.text_header import Header
 from structures.checks import count_of
 from structures.structure import Vector
 

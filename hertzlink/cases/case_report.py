@@ -28,8 +28,8 @@ from coupling.plots.swept import (
 from coupling.results.findings import findings_of, one_of_each
 from hertzlink.cases.run_with_yielding import WITH_YIELDING
 from hertzlink.reports import in_a_sentence
-from hertzlink.reports.of_results import page_of, with_setup
 from hertzlink.reports.page import Page, Picture, Section, Table, table, usual_facts
+from hertzlink.reports.report import page_of, with_setup
 from hertzlink.reports.svg import drawn
 from structures.units import handy
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from numba.core.errors import NumbaError
 
-from coupling.engine import Engine, StructureWindows, check_finite
+from coupling.compiled_run import Engine, StructureWindows, check_finite
 from coupling.interface import Interface
 from coupling.participant import CheckedParticipant
 from coupling.plan import Plan
@@ -12,8 +12,8 @@ from coupling.recording.checkpoint import Keeper
 from coupling.recording.frames import Frames
 from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
+from coupling.schemes.halving import Adaptive, Windows
 from coupling.schemes.scheme import Scheme
-from coupling.schemes.windows import Adaptive, Windows
 from coupling.state import Counts, CoupledState, NotConverged
 from structures.kernels.pieces import check_compiled
 

@@ -9,12 +9,12 @@ import numpy as np
 from coupling.interface import Interface
 from coupling.kernels import loop
 from coupling.kernels.adaptive import Adaptation, adapt
-from coupling.kernels.agreement import PIECES, Contacts, OneContact
+from coupling.kernels.newton import PIECES, Contacts, OneContact
 from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.results.schema import FIRST
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
-from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, error_of, next_length
+from coupling.schemes.halving import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, error_of, next_length
 from coupling.state import NotConverged
 from particles.kernels.motion import WORK_ROWS
 from structures.closing import PARTS, Closing
