@@ -4,13 +4,13 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import fields, replace
 from functools import cached_property
-from math import pi, sin
+from math import inf, pi, sin
 from typing import Annotated, Any, Self
 
 import numpy as np
 
 from particles.bead import Bead, check_bead, check_beads, likely_bead, plain_data
-from particles.dissipation import Dissipation
+from particles.dissipation import Dissipation, coefficients_of
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
@@ -23,6 +23,13 @@ from structures.surface import Surface
 
 LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
 """A function of two bodies, or of a body and a surface, that returns the law of their contact."""
+
+
+def reduced_masses(mass: Vector) -> Vector:
+    """Return the reduced masses of the N + 1 contacts of these bodies, kg; a structure, a piston or a force counts as
+    immovable."""
+    inverse = np.append(1.0 / mass, 0.0)
+    return np.asarray(1.0 / (inverse[:-1] + inverse[1:]))
 
 
 @described
@@ -95,6 +102,8 @@ class Chain:
         check_excitation(self.excitation, self.beads[0], self.gravity_along)
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
+        if self.dissipation is not None:
+            coefficients_of(self.dissipation, reduced_masses(self.masses))
 
     def __repr__(self) -> str:
         settings = [f"{name}={value}" for name, value in self._special]
@@ -140,6 +149,11 @@ class Chain:
         one at rest, ½ m (10 mm/s)². Without a striker the first bead's kinetic energy, at rest ½ m (10 mm/s)² too.
         """
         return self.excitation.energy(self.beads[0].mass, self.gravity_along)
+
+    @property
+    def masses(self) -> Vector:
+        """The masses of striker and beads, kg; infinite where a structure, a piston or a force replaces the striker."""
+        return np.array([self.body.mass if self.body else inf, *(bead.mass for bead in self.beads)])
 
     @property
     def centres(self) -> Vector:

@@ -77,6 +77,8 @@ class Dissipation(ABC):
 
         mass, kg: reduced masses; speed, m/s: of the bodies. The deepest approach enters through tangent and secant
         only: F′ and F/δ, N/m, at the depth at which a contact holds all energy of the impact, plus that of the preload.
+        The default is for the forms above, whose c is in N s/m where α is 1 (1/s for "drag"). A piece of your own needs
+        its own: the greatest derivative of its force by the rate, over the mass.
         """
         if self.piece == "tangent":
             grown = tangent
@@ -130,7 +132,10 @@ def fastest_rate(loss: Dissipation, mass: Vector, tangent: Vector, secant: Vecto
 def _of_masses(name: str, answer: Any, mass: Vector, why: str) -> Vector:
     """Return a user's numbers; a ValueError where there is not one for each mass, or one is negative or not finite."""
     if answer.dtype.kind not in "fiu" or answer.shape != mass.shape:
-        raise ValueError(f"{name}: must return {mass.size} numbers, one for each of its masses, not {short(answer)}")
+        raise ValueError(
+            f"{name}: must return {mass.size} numbers, one for each contact, not {short(answer)}; a chain of "
+            f"{mass.size - 1} has that with the striker and that with the structure too"
+        )
     wrong = ~(np.isfinite(answer) & (answer >= 0.0))
     if wrong.any():
         raise ValueError(f"{name}: must be finite and not negative, {why}, not {answer[wrong][0]!r}")

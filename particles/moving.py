@@ -12,7 +12,7 @@ from scipy.special import gamma
 
 from particles import contacts, statics
 from particles.bead import Bead
-from particles.chain import Chain
+from particles.chain import Chain, reduced_masses
 from particles.dissipation import fastest_rate, kernel_loss
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED, Driven, Free
@@ -193,8 +193,7 @@ class MovingChain:
     @fact
     def mass(self) -> Vector:
         """The masses of striker and beads, kg; infinite where a structure, a piston or a force replaces the striker."""
-        body = self.chain.body
-        return np.array([body.mass if body else inf, *(bead.mass for bead in self.chain.beads)])
+        return self.chain.masses
 
     @fact
     def static_force(self) -> Vector:
@@ -450,10 +449,8 @@ class MovingChain:
 
     @fact
     def reduced_mass(self) -> Vector:
-        """Reduced masses of the N + 1 contacts, kg; a structure, a piston or a force counts as immovable."""
-        inverse = np.append(1.0 / self.mass, 0.0)
-        reduced: Vector = 1.0 / (inverse[:-1] + inverse[1:])
-        return reduced
+        """The reduced masses of the N + 1 contacts, kg."""
+        return reduced_masses(self.mass)
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
         """Return the laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""

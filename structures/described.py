@@ -147,6 +147,11 @@ def described(target: Thing) -> Thing:
     class or function
         The same, with checks.
 
+    Raises
+    ------
+    ValueError
+        If a parameter has no annotation.
+
     Examples
     --------
     >>> import hertzlink as hl
@@ -176,6 +181,12 @@ def described_as(
     def describe(target: Any) -> Any:
         place = target.__module__, target.__qualname__
         product = _class(target, eq) if inspect.isclass(target) else _function(target)
+        for name, parameter in inspect.signature(product).parameters.items():
+            if parameter.annotation is parameter.empty:
+                raise ValueError(
+                    f"{target.__name__}: {name} has no annotation, must have one, such as {name}: hl.Length or {name}: "
+                    "float, by which its arguments are checked"
+                )
         _ALL[place] = product.__described__ = Described(product, what, called, also)
         return product
 

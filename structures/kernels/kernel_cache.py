@@ -227,7 +227,10 @@ def entry(function: Callable[..., Any]) -> Any:
 
 COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"
 
-NOT_STORED = "compiling kernels of a piece that no module holds, up to a minute at each start; define it in a file"
+NOT_STORED = (
+    "compiling kernels of a piece in a script or notebook, up to a minute at each start; define it in a module that "
+    "you import"
+)
 
 
 class Announcement(event.Listener):  # type: ignore[misc]

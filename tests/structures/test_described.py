@@ -51,6 +51,18 @@ def names_checked(one: Described) -> set[str]:
     return {name for name, of in one.parameters.items() if name in words and of.quantity}
 
 
+def test_a_parameter_without_an_annotation_is_refused() -> None:
+    """It would be checked by nothing, and a case could not give it."""
+
+    def block(side: hl.Length, material):  # type: ignore[no-untyped-def]
+        return None
+
+    with pytest.raises(
+        ValueError, match=r"block: material has no annotation, must have one, such as material: hl\.Length"
+    ):
+        hl.described(block)
+
+
 def test_a_range_stands_in_one_place() -> None:
     assert len(ours()) > 60
     assert {(one.name, name) for one in ours() for name in names_checked(one)} <= SECOND
