@@ -61,6 +61,25 @@ class Moving(NamedTuple):
     """1: whether any derivative may differ from zero."""
 
 
+class Duals(NamedTuple):
+    """The arrays of `Moving` of one group, as dual numbers."""
+
+    y: Any
+    v: Any
+    surface: Any
+    force: Any
+    work: Any
+
+
+class Span(NamedTuple):
+    """A window: when it begins, its length and that of the last one, s; and whether surfaces follow a parabola."""
+
+    t: float
+    window: float
+    last: float
+    bends: bool
+
+
 class Tangents(NamedTuple):
     """A recorder that carries the derivatives along and keeps those of forces and velocities."""
 
@@ -122,12 +141,24 @@ def has_begun(recorder: Any, run: Any, trial: Any) -> bool:
 
 
 @inner()
+def duals_of(moving: Any, group: int, width: Any) -> Any:
+    """Return the state of a group in dual numbers."""
+    return Duals(
+        as_duals(moving.y, group, width),
+        as_duals(moving.v, group, width),
+        as_duals(moving.surface, group, width),
+        as_duals(moving.force, group, width),
+        as_duals(moving.work, 0, width),
+    )
+
+
+@inner()
 def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window: float) -> None:
     """Move the dual numbers of a group on over a window whose forces are held, and its surfaces at the end."""
     moving, plan, width, count = recorder.moving, recorder.plan, recorder.width, trial.contact.size
     chains, structure, compliance, static = of_run(recorder.model, group)
-    body, force = as_duals(moving.body, group, width), as_duals(moving.force, group, width)
-    surface, now = as_duals(moving.surface, group, width), moving.now[group]
+    body, duals, now = as_duals(moving.body, group, width), duals_of(moving, group, width), moving.now[group]
+    force, surface = duals.force, duals.surface
     for k in range(count):
         for entry in range(moving.force.shape[3]):
             moving.moved[group] = moving.moved[group] or moving.force[group, 0, k, entry] != 0.0
@@ -152,41 +183,37 @@ def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window
         force[1, k] = 0.0
     bends = plan.quadratic and run.totals[0].remembered > 0
     last = run.window[0].length if bends else window
-    y, v = as_duals(moving.y, group, width), as_duals(moving.v, group, width)
-    work = as_duals(moving.work, 0, width)
-    answer_chains(chains, 0, plan, t, window, last, bends, y, v, surface, static, force, work)
+    answer_chains(chains, 0, plan, Span(t, window, last, bends), static, duals)
 
 
 @inner()
-def corner(surface: Any, k: int, part: float, window: float, last: float, bends: bool) -> Any:
+def corner(surface: Any, k: int, part: float, span: Any) -> Any:
     """Return the displacement of a surface after a part of a window, along a straight line or a parabola."""
     before, end = surface[0, k], surface[2, k]
     place = before + part * (end - before)
-    if bends and part < 1.0:
+    if span.bends and part < 1.0:
+        window, last = span.window, span.last
         bend = 2.0 * ((end - before) / window - (before - surface[1, k]) / last) / (window + last)
         place += 0.5 * bend * window**2 * part * (part - 1.0)
     return place
 
 
 @inner()
-def answer_chain(
-    chain: Any, c: int, plan: Any, t: float, window: float, last: float, bends: bool, y: Any, v: Any, surface: Any,
-    static: Any, force: Any, work: Any,
-) -> None:  # fmt: skip
+def answer_chain(chain: Any, c: int, plan: Any, span: Any, static: Any, duals: Any) -> None:
     """Move chain c against its surfaces, and put its answers into the second row of `force`."""
     first, end, ahead, behind = plan.begin[c, 0], plan.begin[c + 1, 0], plan.begin[c, 1], plan.begin[c + 1, 1] - 1
     back = behind if plan.behind[behind] else -1
-    pieces = PIECES if bends else 1
-    steps, y, v = plan.steps[c, 1 if bends else 0], y[first:end], v[first:end]
+    pieces, steps = PIECES if span.bends else 1, plan.steps[c, 1 if span.bends else 0]
+    y, v, surface, force, window = duals.y[first:end], duals.v[first:end], duals.surface, duals.force, span.window
     for p in range(pieces):
-        begin = corner(surface, ahead, p / pieces, window, last, bends)
-        place, after = corner(surface, ahead, (p + 1) / pieces, window, last, bends), begin
+        begin = corner(surface, ahead, p / pieces, span)
+        place, after = corner(surface, ahead, (p + 1) / pieces, span), begin
         if back >= 0:
-            before = corner(surface, back, p / pieces, window, last, bends)
-            after = corner(surface, back, (p + 1) / pieces, window, last, bends)
+            before = corner(surface, back, p / pieces, span)
+            after = corner(surface, back, (p + 1) / pieces, span)
             y[0], v[0] = chain.rest - before, (before - after) * (pieces / window)
         front, rear, _, _ = advance(
-            chain, y, v, work[:, first:end], t + p * window / pieces, window / pieces, begin, place, steps, 0
+            chain, y, v, duals.work[:, first:end], span.t + p * window / pieces, window / pieces, begin, place, steps, 0
         )
         force[1, ahead] += (front - static[ahead]) / pieces
         if back >= 0:
@@ -201,12 +228,8 @@ answer_chains = for_each(answer_chain)
 def join_group(recorder: Any, group: int, trial: Any) -> None:
     """Let the forces and the surfaces of a window agree in all directions of a group."""
     moving, matrix, width, count = recorder.moving, recorder.matrix, recorder.width, trial.contact.size
-    y, v, surface = (
-        as_duals(moving.y, group, width),
-        as_duals(moving.v, group, width),
-        as_duals(moving.surface, group, width),
-    )
-    force, compliance = as_duals(moving.force, group, width), recorder.model.compliance.values[0]
+    y, v, surface, force, _ = duals_of(moving, group, width)
+    compliance = recorder.model.compliance.values[0]
     for k in range(count):
         for j in range(count):
             matrix[k, j] = 1.0 if j == k else 0.0
@@ -242,28 +265,26 @@ def join_group(recorder: Any, group: int, trial: Any) -> None:
 def save_group(recorder: Any, group: int, row: int, t: float, run: Any, begin: Vector) -> None:
     """Keep the derivatives of forces and velocities at a saved time."""
     moving, sensors, width = recorder.moving, recorder.sensors, recorder.width
-    chains, surface = of_run(recorder.model.chains, group), as_duals(moving.surface, group, width)
+    chains, duals = of_run(recorder.model.chains, group), duals_of(moving, group, width)
     window = run.window[0].length if run.totals[0].remembered > 0 else 1.0
-    y, v = as_duals(moving.y, group, width), as_duals(moving.v, group, width)
-    velocity, work = as_duals(recorder.velocity, group, width), as_duals(moving.work, 0, width)
-    forces = as_duals(recorder.force, group, width)
-    save_chains(chains, 0, sensors, t, window, y, v, surface, begin, forces[row], work)
+    velocity, forces = as_duals(recorder.velocity, group, width), as_duals(recorder.force, group, width)
+    save_chains(chains, 0, sensors, t, window, duals, begin, forces[row])
     for c in range(begin.shape[0] - 1):
         for j in range(sensors.begin[c, 1], sensors.begin[c + 1, 1]):
-            velocity[row, j] = v[begin[c, 0] + sensors.body[j]]
+            velocity[row, j] = duals.v[begin[c, 0] + sensors.body[j]]
 
 
 @inner()
 def save_chain(
-    chain: Any, c: int, sensors: Any, t: float, window: float, y: Any, v: Any, surface: Any, begin: Vector, forces: Any,
-    work: Any,
-) -> None:  # fmt: skip
+    chain: Any, c: int, sensors: Any, t: float, window: float, duals: Any, begin: Vector, forces: Any
+) -> None:
     """Put the forces of chain c at the contacts of sensors into `forces`."""
     first, end, k, now, after = begin[c, 0], begin[c + 1, 0], begin[c, 1], sensors.begin[c, 0], sensors.begin[c + 1, 0]
+    surface = duals.surface
     rate = (surface[0, k] - surface[1, k]) / window
     contact_forces(
-        chain, y[first:end], v[first:end], t, surface[0, k], rate, sensors.contact[now:after], forces[now:after],
-        work[:, first:end],
+        chain, duals.y[first:end], duals.v[first:end], t, surface[0, k], rate, sensors.contact[now:after],
+        forces[now:after], duals.work[:, first:end],
     )  # fmt: skip
 
 
