@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import os
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from decimal import Decimal
@@ -60,10 +61,16 @@ def positive(name: str, value: float, unit: str = "") -> float:
 
 
 def existing(what: str, path: Path) -> Path:
-    """Return the path of a file; raise a ValueError where there is none. what: how messages begin."""
-    if not path.is_file():
-        reason = "is a folder; give a file in it" if path.is_dir() else "there is no such file"
-        raise ValueError(f"{what}: {reason}")
+    """Return the path of a regular file, or raise a ValueError. what: how messages begin.
+
+    Files of the system under /proc claim to be regular, and reading one may wait for ever.
+    """
+    if path.is_dir():
+        raise ValueError(f"{what}: is a folder; give a file in it")
+    if not os.path.lexists(path):
+        raise ValueError(f"{what}: there is no such file")
+    if not path.is_file() or path.resolve().is_relative_to("/proc"):
+        raise ValueError(f"{what}: is no regular file")
     return path
 
 

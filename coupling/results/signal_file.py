@@ -59,6 +59,9 @@ class Trace(NamedTuple):
 
 TEXT = "a text"
 
+MOST_CHARACTERS = 100_000
+"""The longest line of a text."""
+
 
 class Opened(NamedTuple):
     """What a file is, its recording, or its text."""
@@ -72,6 +75,8 @@ def open_trace(path: Path, segment: int | None = None) -> Opened:
     """Return what a file holds, one segment of it. A ValueError that names the file and the way out."""
     content = path.read_bytes()
     kind, reader = format_of(path, content) or (TEXT, "")
+    if kind == TEXT and (long := [k for k, line in enumerate(content.splitlines(), 1) if len(line) > MOST_CHARACTERS]):
+        raise ValueError(f"{path}, line {long[0]}: has more than {MOST_CHARACTERS} characters; write a sample on each")
     if not isinstance(reader, Reader):
         return Opened(kind, None, content)
     recording = read_recording(path, kind, reader, segment or 1)
@@ -82,13 +87,15 @@ def columns_of(path: Path, opened: Opened) -> list[int]:
     """Return the numbers of the columns that may be sensors: channels, or the columns of a text that are no times."""
     if opened.recording is not None:
         return [*range(1, len(opened.recording.channels) + 1)]
+    reason: ValueError | None = None
     for first in (1, 0, *range(2, MOST_COLUMNS)):
         try:
             file = ScopeFile(path, [first], opened.text)
         except ValueError as error:
-            reason = error
+            reason = reason or error
             continue
         return [column for column in range(min(file.width, MOST_COLUMNS)) if column not in file.increasing]
+    assert reason is not None
     raise reason
 
 

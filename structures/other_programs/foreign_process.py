@@ -1,12 +1,37 @@
 """Reads a file by the library of its program, in a process of its own (`reading_process`)."""
 
+from math import isqrt
 from pathlib import Path
 from typing import Any
+
+MATRIX_MARKET = "Matrix Market"
+"""The role of a file of this format, whatever its ending."""
+
+MOST_ROWS = 2_000_000
+"""Degrees of freedom of the largest matrix that is read."""
 
 
 def read(path: str, role: str) -> dict[str, Any]:
     """Return arrays by name; role: "mass", "modes" …"""
+    if role == MATRIX_MARKET:
+        return matrix_market(path)
     return READERS[Path(path).suffix.lower(), role in ("mass", "stiffness", "damping")](path, role)
+
+
+def matrix_market(path: str) -> dict[str, Any]:
+    """Return the entries of a Matrix Market file, and its shape."""
+    from scipy import sparse
+    from scipy.io import mminfo, mmread
+
+    size = Path(path).stat().st_size
+    rows, columns, entries, form, field, _ = mminfo(path)
+    most = min(isqrt(2 * size) if form == "array" else MOST_ROWS, MOST_ROWS)
+    if rows > most or columns > most or entries > size:
+        raise ValueError(f"claims {rows} × {columns} numbers, more than it can hold")
+    if field in ("complex", "pattern"):
+        raise ValueError(f"holds a {field} matrix, must be one of real numbers")
+    matrix = sparse.coo_array(mmread(path))
+    return {"rows": matrix.row, "columns": matrix.col, "values": matrix.data, "shape": matrix.shape}
 
 
 def of_matrix(matrix: Any, labels: Any) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Files of matrices that other programs write, with the node and the direction of each row."""
 
-from math import isqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 from warnings import catch_warnings, simplefilter
@@ -10,7 +9,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import MOST, existing
-from structures.other_programs.foreign_files import FOREIGN, read_foreign
+from structures.meshes.mesh_files import read_bounded, words_of
+from structures.other_programs.foreign_files import FOREIGN, PROCESS, read_foreign
+from structures.other_programs.foreign_process import MATRIX_MARKET, MOST_ROWS
+from structures.reading_process import Unread
 
 Numbers = NDArray[np.int64]
 Vector = NDArray[np.float64]
@@ -20,9 +22,6 @@ FORMATS = {
     ".full": "Ansys",
 }  # fmt: skip
 """The endings of files of matrices, and the programs that write them."""
-
-MOST_ROWS = 2_000_000
-"""Degrees of freedom of the largest matrix that is read."""
 
 LONGEST_HEAD = 1000
 """Characters of a line that are looked at before the numbers."""
@@ -87,18 +86,12 @@ def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> tuple[list[st
 
 
 def _matrix_market(what: str, path: Path) -> LabelledMatrix:
-    from scipy.io import mminfo, mmread
-
-    try:
-        rows, columns, entries, form, field, _ = mminfo(path)
-        least = isqrt(2 * path.stat().st_size) if form == "array" else MOST_ROWS
-        if rows > min(least, MOST_ROWS) or columns > min(least, MOST_ROWS) or entries > path.stat().st_size:
-            raise ValueError(f"claims {rows} × {columns} numbers, more than it can hold")
-        if field in ("complex", "pattern"):
-            raise ValueError(f"holds a {field} matrix, must be one of real numbers")
-        matrix = sparse.csr_array(mmread(path), dtype=float)
-    except (ValueError, OverflowError) as error:
-        raise ValueError(f"{what}: is no Matrix Market file that can be read ({error})") from None
+    try:  # scipy's reader ends the process at a number that is cut off
+        read = read_bounded(PROCESS, path, MATRIX_MARKET)
+    except Unread as error:
+        said = words_of(error) or " (it is damaged or cut short)"
+        raise ValueError(f"{what}: is no Matrix Market file that can be read{said}") from None
+    matrix = sparse.csr_array((read["values"], (read["rows"], read["columns"])), read["shape"], dtype=float)
     return LabelledMatrix(matrix, _labels_beside(path, matrix.shape[0]))
 
 

@@ -193,11 +193,23 @@ def test_a_damaged_line_is_named_and_left_out(tmp_path: Path, lines: list[str], 
 
 
 def test_a_signal_that_is_no_file(tmp_path: Path) -> None:
-    """Missing, a folder, a pipe that nobody writes to, an address."""
+    """Missing, a folder, an address; a pipe that nobody writes to, a link to itself, messages of the system."""
     os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "none.csv", tmp_path, tmp_path / "pipe", "https://example.com/scope.csv"):
-        with pytest.raises(ValueError, match=f"path = '{path}': (there is no such file|is a folder)"):
-            read_signal(path, {7: 1}, calibration=20.0)
+    for name, target in (("loop", "loop"), ("messages", "/proc/kmsg")):
+        (tmp_path / name).symlink_to(target)
+    no_files = dict.fromkeys(("pipe", "loop", "messages"), "is no regular file")
+    for name, said in {"none.csv": "there is no such file", "": "is a folder", **no_files}.items():
+        with pytest.raises(ValueError, match=f"path = '{tmp_path / name}': {said}"):
+            read_signal(tmp_path / name, {7: 1}, calibration=20.0)
+    with pytest.raises(ValueError, match="there is no such file"):
+        read_signal("https://example.com/scope.csv", {7: 1}, calibration=20.0)
+
+
+def test_a_line_without_end_is_refused(tmp_path: Path) -> None:
+    """Separating one of 60 MB into cells took a minute and a half."""
+    path = write(tmp_path / "scope.csv", [*rows(), "1," * 60_000])
+    with pytest.raises(ValueError, match=rf"scope\.csv, line {len(rows()) + 1}: has more than 100000 characters"):
+        read_signal(path, {7: 1}, calibration=20.0)
 
 
 def test_a_file_for_each_sensor(tmp_path: Path) -> None:

@@ -246,6 +246,7 @@ BAD_FILES = [
     ("a.mtx", b"%%MatrixMarket matrix array real general\n100000 100000\n1\n", "more than it can hold"),
     ("a.mtx", b"%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 0\n", "holds a complex matrix"),
     ("a.mtx", b"%%MatrixMarket nonsense\n", "is no Matrix Market file"),
+    ("a.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 -1E", "is no Matrix Market file that can be"),
     ("a.op4", b"\x00" * 9, "cannot be read as a .op4 file of Nastran|needs pyNastran"),
     ("a.docx", b"PK", "must be one of .mtx"),
 ]
