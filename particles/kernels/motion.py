@@ -15,6 +15,7 @@ from particles.kernels.drives import (
 from particles.kernels.laws import (
     NOT_NEGATIVE,
     copy_limits,
+    elastic_overlap,
     force_of_step,
     lost_to_yielding,
     move_bodies,
@@ -22,7 +23,14 @@ from particles.kernels.laws import (
     with_memory,
 )
 from particles.kernels.losses import lose_on_bodies
-from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
+from particles.kernels.vibrations import (
+    accelerate_modes,
+    energies_between,
+    force_and_loss,
+    forces_between,
+    forces_of_some,
+)
+from structures.kernels.duals import value_of, where_dual
 from structures.kernels.kernel_cache import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -206,6 +214,47 @@ def remember(chain: Any, law: Any, y: Vector, wall: float) -> None:
         force_of_step(law, i, overlap_on_spring(law, i, overlap, spring) if spring != 0.0 else overlap)
 
 
+def follow_closings(
+    chain: Any, law: Any, y: Vector, v: Vector, half: Vector, ends: Any, begins: bool, a: Vector, forces: Vector
+) -> None:
+    """Let derivatives of forces and accelerations follow the times at which contacts close: plain numbers have none.
+
+    half: velocities of the last step. ends: displacement and velocity of the wall, and the step. begins: whether this
+    is where the steps of a window begin.
+    """
+
+
+def _follow_closings(
+    chain: Any, law: Any, y: Vector, v: Vector, half: Vector, ends: Any, begins: bool, a: Vector, forces: Vector
+) -> None:
+    """Let a contact that closed on the way here have the slope of its mean force over a step.
+
+    A dashpot's force jumps where its contact closes, and other losses rise there with an infinite slope, so the slope
+    at a point is not that of the response. Over the way of a step, s, it is [F(δ + s/2) − 0] / s.
+    """
+    wall, rate, dt = ends
+    last = forces.size - 1
+    if begins:
+        for i in range(last + 1):
+            half[i] = v[i] - 0.5 * dt * a[i]
+    for i in range(last + 1):
+        ahead, speed, before = (wall, rate, rate) if i == last else (y[i + 1], v[i + 1], half[i + 1])
+        approach, way = y[i] - ahead, dt * value_of(half[i] - before)
+        if 0.0 <= value_of(elastic_overlap(law, i, approach)) < way:
+            spring = chain.springs[1] if i == last else chain.springs[0] if i == 0 else 0.0
+            middle = value_of(approach) + 0.5 * way + 0.0 * approach
+            closed, _ = force_and_loss(law, chain.loss, i, middle, v[i] - speed, spring)
+            change = value_of(closed) / way * (approach - value_of(approach))
+            change += closed - value_of(closed) + value_of(forces[i]) - forces[i]
+            forces[i] += change
+            a[i] -= chain.inverse_mass[i] * change
+            if i < last:
+                a[i + 1] += chain.inverse_mass[i + 1] * change
+
+
+where_dual(follow_closings, _follow_closings, 2)
+
+
 class DampedVerlet(NamedTuple):
     """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
 
@@ -236,6 +285,7 @@ class DampedVerlet(NamedTuple):
                 on_striker, on_bead, push = outer_forces(drive, y[0], now)
             wall_now = wall + step * dt * rate
             lost += weight * accelerations(chain, law, y, v, wall_now, rate, on_striker, on_bead, a, work)
+            follow_closings(chain, law, y, v, half, (wall_now, rate, dt), step == 0, a, forces)
             remember(chain, law, y, wall_now)
             if step > 0:
                 for i in range(y.size):

@@ -285,3 +285,30 @@ def test_both_sides_of_a_kink_are_told_apart():
 
     with pytest.warns(HertzlinkWarning, match="kinked: has no derivative by modulus here"):
         hl.sensitivities(build, 7e-4, [11], measure=kinked, modulus=MODULUS)
+
+
+@pytest.mark.thorough
+def test_derivatives_follow_the_times_at_which_dashpots_begin():
+    """AR depends on c v^(−1/5) m^(−3/5) k^(−2/5) alone, with m ∝ R³ and k ∝ √R, though forces jump."""
+
+    def build(coefficient, speed, radius):
+        bead = hl.Sphere(radius, hl.STEEL_440C)
+        chain = hl.Chain([bead] * 12, bead, speed, dissipation=hl.LinearDashpot(coefficient))
+        return hl.CoSimulation(chain, hl.half_space(hl.PTFE))
+
+    values = {"coefficient": 5.0, "speed": 0.3, "radius": 4.76e-3}
+    slopes = hl.sensitivities(build, 9e-4, [6], **values).amplitude_ratio_derivative
+    relative = {name: float(slopes.sel(parameter=name).squeeze()) * value for name, value in values.items()}
+    assert relative["coefficient"] < -0.2
+    assert relative["speed"] == pytest.approx(-relative["coefficient"] / 5.0, rel=0.03)
+    assert relative["radius"] == pytest.approx(-2.0 * relative["coefficient"], rel=0.03)
+
+
+@pytest.mark.thorough
+def test_a_loss_whose_beginning_is_not_followed_is_named():
+    def build(speed):
+        chain = hl.Chain([BEAD] * 12, BEAD, speed, dissipation=hl.LinearDashpot(5.0), integrator="rk4")
+        return hl.CoSimulation(chain, hl.half_space(hl.PTFE))
+
+    with pytest.warns(HertzlinkWarning, match="do not follow when"):
+        hl.sensitivities(build, 2e-4, [6], speed=0.3)
