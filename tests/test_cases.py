@@ -550,8 +550,8 @@ def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> No
 @pytest.mark.parametrize(
     ("path", "changes", "wanted"),
     [
-        ("i.toml", [], "identify: 3 unknowns, likely about 160 runs, "),
-        ("i.toml", ["identify.nuisances=[]"], "identify: 2 unknowns, likely about 84 runs, "),
+        ("i.toml", [], "identify: 3 unknowns, likely about 140 runs, "),
+        ("i.toml", ["identify.nuisances=[]"], "identify: 2 unknowns, likely about 66 runs, "),
         pytest.param(
             "identify-edge.toml",
             ["structure.length=400 mm", "structure.width=200 mm", "structure.at=['60 mm', '100 mm']", "run.until=1 ms"],
