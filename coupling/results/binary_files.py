@@ -2,6 +2,7 @@
 (`reading_process`).
 """
 
+import re
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
@@ -27,19 +28,24 @@ FEWEST_SAMPLES = 16
 TIMES = {"t", "time", "times", "timestamp", "zeit", "x", "xvalue", "seconds", "second"}
 """Names of arrays of times, as `key_of` gives them."""
 
+CLOCKS = "mM"
+"""The kinds of numpy's dates and durations."""
+
 UNITS_OF_RIGOLWFM = {"v": "V", "a": "A", "w": "W"}
 
 Array = NDArray[Any]
 
 
 class Channel(NamedTuple):
-    """A channel: its name, unit and samples; its times, None where the file states none, and what their name says."""
+    """A channel: its name, unit and samples; its times, None where the file states none, and what their name says; and
+    whether the name may state a unit, as a head of a column does."""
 
     name: str
     unit: str
     values: Array
     time: Array | None = None
     name_of_time: str = "time (s)"
+    is_head: bool = True
 
 
 class Recording(NamedTuple):
@@ -127,8 +133,6 @@ def _yokogawa(path: str, segment: int) -> Recording:
 
 def _entry(content: bytes, pattern: bytes) -> str:
     """Return what an entry of a Tektronix preamble states, "" without any."""
-    import re
-
     found = re.search(pattern, content[:2048], re.IGNORECASE)
     return found[1].decode("latin-1") if found else ""
 
@@ -157,7 +161,7 @@ def _tdms(path: str, _: int) -> Recording:
         arrays, units = {}, {}
         for channel in group.channels():
             values = np.asarray(channel[:])
-            if not _is_numeric(values):
+            if not _is_numeric(values) and values.dtype.kind not in CLOCKS:
                 continue
             stated = channel.properties
             name, unit = channel.name, str(stated.get("unit_string", stated.get("NI_UnitDescription", "")))
@@ -176,7 +180,8 @@ def _matlab(path: str, _: int) -> Recording:
     import scipy.io
 
     arrays = scipy.io.loadmat(path, mat_dtype=False, struct_as_record=True)
-    return Recording(_named({name: value for name, value in arrays.items() if name[:2] != "__"}, {}, {}))
+    named = _named({name: value for name, value in arrays.items() if name[:2] != "__"}, {}, {})
+    return Recording([channel._replace(is_head=False) for channel in named])
 
 
 def _hdf5(path: str, _: int) -> Recording:
@@ -199,7 +204,7 @@ def _hdf5(path: str, _: int) -> Recording:
             units[name] = next((_text(item.attrs[key]) for key in ("units", "unit") if key in item.attrs), "")
             for place in (item, item.parent):
                 attributes |= {key: value for key, value in place.attrs.items() if np.size(value) == 1}
-    return Recording(_named(arrays, units, attributes))
+    return Recording([channel._replace(is_head=False) for channel in _named(arrays, units, attributes)])
 
 
 def _sound(path: str, _: int) -> Recording:
@@ -266,7 +271,13 @@ def _parquet(path: str, _: int) -> Recording:
 def _named(
     arrays: Mapping[str, Array], units: Mapping[str, str], stated: Mapping[str, Any], needed: bool = True
 ) -> list[Channel]:
-    """Return channels from arrays by their names: vectors, columns of matrices, and numbers such as an interval."""
+    """Return channels from arrays by their names: vectors, columns of matrices, and numbers such as an interval.
+
+    The time is a vector of that name, or of dates or durations, or the first that increases evenly.
+    """
+    clocks = [name for name, value in arrays.items() if value.dtype.kind in CLOCKS and value.size >= FEWEST_SAMPLES]
+    arrays = {**arrays, **{name: _seconds(arrays[name]) for name in clocks}}
+    units = {**units, **dict.fromkeys(clocks, "s")}
     numbers = {
         key_of(name): float(np.ravel(value)[0])
         for name, value in [*stated.items(), *arrays.items()]
@@ -277,13 +288,17 @@ def _named(
         if needed:
             raise ValueError(f"holds no array of {FEWEST_SAMPLES} or more numbers")
         return []
-    time_name = next((name for name in vectors if key_of(name.rpartition("/")[2]) in TIMES), None)
+    rising = [name for name, vector in vectors.items() if _increases_evenly(vector)]
+    named = [name for name in vectors if key_of(name.rpartition("/")[2]) in TIMES]
+    time_name = next(iter([*named, *clocks, *rising]), None)
+    if time_name in rising and time_name not in named + clocks:
+        warnings.warn(f"{time_name} increases evenly, and is taken as the time", stacklevel=2)
     usual = Counter(vector.size for vector in vectors.values()).most_common(1)[0][0]
     size = usual if time_name is None else vectors[time_name].size
     time, name_of_time = None, "time (s)"
     if time_name is not None:
         time, unit = vectors[time_name], units.get(time_name, "")
-        name_of_time = f"{time_name} ({unit})" if unit else time_name
+        name_of_time = f"time ({unit})" if unit else re.sub(r"\[\d+\]$", "", time_name.rpartition("/")[2])
     else:
         intervals = [numbers[key] for key in numbers if key in INTERVALS]
         intervals += [1.0 / numbers[key] for key in numbers if key in RATES and numbers[key] > 0.0]
@@ -292,7 +307,7 @@ def _named(
     return [
         Channel(name, units.get(name, ""), vector, time, name_of_time)
         for name, vector in vectors.items()
-        if name != time_name and vector.size == size
+        if name not in (time_name, *rising, *clocks) and vector.size == size
     ]
 
 
@@ -308,6 +323,19 @@ def _vectors(arrays: Mapping[str, Array]) -> Iterable[tuple[str, Array]]:
         columns = array if array.shape[0] < array.shape[1] else array.T
         for k, column in enumerate(columns[:MOST_CHANNELS]):
             yield f"{name}[{k}]", column
+
+
+def _seconds(clock: Array) -> Array:
+    """Return durations, s, or dates less the first one."""
+    first = clock.flat[0] if clock.dtype.kind == "M" else np.timedelta64(0, "s")
+    return np.asarray((clock - first) / np.timedelta64(1, "s"))
+
+
+def _increases_evenly(values: Array) -> bool:
+    """Return whether numbers increase as times do, perhaps rounded."""
+    even = np.linspace(values[0], values[-1], values.size)
+    steps, span = np.diff(values.astype(float)), float(even[-1] - even[0])
+    return bool(steps.min() >= 0.0 and steps.max() < 0.1 * span and np.abs(values - even).max() <= 1.01 * steps.max())
 
 
 def _is_numeric(value: Array) -> bool:
@@ -342,7 +370,7 @@ def read(path: str, reader: str, segment: str) -> tuple[Any, ...]:
     notes = [*recording.notes, *dict.fromkeys(str(warning.message).split("\n")[0][:200] for warning in said)][:5]
     times = {id(channel.time): None if channel.time is None else np.array(channel.time, float) for channel in channels}
     fields = [
-        (channel.name, channel.unit, np.array(channel.values, float), times[id(channel.time)], channel.name_of_time)
+        (channel.name, channel.unit, np.array(channel.values, float), times[id(channel.time)], *channel[4:])
         for channel in channels
     ]
     return fields, recording.segments, tuple(notes), recording.text

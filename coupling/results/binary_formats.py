@@ -121,8 +121,9 @@ def format_of(path: Path, content: bytes) -> tuple[str, str] | None:
         if name_inside in content:
             return name, out
     for place, start, name, out in SIGNATURES:
-        # Letters and digits, such as BM, PK or AG10, may begin a text.
-        if head[place : place + len(start)] == start and not (start.isalnum() and _is_text(head)):
+        # Letters and digits, such as BM, PK or AG10, may begin a text, which has no zeros beside them.
+        may_be_text = start.isalnum() and b"\0" not in head[:16] and _is_text(head)
+        if head[place : place + len(start)] == start and not may_be_text:
             return name, out
     for words, name, out in HEADS:
         if re.search(words, head, re.DOTALL):

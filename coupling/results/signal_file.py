@@ -171,9 +171,8 @@ def _of_recording(
         count = int(np.isfinite(values).sum())
         if count < max(FEWEST_SAMPLES, FEWEST_SHARE * values.size):
             raise ValueError(f"{path}: sensor {sensor}: only {count} of {values.size} samples are numbers")
-        header = Header(
-            [[channel.name_of_time, f"{channel.name} ({channel.unit})" if channel.unit else channel.name]], [], 2
-        )
+        name = channel.name if channel.is_head else "channel"
+        header = Header([[channel.name_of_time, f"{name} ({channel.unit})" if channel.unit else name]], [], 2)
         its_unit = _unit(path, header, 1, FORCE, unit)
         units[sensor], even = its_unit.si, _times(path, channel.time, header, values.size, sampling)
         pieces[column] = even.time, {sensor: its_unit.size * _at_rows(values, even.rows)}
@@ -450,18 +449,25 @@ def on_one_time(
     if inside.sum() < FEWEST_SAMPLES:
         raise ValueError(f"{what} hold times that do not overlap; read their sensors separately")
     time = time[inside]
+    between = [f"{sensor}" for other, rows in every if _is_between(time, other) for sensor in rows]
     notes.append(
         "sensors have times of their own, which begin up to "
         f"{readable(first - min(float(o[0]) for o, _ in every), 's', 4)} apart; "
         f"the {readable(float(time[-1] - time[0]), 's', 4)} that all hold are read"
+        + (f", of sensor {', '.join(between)} by straight lines between samples" if between else "")
     )
     return time, {sensor: _at(time, other, row) for other, rows in every for sensor, row in rows.items()}
 
 
+def _is_between(time: Vector, other: Vector) -> bool:
+    """Return whether times lie between those of another column, or run off them."""
+    shifts = (time[[0, -1]] - other[0]) / float(other[1] - other[0])
+    return bool((np.abs(shifts - np.round(shifts)) >= SAME).any())
+
+
 def _at(time: Vector, other: Vector, row: Vector) -> Vector:
     """Return a column at times of another column: whole samples later, or between samples by a straight line."""
-    step = float(other[1] - other[0])
-    shift = float(time[0] - other[0]) / step
-    if abs(shift - round(shift)) < SAME and round(shift) + time.size <= row.size:
-        return row[round(shift) : round(shift) + time.size]
+    first = round(float(time[0] - other[0]) / float(other[1] - other[0]))
+    if not _is_between(time, other) and first + time.size <= row.size:
+        return row[first : first + time.size]
     return np.asarray(np.interp(time, other, row))

@@ -1,5 +1,6 @@
 """Files of matrices that other programs write, with the node and the direction of each row."""
 
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 from warnings import catch_warnings, simplefilter
@@ -25,6 +26,9 @@ FORMATS = {
 
 LONGEST_HEAD = 1000
 """Characters of a line that are looked at before the numbers."""
+
+DECIMAL_COMMA = r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?"
+THOUSANDS = r"[-+]?[1-9]\d{0,2}(,\d{3})+"
 
 HELD = 1e36
 """Abaqus writes this number on the diagonal of a held degree of freedom."""
@@ -70,10 +74,14 @@ def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> tuple[list[st
             before = [*before, first.lstrip("*#%!/ ")][-3:] if first else before
         else:
             raise ValueError(f"{what}: holds no line of numbers")
-        delimiter = next((mark for mark in ",;" if mark in first), None)
+        cells = re.split(r"\s+", first)
+        with_decimals = len(cells) > 1 and all(re.fullmatch(DECIMAL_COMMA, cell) for cell in cells)
+        delimiter = ";" if ";" in first else "," if "," in first and not with_decimals else None
         file.seek(0)
+        may_have_commas = delimiter != "," and any(mark in first for mark in ",;\t")
+        lines = _with_points(what, [*file]) if may_have_commas else file
         try:
-            table = np.loadtxt(file, comments=["*", "#"], delimiter=delimiter, skiprows=skipped, ndmin=2)
+            table = np.loadtxt(lines, comments=["*", "#"], delimiter=delimiter, skiprows=skipped, ndmin=2)
         except ValueError as error:
             reason = str(error).partition(";")[0].rstrip(".")
             raise ValueError(f"{what}: {reason}, counted from line {skipped + 1}; is it damaged?") from None
@@ -83,6 +91,20 @@ def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> tuple[list[st
     if not np.isfinite(table).all():
         raise ValueError(f"{what}: must hold finite numbers")
     return before, table
+
+
+def _with_points(what: str, lines: list[str]) -> list[str]:
+    """Return lines with points for decimal commas, where no comma can stand between thousands."""
+    samples = [line for line in lines if line.strip()[:1] in {*"+-.,0123456789"}]
+    cells = [cell for line in samples for cell in re.split(r"[;\s]+", line) if "," in cell]
+    if not cells:
+        return lines
+    if any("." in line for line in samples) or all(re.fullmatch(THOUSANDS, cell) for cell in cells):
+        raise ValueError(
+            f"{what}: {cells[0][:LONGEST_HEAD]!r} may have a decimal comma, or one between thousands; "
+            "write decimal points, and no commas in numbers"
+        )
+    return [line.replace(",", ".") for line in lines]
 
 
 def _matrix_market(what: str, path: Path) -> LabelledMatrix:

@@ -57,12 +57,13 @@ def table_in(what: str, path: Path, heads: Sequence[Head], optional: Sequence[st
     left = [name for name in names if name not in {head.quantity for head in of if head}]
     columns = dict[str, Column]()
     for place, (cell, text, head) in enumerate(zip(cells, plain, of, strict=True)):
+        known = head is not None
         if head is None:
             if not left:
                 raise ValueError(f"{what}: has {len(cells)} columns of numbers: {said}")
             name = left.pop(0)
             head = next(one for one in reversed(heads) if one.quantity == name)
-        unit = _unit(what, cell, text, head)
+        unit = _unit(what, cell, text, head, "" if known else f"is of no column: {said}")
         if head.quantity in columns:
             raise ValueError(f"{what}: the head {cell!r} is a second one of {head.quantity}; keep one column of each")
         columns[head.quantity] = Column(head.units[unit] * table[:, place], unit)
@@ -105,8 +106,8 @@ def _plain(cell: str) -> str:
     return text
 
 
-def _unit(what: str, cell: str, text: str, head: Head) -> str:
-    """Return the unit of a head, as the table of its quantity writes it."""
+def _unit(what: str, cell: str, text: str, head: Head, unknown: str) -> str:
+    """Return the unit of a head, as the table of its quantity writes it; unknown: what to say if it names none."""
     for unit in sorted(filter(None, head.units), key=len, reverse=True):
         if re.search(rf"(?:^|[\s/]){re.escape(unit.casefold())}$", text) or (unit == "%" and text.endswith("%")):
             return unit
@@ -115,5 +116,6 @@ def _unit(what: str, cell: str, text: str, head: Head) -> str:
     elif "" in head.units and not STATES_UNIT.search(cell):
         return ""
     else:
-        known = f"must state one of {', '.join(filter(None, head.units))}"
-    raise ValueError(f"{what}: the head {cell!r} {known}")
+        units = [*filter(None, head.units)]
+        known = f"must state {'one of' if len(units) > 1 else 'its unit,'} {', '.join(units)}"
+    raise ValueError(f"{what}: the head {cell!r} {unknown or known}")

@@ -333,6 +333,65 @@ def test_channels_times_and_units_that_a_file_does_not_have(tmp_path: Path) -> N
         hl.read_signal(path, {7: 1}, unit="N", time_column=0)
 
 
+def read_volts(path: Path, channel: int = 1, **given: Any) -> Any:
+    return hl.read_signal(path, {7: channel}, **(given or {"calibration": 1.0, "baseline": 0.0}))
+
+
+def same_as_written(signal: Any, volts: Any = VOLTS, start: float = START) -> None:
+    np.testing.assert_allclose(signal.time, TIME - START + start, atol=1e-10)
+    np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), volts, atol=1e-6)
+
+
+def test_a_matrix_of_time_and_samples(tmp_path: Path) -> None:
+    """Its first row counts no zeros of a unit "0", nor is it a force where the interval is an argument."""
+    rows = np.array([TIME, VOLTS, 2.0 * VOLTS])
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["data"] = rows
+    scipy.io.savemat(tmp_path / "a.mat", {"data": rows.T})
+    for name in ("a.h5", "a.mat"):
+        with pytest.warns(hl.HertzlinkWarning, match=r"data\[0\] increases evenly, and is taken as the time"):
+            signals = read_volts(tmp_path / name, 2), read_volts(tmp_path / name, unit="N", interval=STEP, baseline=0.0)
+        same_as_written(signals[0], 2.0 * VOLTS)
+        same_as_written(signals[1], start=0.0)
+
+
+def test_the_path_of_a_dataset_is_no_unit(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["run/t"] = TIME
+        for name in ("A", "F", "mV"):
+            file[f"run/{name}"] = VOLTS
+    for channel in (1, 2, 3):
+        same_as_written(read_volts(tmp_path / "a.h5", channel))
+
+
+def test_a_sound_of_eight_bits(tmp_path: Path) -> None:
+    """It has few bytes that no text has; the full scale is 128 of its counts."""
+    counts = (COUNTS // 64 + 128).astype("u1")
+    scipy.io.wavfile.write(tmp_path / "a.wav", round(1.0 / STEP), counts)
+    same_as_written(read_volts(tmp_path / "a.wav"), counts / 128.0 - 1.0, 0.0)
+
+
+@pytest.mark.parametrize("start", [0.0, START])
+def test_dates_and_durations_are_times(tmp_path: Path, start: float) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    import pyarrow.parquet
+
+    clock = np.round(1e9 * (TIME - START + start)).astype("m8[ns]")
+    clock = clock if start else np.datetime64("2026-01-01T00:00:00", "ns") + clock
+    pyarrow.parquet.write_table(arrow.table({"clock": clock, "A (mV)": 1e3 * VOLTS}), tmp_path / "a.parquet")
+    same_as_written(read_volts(tmp_path / "a.parquet"), start=start)
+
+
+def test_channels_that_are_read_between_their_samples_are_named(tmp_path: Path) -> None:
+    tdms = pytest.importorskip("nptdms")
+    with tdms.TdmsWriter(tmp_path / "a.tdms") as file:
+        for name, start in (("A", 0.0), ("B", 0.3 * STEP)):
+            stated = {"wf_increment": STEP, "wf_start_offset": start}
+            file.write_segment([tdms.ChannelObject("taps", name, VOLTS, stated)])
+    with pytest.warns(hl.HertzlinkWarning, match="all hold are read, of sensor 8 by straight lines between samples"):
+        hl.read_signal(tmp_path / "a.tdms", {7: 1, 8: 2}, calibration=1.0)
+
+
 def test_no_more_memory_than_a_file_states(tmp_path: Path) -> None:
     """A few bytes of HDF5 that stand for 8 TB are refused before they are laid out."""
     path = tmp_path / "huge.h5"

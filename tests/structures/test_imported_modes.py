@@ -71,7 +71,13 @@ def test_tables_in_the_units_of_their_heads(tmp_path: Path, text: str, scale: fl
     ("text", "message"),
     [
         ("frequency (MHz), shape\n9, 1\n", "'frequency .MHz.' must state one of Hz, kHz, rad/s"),
-        ("omega, shape\n9, 1\n", "'omega' must state one of rad/s"),
+        ("omega, shape\n9, 1\n", "'omega' must state its unit, rad/s"),
+        (
+            "f, shape, Modal mass (kg)\n9, 1, 1\n",
+            "'Modal mass .kg.' is of no column: must be frequency, shape",
+        ),
+        ("1,500;2,125\n", "'1,500' may have a decimal comma, or one between thousands; write decimal points"),
+        ("900,5;2.1\n", "'900,5' may have a decimal comma, or one between thousands"),
         ("eigenvalue, shape\n9, 1\n", "'eigenvalue' names no frequency; convert the column"),
         ("f (Hz), shape (mm)\n9, 1\n", "'shape .mm.' must state one of 1/√kg, 1/√t"),
         ("f, shape, loss factor\n9, 1, 0.1\n", "'loss factor' names no damping ratio"),
@@ -86,6 +92,18 @@ def test_heads_that_leave_something_open_are_refused(tmp_path: Path, text: str, 
     (tmp_path / "modes.csv").write_text(text, "utf-8")
     with pytest.raises(ValueError, match=message):
         hl.from_modes(tmp_path / "modes.csv", hl.PTFE, residual_flexibility=0.0)
+
+
+@pytest.mark.parametrize("mark", [";", "\t", " "])
+@pytest.mark.parametrize("heads", ["", "frequency (Hz){0}shape{0}damping (%)\n"])
+def test_tables_with_decimal_commas(tmp_path: Path, heads: str, mark: str) -> None:
+    rows = "900,5;2,1;1\n2500;1,8;2\n" if heads else "900,5;2,1;0,01\n2500;1,8;2e-2\n"
+    (tmp_path / "modes.csv").write_text(heads.format("\t" if mark == " " else mark) + rows.replace(";", mark))
+    body = hl.from_modes(tmp_path / "modes.csv", hl.PTFE, residual_flexibility=0.0)
+    omega = 2.0 * np.pi * np.array([900.5, 2500.0])
+    np.testing.assert_allclose(body.stiffness.diagonal(), omega**2)
+    np.testing.assert_allclose(body.contact, [2.1, 1.8])
+    np.testing.assert_allclose(body.damping.diagonal(), [0.02 * omega[0], 0.04 * omega[1]])
 
 
 def test_what_stands_beside_modes_is_not_read_past(tmp_path: Path) -> None:
