@@ -7,7 +7,7 @@ supplement on the propagation of distributions by sampling.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, isnan, nan, sqrt
@@ -23,6 +23,7 @@ from coupling.inference.sensitivities import as_measures, sensitivities, waves_a
 from coupling.results.ar_and_tof import UNCERTAINTY
 from coupling.results.findings import warn
 from coupling.sweeps.batch import Measure, batch
+from structures.caution import collected
 from structures.checks import finite, instance, positive, short, whole
 from structures.html_table import html_table
 from structures.structure import Vector
@@ -32,6 +33,9 @@ SEED = 0
 
 PARTS = {"%": 1e-2, "percent": 1e-2, "permille": 1e-3, "‰": 1e-3, "ppm": 1e-6}
 """Units of uncertainties that are parts of a value."""
+
+BENT = 0.3
+"""Part of the standard uncertainty by which a measure at the ends may differ from what derivatives predict."""
 
 CURVED = 0.05
 """Part by which a sampled standard uncertainty differs from the propagated one where a measure is not linear."""
@@ -162,8 +166,8 @@ def uncertainty(
     Warns
     -----
     HertzlinkWarning
-        Where the sampled standard uncertainty differs from the propagated one, because the measure is not linear; and
-        as `sensitivities`.
+        Where the sampled standard uncertainty differs from the propagated one, because the measure is not linear;
+        without draws, where two runs at the ends of a parameter's uncertainty do; and as `sensitivities`.
 
     Notes
     -----
@@ -209,7 +213,11 @@ def uncertainty(
             shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
     notes = [line for line in run.attrs.get("warnings", "").splitlines() if line]
     sampled, samples = dict[str, tuple[float, float]](), dict[str, Vector]()
-    if draws:
+    if not draws:
+        said = _bent(names, _ends(build, until, sensor, measure, inputs), inputs, value, standard, shares)
+        warn(said)
+        notes += said
+    else:
         tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
         said = list[str]()
         for name in names:
@@ -273,6 +281,42 @@ def _single(name: str, slopes: Vector) -> Vector:
     if slopes.ndim > 1:
         raise ValueError(f"measure(runs): {name} has the shape {slopes.shape[1:]} for each run; must be one number")
     return slopes
+
+
+def _ends(
+    build: Build, until: float, sensor: int, measure: Measure, inputs: Mapping[str, tuple[float, float]]
+) -> xr.Dataset:
+    """Return the measures of two runs for each parameter: a standard uncertainty below and above its value."""
+    columns = {name: [value] * (2 * len(inputs)) for name, (value, _) in inputs.items()}
+    for place, (name, (value, spread)) in enumerate(inputs.items()):
+        columns[name][2 * place : 2 * place + 2] = value - spread, value + spread
+    with collected():  # such runs are not those of the user, who learns what they show
+        return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(measure(runs), runs), **columns)
+
+
+def _bent(
+    names: Sequence[str], ends: xr.Dataset, inputs: Mapping[str, tuple[float, float]], value: Mapping[str, float],
+    standard: Mapping[str, float], shares: Mapping[str, Mapping[str, float]],
+) -> list[str]:  # fmt: skip
+    """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
+    said = list[str]()
+    for name in names:
+        if not isfinite(value[name]):
+            said.append(f"{name}: is {value[name]} in this run, as no such wave is in the record; lengthen until")
+            continue
+        for parameter, (below, above) in zip(inputs, ends[name].values.reshape(-1, 2), strict=True):
+            predicted, change = standard[name] * sqrt(shares[parameter][name]), 0.5 * abs(above - below)
+            if not isfinite(change):
+                said.append(
+                    f"{name}: has no value where {parameter} = {inputs[parameter][0]:g} moves by its uncertainty "
+                    f"{inputs[parameter][1]:g}; is that so large?"
+                )
+            elif abs(change - predicted) > BENT * max(standard[name], 1e-9 * abs(value[name])):
+                said.append(
+                    f"{name}: where {parameter} moves by its uncertainty, it moves by {change:.2g}, and by its "
+                    f"derivative {predicted:.2g}; use draws=200, which need no derivative"
+                )
+    return said
 
 
 def _sampled(

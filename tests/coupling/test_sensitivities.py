@@ -312,3 +312,17 @@ def test_a_loss_whose_beginning_is_not_followed_is_named():
 
     with pytest.warns(HertzlinkWarning, match="do not follow when"):
         hl.sensitivities(build, 2e-4, [6], speed=0.3)
+
+
+def test_a_budget_names_what_its_derivatives_do_not_see():
+    """A measure in steps has the derivative zero; a record may be too short; an uncertainty may exceed its value."""
+
+    def peak_time(runs):
+        return runs.contact_force.isel(contact=0, drop=True).idxmax("time").rename("peak")
+
+    with pytest.warns(HertzlinkWarning, match="peak: where impact_speed moves by its uncertainty, it moves by"):
+        hl.uncertainty(build, 7e-4, 6, measure=peak_time, impact_speed="2 %")
+    with pytest.warns(HertzlinkWarning, match="time_of_flight: is nan in this run, as no such wave is in the record"):
+        hl.uncertainty(build, 2e-4, 6, modulus="2 %")
+    with pytest.warns(HertzlinkWarning, match="has no value where modulus = 3e.09 moves by its uncertainty 6e.09"):
+        hl.uncertainty(build, 7e-4, 6, modulus="200 %")
