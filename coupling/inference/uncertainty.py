@@ -287,7 +287,7 @@ def _ends(
     build: Build, until: float, sensor: int, measure: Measure, inputs: Mapping[str, tuple[float, float]]
 ) -> xr.Dataset:
     """Return the measures of two runs for each parameter: a standard uncertainty below and above its value."""
-    columns = {name: [value] * (2 * len(inputs)) for name, (value, _) in inputs.items()}
+    columns: dict[str, Any] = {name: [value] * (2 * len(inputs)) for name, (value, _) in inputs.items()}
     for place, (name, (value, spread)) in enumerate(inputs.items()):
         columns[name][2 * place : 2 * place + 2] = value - spread, value + spread
     with collected():  # such runs are not those of the user, who learns what they show

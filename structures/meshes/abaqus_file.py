@@ -589,7 +589,8 @@ class _Flat:
         for line, instance, numbers in members.numbers:
             index, unread = self._numbers(line, scope, instance, kind)
             # A range may be longer than all numbers there are.
-            few = numbers if len(numbers) < len(index) + len(unread) else [n for n in (*index, *unread) if n in numbers]
+            far = isinstance(numbers, range) and len(numbers) > len(index) + len(unread)
+            few = [number for number in (*index, *unread) if number in numbers] if far else numbers
             existing = [number for number in few if number in index or number in unread]
             if lacking := len(numbers) - len(existing):
                 first = next(number for number in numbers if number not in index and number not in unread)
