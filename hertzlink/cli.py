@@ -25,11 +25,11 @@ from hertzlink.output_folder import check_output, forget, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import QUICK, Written, read_study
-from hertzlink.terminal import complain, set_up, show, written
+from hertzlink.terminal import WRONG_INPUT, complain, set_up, show, written
 from structures.caution import collected
 
-WRONG_INPUT, FAILED, STOPPED = 2, 1, 130
-"""Exit codes: for input that cannot be used, for a computation that failed, and after Ctrl-C. A command may return one
+FAILED, STOPPED = 1, 130
+"""Exit codes: for a computation that failed, and after Ctrl-C. A command may return one
 of its own, as `hertzlink identify` does."""
 
 

@@ -28,6 +28,10 @@ PLAIN_FORMAT = warnings.formatwarning
 """The format of warnings of other packages, which stays as it is."""
 
 
+WRONG_INPUT = 2
+"""Exit code for input that cannot be used."""
+
+
 def wrapped(text: str, stream: IO[str]) -> str:
     """Return a message as lines that fit, if the stream is a terminal; paths of the command are not broken, so that
     they can be copied."""

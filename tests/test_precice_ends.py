@@ -223,6 +223,15 @@ def test_missing_bindings_are_one_line(
     assert len(error.splitlines()) == 1
 
 
+def test_an_end_outside_its_folder_says_where_to_go(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("rod.toml").write_text(CASE)
+    for cure in ("hertzlink precice rod.toml writes it", "cd rod-precice"):
+        assert command("precice", "rod.toml", "--participant", "Chain") == 2
+        assert f"precice-config.xml: there is no such file; {cure}" in capsys.readouterr().err
+        Path("rod-precice").mkdir(exist_ok=True)
+        Path("rod-precice/precice-config.xml").write_text("")
+
+
 def test_several_contacts_need_their_places() -> None:
     edges = hl.Supports("clamped", "clamped", "clamped", "clamped")
     plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, edges).at([0.05, 0.15], [0.07, 0.07])

@@ -180,6 +180,9 @@ def _matlab(path: str, _: int) -> Recording:
     import scipy.io
 
     arrays = scipy.io.loadmat(path, mat_dtype=False, struct_as_record=True)
+    structs = [name for name, value in arrays.items() if getattr(value, "dtype", np.dtype(float)).names]
+    if structs and not [*_vectors({name: value for name, value in arrays.items() if name not in structs})]:
+        raise ValueError(f"{structs[0]} is a struct; save its fields: save('a.mat', '-struct', '{structs[0]}')")
     named = _named({name: value for name, value in arrays.items() if name[:2] != "__"}, {}, {})
     return Recording([channel._replace(is_head=False) for channel in named])
 

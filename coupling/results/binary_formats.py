@@ -98,7 +98,13 @@ MARKUP: tuple[tuple[str, str, str], ...] = (
 )
 """How texts begin that are no tables, in small letters."""
 
-SUFFIXES = (".trc", ".wfm", ".isf", ".bin", ".tdms", ".wdf", ".psdata", ".mat", ".wav", ".spe", ".dat", ".h5", ".sgy")
+SUFFIXES = (".trc", ".wfm", ".isf", ".bin", ".wdf", ".psdata", ".spe", ".dat", ".sgy")
+
+WITH_SIGNATURE = {
+    ".h5": "HDF5 file", ".hdf5": "HDF5 file", ".tdms": "TDMS file of LabVIEW", ".wav": "sound file",
+    ".parquet": "Parquet file", ".xlsx": "Excel workbook",
+}  # fmt: skip
+"""Files that begin as SIGNATURES says, unless they are damaged."""
 
 HEAD = 2048
 
@@ -130,6 +136,10 @@ def format_of(path: Path, content: bytes) -> tuple[str, str] | None:
             return name, out
     if not _is_text(head) and path.suffix.lower() == ".wvf":
         return "a file of samples of Yokogawa (.wvf)", "read the .hdr of the same name"
+    if not _is_text(head) and path.suffix.lower() == ".mat":
+        return "a file of MATLAB 4 (.mat)", MATLAB  # which has no signature
+    if not _is_text(head) and (ending := WITH_SIGNATURE.get(path.suffix.lower())):
+        return f"a damaged {ending}, or none in spite of its ending", EXPORT
     if not _is_text(head):
         kind = f" ({path.suffix})" if path.suffix.lower() in SUFFIXES else ""
         return f"a binary file{kind}", SCOPE if kind else EXPORT

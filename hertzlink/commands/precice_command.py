@@ -42,8 +42,12 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
         lines = [f"In two terminals, in the folder {folder}:"]
         lines += [f"    hertzlink precice case.toml --participant {end}" for end in ("Structure", "Chain")]
     else:
+        configuration, beside = Path(name).with_name(CONFIGURATION), Path(f"{Path(name).stem}-precice")
+        if not configuration.is_file():
+            cure = f"cd {beside}" if (beside / CONFIGURATION).is_file() else f"hertzlink precice {name} writes it"
+            raise ValueError(f"{configuration}: there is no such file; {cure}")
         try:
-            run, lines = _run(case, simulation, participant, Path(name).with_name(CONFIGURATION))
+            run, lines = _run(case, simulation, participant, configuration)
         except ImportError as error:
             raise click.ClickException(str(error)) from error
         data = run.assign_attrs(provenance({"case": toml, "participant": participant}))

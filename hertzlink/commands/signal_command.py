@@ -1,12 +1,13 @@
 """`hertzlink signal`: what the file of an oscilloscope or recorder holds, before anything is fitted."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 import click
 
-from hertzlink.terminal import say, show
+from hertzlink.terminal import WRONG_INPUT, complain, say, show
 
 if TYPE_CHECKING:
     from coupling.results.signal_overview import Look, Overview
@@ -24,24 +25,42 @@ SHOWN = 8
 @click.option("--segment", metavar="NUMBER", type=click.IntRange(min=1), help="The segment of a sequence, from 1 on.")
 @click.option("--interval", metavar="SECONDS", type=float, help="Time between samples, of a file that states none.")
 @click.option("--picture", metavar="PICTURE", type=click.Path(path_type=Path), help="By default FILE-signal.png.")
-def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | None, picture: Path | None) -> None:
+def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | None, picture: Path | None) -> int:
     """Show what files of a scope or recorder hold: channels, units, sampling, range, clipping, noise and hum.
 
-    A picture of the channels of each is written beside. Nothing is fitted; `hertzlink identify` does that.
+    A picture of the channels of each is written to the current folder. Nothing is fitted; `hertzlink identify` does
+    that. Files that cannot be read are named, and the others are shown.
     """
     from coupling.results.signal_file import Sampling
     from coupling.results.signal_overview import overview
     from structures.checks import existing, positive
 
-    seconds = None if interval is None else positive("interval", interval, "s")
-    pictures = [picture or Path(f"{file.stem}-signal.png") for file in files]
-    if len(set(pictures)) < len(files):
-        raise ValueError(f"{files[-1]}: its picture, {pictures[-1]}, would replace that of another file; show it alone")
-    for file, name in zip(files, pictures, strict=True):
-        seen = overview(existing(str(file), file), Sampling(interval=seconds, segment=segment))
+    seconds, refused = None if interval is None else positive("interval", interval, "s"), False
+    if picture is not None and len(files) > 1:
+        raise ValueError(f"--picture {picture}: is the picture of one file; leave it out for {len(files)}")
+    for file, name in zip(files, [picture] if picture else picture_names(files), strict=True):
+        try:
+            seen = overview(existing(str(file), file), Sampling(interval=seconds, segment=segment))
+        except (ValueError, OSError) as error:
+            if len(files) == 1:
+                raise
+            refused = True
+            complain(f"{file}: {error.strerror}" if isinstance(error, OSError) else str(error))
+            continue
         show(f"{file}: {table(seen)}" if len(files) > 1 else table(seen))
         draw(seen, name)
         say(f"written: {name}")
+    return WRONG_INPUT if refused else 0
+
+
+def picture_names(files: Sequence[Path]) -> list[Path]:
+    """Return the names of pictures: that of the file, with its ending and then its folders where others share it."""
+    forms: tuple[Callable[[Path], str], ...] = (
+        lambda file: file.stem, lambda file: file.name, lambda file: "-".join(file.absolute().parts[-2:]),
+        lambda file: "-".join(file.absolute().parts[1:]),
+    )  # fmt: skip
+    every = ([Path(f"{form(file)}-signal.png") for file in files] for form in forms)
+    return next((names for names in every if len({*names}) == len({*files})), [Path("signal.png")] * len(files))
 
 
 def table(seen: "Overview") -> str:
@@ -62,6 +81,9 @@ def table(seen: "Overview") -> str:
             f"{look.column:6d}  {look.name[:13]:14}" + "".join(f"{size:>10}" for size in sizes) + f"  {_hum(look)}"
         )
         lines.append(f"{'':8}{sketch(look)}")
+        its_step = float(look.time[1] - look.time[0])
+        if look.time.size != first.time.size or abs(its_step - step) > 1e-3 * step:
+            lines.append(f"{'':8}{look.time.size} samples, one every {readable(its_step, 's', 4)}")
         lines += [f"{'':8}{text}" for text in _remarks(look)]
     if len(seen.looks) > SHOWN:
         lines.append(f"and {len(seen.looks) - SHOWN} more channels")

@@ -27,7 +27,8 @@ def read_foreign(path: Path, what: str, role: str) -> dict[str, Any]:
             raise ValueError(f"{what}: needs {library} to be read: pip install hertzlink[{extra}]") from None
         if "module 'numpy' has no attribute" in error.said:
             raise ValueError(
-                f"{what}: {library} does not work with a numpy as new as this; pip install hertzlink[{extra}]"
+                f"{what}: {library} does not work with a numpy as new as this; install hertzlink[{extra}] in an "
+                "environment of its own"
             ) from None
         raise ValueError(
             f"{what}: cannot be read as a {path.suffix.lower()} file of {program} by {library}; it is damaged, cut "

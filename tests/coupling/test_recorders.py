@@ -443,15 +443,57 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
 
 
 def test_the_command_shows_several_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    """Also those after a bad one; pictures of files of the same name have different ones."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "b").mkdir()
     for name in ("C1.mat", "C2.mat", "b/C2.mat"):
         picoscope_mat(tmp_path / name)
-    for names, code in ((["C1.mat", "C2.mat"], 0), (["C2.mat", "b/C2.mat"], 2)):
+    sound(tmp_path / "C2.wav")
+    here = tmp_path.name
+    for names, pictures in (
+        (["C1.mat", "none.mat", "C2.mat"], ["C1", "C2"]),
+        (["C2.mat", "C2.wav"], ["C2.mat", "C2.wav"]),
+        (["C2.mat", "b/C2.mat"], [f"{here}-C2.mat", "b-C2.mat"]),
+    ):
         with pytest.raises(SystemExit) as ended:
             cli.main(["signal", *names])
-        assert (ended.value.code or 0) == code
+        assert (ended.value.code or 0) == 2 * ("none.mat" in names)
         said = capsys.readouterr()
-        assert [f"{name}: a file of MATLAB (.mat), 1200 samples" in said.out for name in names] == [not code] * 2
-    assert "b/C2.mat: its picture, C2-signal.png, would replace that of another file; show it alone" in said.err
-    assert sorted(path.name for path in tmp_path.glob("*.png")) == ["C1-signal.png", "C2-signal.png"]
+        assert [f"\n{name}: a " in f"\n{said.out}" for name in names] == [name != "none.mat" for name in names]
+        assert ("none.mat: there is no such file" in said.err) == ("none.mat" in names)
+        assert {path.name for path in tmp_path.glob("*.png")} == {f"{name}-signal.png" for name in pictures}
+        for path in tmp_path.glob("*.png"):
+            path.unlink()
+
+
+def test_the_command_shows_the_sampling_of_each_channel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tdms = pytest.importorskip("nptdms")
+    monkeypatch.chdir(tmp_path)
+    with tdms.TdmsWriter("a.tdms") as file:
+        for name, every in (("A", 1), ("B", 2)):
+            file.write_segment([tdms.ChannelObject("taps", name, VOLTS[::every], {"wf_increment": every * STEP})])
+    with pytest.raises(SystemExit):
+        cli.main(["signal", "a.tdms"])
+    assert capsys.readouterr().out.count("600 samples, one every 1 µs") == 1
+
+
+@pytest.mark.parametrize(("name", "said"), [
+    ("a.h5", "is a damaged HDF5 file, or none in spite of its ending"),
+    ("a.tdms", "is a damaged TDMS file of LabVIEW"),
+    ("a.wav", "is a damaged sound file"),
+    ("a.mat", r"is a file of MATLAB 4 \(.mat\) that cannot be read"),
+])  # fmt: skip
+def test_rubbish_is_named_by_its_ending(tmp_path: Path, name: str, said: str) -> None:
+    (tmp_path / name).write_bytes(np.random.default_rng(1).bytes(4000))
+    with pytest.raises(ValueError, match=said):
+        read_volts(tmp_path / name)
+
+
+def test_matlab_4_and_structs(tmp_path: Path) -> None:
+    scipy.io.savemat(tmp_path / "a.mat", {"A": VOLTS, "Tinterval": STEP, "Tstart": START}, format="4")
+    same_as_written(read_volts(tmp_path / "a.mat"))
+    scipy.io.savemat(tmp_path / "b.mat", {"tap": {"A": VOLTS, "t": TIME}})
+    with pytest.raises(ValueError, match="tap is a struct; save its fields"):
+        read_volts(tmp_path / "b.mat")
