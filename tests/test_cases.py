@@ -123,7 +123,7 @@ def test_a_case_has_an_uncertainty_budget(command: Callable[..., str], tmp_path:
     line = next(line for line in said.splitlines() if line.startswith("time_of_flight = "))
     value, spread = (float(part.split()[0]) for part in line.split("=")[1].split("±"))
     assert 0.96**0.5 * spread == pytest.approx(0.01 * value, rel=0.02)
-    assert " 96 %  impact_speed = 0.3 ± 0.015" in said
+    assert " 96 %  chain.impact_speed = 0.3 m/s ± 0.015 m/s" in said
     assert " 4 %  youngs_modulus = 3e+09 ± 3e+07" in said
     assert "impact_speed 96 %, youngs_modulus 4 %" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 

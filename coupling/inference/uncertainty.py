@@ -63,7 +63,7 @@ class Uncertainty:
     samples : dict
         Each measure of the sampled runs, as an array; NaN where a run failed or has no such wave.
     units : dict
-        Of the measures.
+        Of the measures, and of parameters where they are known, as in a case.
     warnings : list of str
         What the user must know.
 
@@ -119,9 +119,9 @@ class Uncertainty:
             lines.append(f"{name} = {self._with_spread(name)}{sampled}")
             for parameter in self._largest_first(name):
                 number, spread = self.inputs[parameter]
-                lines.append(
-                    f"  {100.0 * self.shares[parameter][name]:3.0f} %  {parameter} = {number:.4g} ± {spread:.2g}"
-                )
+                share = f"{100.0 * self.shares[parameter][name]:3.0f} %"
+                spread_text = self._shown(parameter, spread, 2)
+                lines.append(f"  {share}  {parameter} = {self._shown(parameter, number, 4)} ± {spread_text}")
         lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
         return "\n".join(lines)
 

@@ -21,12 +21,15 @@ SECTION = "sensitivities"
 
 @dataclass(frozen=True)
 class Budget:
-    """Entries of a case, by name, with their paths, values and standard uncertainties (SI)."""
+    """Entries of a case, by name, with their paths, values and standard uncertainties (SI), and with units by path."""
 
     case: Case
     paths: dict[str, Path]
     values: dict[str, float]
     spreads: dict[str, Any]
+    written: dict[str, str]
+    """Each path as the user writes it."""
+    units: dict[str, str]
 
     @property
     def __signature__(self) -> Signature:
@@ -42,7 +45,13 @@ class Budget:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""
         with of_run(), collected() as said:
             budget = uncertainty(self, self.case.until, sensor, **self.spreads)
-        budget = replace(budget, warnings=[warning for warning in budget.warnings if warning not in findings])
+        budget = replace(
+            budget,
+            inputs={self.written[name]: numbers for name, numbers in budget.inputs.items()},
+            shares={self.written[name]: share for name, share in budget.shares.items()},
+            units=budget.units | self.units,
+            warnings=[warning for warning in budget.warnings if warning not in findings],
+        )
         for message in said:
             if message not in findings:
                 caution(message)
@@ -57,7 +66,7 @@ def budget_of(case: Case) -> Budget | None:
     case.model.only_chain("an uncertainty budget")
     if case.model.sweep:
         raise Fault((SECTION,), "is that of one run; leave out [sweep], or this section")
-    budget = Budget(case, {}, {}, {})
+    budget = Budget(case, {}, {}, {}, {}, {})
     for key, text in entries.items():
         place = (SECTION, key)
         path = path_of(key, place)
@@ -68,7 +77,8 @@ def budget_of(case: Case) -> Budget | None:
             raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
         name = name_of(path, budget.paths)
         budget.paths[name], budget.values[name] = path, value
-        budget.spreads[name] = _spread(text, value, unit_at(case, path, value, ())[2], place)
+        budget.written[name], budget.units[key] = key, unit_at(case, path, value, ())[2]
+        budget.spreads[name] = _spread(text, value, budget.units[key], place)
     return budget
 
 
