@@ -78,7 +78,7 @@ class FlatMesh:
         alias = merged(points, np.unique(cells), float(edge_lengths(points, cells, sides).min()), merge)
         cells = once(alias[cells], count)[0]
         points, cells, number = used(points, cells, count, alias)
-        thin = thickness < THINNEST * np.ptp(points, axis=0).max()
+        thin = bool(thickness < THINNEST * np.ptp(points, axis=0).max())
         check_scale(points, thin, f"with a thickness of {thickness:.3g} m", scale)
         points = _in_its_plane(points)
         cells = _upright(points, cells)

@@ -87,7 +87,7 @@ class BodyMesh:
         cells, renumbered = once(cells, corners)
         points, cells, number = used(points, cells, corners, alias)
         edges = edge_lengths(points, cells[:, :corners])
-        check_scale(points, edges.min() > SHORTEST_EDGE, f"its shortest edge {edges.min():.3g} m", scale)
+        check_scale(points, bool(edges.min() > SHORTEST_EDGE), f"its shortest edge {edges.min():.3g} m", scale)
         _check_shapes(points, cells[:, :corners])
         check_joined(points, cells[:, :corners], BY_CORNERS[corners], float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())

@@ -173,7 +173,7 @@ def _numbers(source: Any, blocks: list[int], field: str | None) -> Numbers:
     return np.where(numbers == 0, UNTAGGED, np.abs(numbers)) if chosen == "gmsh:physical" else numbers
 
 
-def check_scale(points: Vector, unlikely: float | bool, what: str, scale: float | None) -> None:
+def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) -> None:
     """Raise a ValueError for a mesh that is probably in millimetres: longer than LONGEST_SIDE, or for what was found.
 
     what: that, in words. scale: m per unit of the mesh, where the user gave it.
