@@ -278,7 +278,7 @@ def _named(
 
     The time is a vector of that name, or of dates or durations, or the first that increases evenly.
     """
-    clocks = [name for name, value in arrays.items() if value.dtype.kind in CLOCKS and value.size >= FEWEST_SAMPLES]
+    clocks = [name for name, value in arrays.items() if np.asarray(value).dtype.kind in CLOCKS and value.size]
     arrays = {**arrays, **{name: _seconds(arrays[name]) for name in clocks}}
     units = {**units, **dict.fromkeys(clocks, "s")}
     numbers = {
@@ -291,26 +291,28 @@ def _named(
         if needed:
             raise ValueError(f"holds no array of {FEWEST_SAMPLES} or more numbers")
         return []
-    rising = [name for name, vector in vectors.items() if _increases_evenly(vector)]
+    intervals = [numbers[key] for key in numbers if key in INTERVALS]
+    intervals += [1.0 / numbers[key] for key in numbers if key in RATES and numbers[key] > 0.0]
     named = [name for name in vectors if key_of(name.rpartition("/")[2]) in TIMES]
-    time_name = next(iter([*named, *clocks, *rising]), None)
-    if time_name in rising and time_name not in named + clocks:
-        warnings.warn(f"{time_name} increases evenly, and is taken as the time", stacklevel=2)
+    time_name = next(iter([*named, *(name for name in clocks if name in vectors)]), None)
+    rising = [name for name, vector in vectors.items() if name != time_name and _increases_evenly(vector)]
+    if time_name is None and not intervals:  # steps of 1 count samples
+        time_name = next((name for name in rising if not (np.diff(vectors[name]) == 1.0).all()), None)
+    for name in rising:
+        what = "and is taken as the time" if name == time_name else "as a time does, or a counter"
+        warnings.warn(f"{name} increases evenly, {what}", stacklevel=2)
     usual = Counter(vector.size for vector in vectors.values()).most_common(1)[0][0]
     size = usual if time_name is None else vectors[time_name].size
     time, name_of_time = None, "time (s)"
     if time_name is not None:
         time, unit = vectors[time_name], units.get(time_name, "")
         name_of_time = f"time ({unit})" if unit else re.sub(r"\[\d+\]$", "", time_name.rpartition("/")[2])
-    else:
-        intervals = [numbers[key] for key in numbers if key in INTERVALS]
-        intervals += [1.0 / numbers[key] for key in numbers if key in RATES and numbers[key] > 0.0]
-        if intervals:
-            time = next((numbers[key] for key in numbers if key in STARTS), 0.0) + intervals[0] * np.arange(size)
+    elif intervals:
+        time = next((numbers[key] for key in numbers if key in STARTS), 0.0) + intervals[0] * np.arange(size)
     return [
         Channel(name, units.get(name, ""), vector, time, name_of_time)
         for name, vector in vectors.items()
-        if name not in (time_name, *rising, *clocks) and vector.size == size
+        if name not in (time_name, *clocks) and vector.size == size
     ]
 
 

@@ -82,6 +82,6 @@ def _look(column: int, trace: Trace) -> Look:
             hums.append((remainder, mains, float(np.ptp(hum) / 2.0)))
     left, mains, size = min(hums, default=(1.0, 0.0, 0.0))
     return Look(
-        column, re.split(r"\s*[(\[]", trace.names[column])[0], trace.units[column], time, values, clipped, missing,
-        step, noise, white, float(time[lead] - time[0]), (mains, size) if left < CLEAR else None,
+        column, re.split(r"\s*[(\[](?!\d+\])", trace.names[column])[0], trace.units[column], time, values, clipped,
+        missing, step, noise, white, float(time[lead] - time[0]), (mains, size) if left < CLEAR else None,
     )  # fmt: skip

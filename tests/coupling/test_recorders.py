@@ -353,6 +353,9 @@ def test_a_matrix_of_time_and_samples(tmp_path: Path) -> None:
             signals = read_volts(tmp_path / name, 2), read_volts(tmp_path / name, unit="N", interval=STEP, baseline=0.0)
         same_as_written(signals[0], 2.0 * VOLTS)
         same_as_written(signals[1], start=0.0)
+    scipy.io.savemat(tmp_path / "b.mat", {"data": np.array([np.arange(1200.0), VOLTS]), "Tinterval": STEP})
+    with pytest.warns(hl.HertzlinkWarning, match=r"data\[0\] increases evenly, as a time does, or a counter"):
+        same_as_written(read_volts(tmp_path / "b.mat", 2), start=0.0)
 
 
 def test_the_path_of_a_dataset_is_no_unit(tmp_path: Path) -> None:
