@@ -2,10 +2,13 @@
 
 import ast
 import re
+import subprocess
 import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
+
+import pytest
 
 HOME = Path(__file__).parent.parent
 
@@ -56,3 +59,21 @@ def test_the_conda_recipe_is_of_this_version_and_asks_for_the_same_packages() ->
     names = {"matplotlib": "matplotlib-base"}  # without Qt
     wanted = [one.partition(">=") for one in project["dependencies"]]
     assert run[1:] == [f"{names.get(name, name)} >={version}" for name, _, version in wanted]
+
+
+def test_nothing_else_lies_at_the_top() -> None:
+    """Caches and results of trials have been committed before."""
+    listed = subprocess.run(["git", "ls-files"], cwd=HOME, capture_output=True, text=True, check=False)
+    if listed.returncode:
+        pytest.skip("this is no clone")
+    top = {name.partition("/")[0] for name in listed.stdout.splitlines()}
+    files = {
+        "pyproject.toml",
+        "hertzlink_pytest.py",
+        "README.md",
+        "CHANGELOG.md",
+        "LICENSE",
+        "CITATION.cff",
+        ".gitignore",
+    }
+    assert top <= {*ROOMS, *files, "tests", "benchmarks", "docs", "examples", ".ci", ".github"}
