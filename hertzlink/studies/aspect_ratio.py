@@ -193,8 +193,8 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     _points(axis, data, data.amplitude_ratio)
     missing = data.amplitude_ratio.sel(body="plate").isnull()
     if bool(missing.any()):
-        places = (data.diameter / data.thickness).where(missing).values.ravel()
-        draw.mark_missing(axis, places, 0, color="dimgrey", label="no wave came back")
+        places = (data.diameter / data.thickness).where(missing).values
+        draw.mark_missing(axis, places[np.isfinite(places)], 0, color="dimgrey", label="no wave came back")
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
     flights, axes = draw.panels(2, width=4.0, height=3.6, sharey=False)

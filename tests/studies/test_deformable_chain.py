@@ -150,4 +150,4 @@ def test_figures(quick: xr.Dataset) -> None:
     figures = study.figures(quick)
     assert set(figures) == {"section", "sensors", "speed_force", "contacts", "meshes", "modes"}
     assert [axis.get_ylabel() for axis in figures["meshes"].axes[:2]] == list(study.LABELS)
-    assert len(figures["contacts"].axes[0].lines) == 21
+    assert len(figures["contacts"].axes[0].lines) == 21 + 1  # every contact, and the marked one again

@@ -140,7 +140,7 @@ def test_far_value_is_that_of_the_infinite_plate(quick: xr.Dataset) -> None:
 
 def test_a_numerical_error_widens_the_interval(quick: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     """An error of AR over its slope between the two runs is an error of the distance, on both sides."""
-    monkeypatch.setattr(study, "ratio_error", lambda *case: 0.01)
+    monkeypatch.setattr(study, "ratio_error", lambda **case: 0.01)
     far = quick.assign(infinite_amplitude_ratio=quick.far_value)
     case = study.with_margins(far, study.THESIS, 1).sel(diameter=4.76e-3, thickness=2.29e-3, within=0.02)
     (low, high), margin = case.bracket.values, float(case.margin)
