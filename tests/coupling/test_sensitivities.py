@@ -305,6 +305,21 @@ def test_derivatives_follow_the_times_at_which_dashpots_begin():
 
 
 @pytest.mark.thorough
+def test_ratios_under_tsujis_loss_do_not_depend_on_size_or_speed():
+    """α √(m k) δ^¼ δ̇ scales as k δ^1.5 does; its slope over δ, ¼ δ^(−¾), is infinite where the contact closes."""
+
+    def build(speed, radius):
+        bead = hl.Sphere(radius, hl.STEEL_440C)
+        chain = hl.Chain([bead] * 12, bead, speed, dissipation=hl.Tsuji(0.05))
+        return hl.CoSimulation(chain, hl.half_space(hl.PTFE))
+
+    values = {"speed": 0.3, "radius": 4.76e-3}
+    slopes = hl.sensitivities(build, 9e-4, [6], **values).amplitude_ratio_derivative
+    for name, value in values.items():
+        assert abs(float(slopes.sel(parameter=name).squeeze()) * value) < 0.01
+
+
+@pytest.mark.thorough
 def test_a_loss_whose_beginning_is_not_followed_is_named():
     def build(speed):
         chain = hl.Chain([BEAD] * 12, BEAD, speed, dissipation=hl.LinearDashpot(5.0), integrator="rk4")
