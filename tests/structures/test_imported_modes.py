@@ -57,6 +57,7 @@ def test_modes_of_calculix_are_those_of_its_matrices() -> None:
         ("\ufeff0, 100.0, 0\n2000, 150.0, 0.01\n", 1e-3),
         ("damping (%);f [kHz];φ (1/sqrt(t))\n0;0;100.0\n1;2;150.0\n", 1.0),
         ("# modes of a plate\n# f / rad/s   shape / t^-0.5   ζ / -\n0 100.0 0\n12566.370614 150.0 0.01\n", 1e-3),
+        ("omega [rad/s];shape;damping\n0;100,0;0\n12566,370614;150,0;0,01\n", 1e-3),
         ("mode,frequency,phi,damping\n,Hz,1/√kg,%\n1,0,3.1622776602,0\n2,2000,4.7434164903,1\n", 1.0),
     ],
 )
