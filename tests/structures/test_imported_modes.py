@@ -241,6 +241,8 @@ def test_nastran_modes_are_divided_by_their_masses(tmp_path: Path, monkeypatch: 
     """A double of pyNastran gives what its reader gives of a file of NORM=MAX, whose masses are not 1."""
     folder = tmp_path / "pyNastran" / "op2"
     folder.mkdir(parents=True)
+    for package in (folder.parent, folder):
+        (package / "__init__.py").touch()  # else the true one, where it is installed, would come first
     (folder / "op2.py").write_text(
         "from types import SimpleNamespace as Table\n"
         "import numpy as np\n"
