@@ -249,43 +249,45 @@ def _is_number(leaf: Any) -> bool:
     return isinstance(leaf, float) or (isinstance(leaf, np.ndarray) and leaf.dtype == float)
 
 
-def _add_parts(piece: Any, parts: list[Any]) -> list[Any]:
-    """Return a list with the types, arrays and numbers of which a piece is made at its end."""
+def _add_parts(piece: Any, kinds: list[Any], rows: list[Any]) -> None:
+    """Add at the ends of two lists the kinds of which a piece is made, in which runs must agree, and its numbers."""
     if isinstance(piece, tuple):
-        parts.append(type(piece))
+        kinds.append(type(piece))
         for part in piece:
-            _add_parts(part, parts)
+            _add_parts(part, kinds, rows)
+    elif _is_number(piece):
+        kinds.append(getattr(piece, "shape", ()))
+        rows.append(piece.ravel() if kinds[-1] else (piece,))
     else:
-        parts.append(piece)
-    return parts
+        kinds.append(piece.tobytes() if isinstance(piece, np.ndarray) else piece)
 
 
-def _are_alike(part: Any, other: Any) -> bool:
-    """Return whether two parts differ in numbers only, not in types and shapes."""
-    if part is other:
-        return True
-    if _is_number(part):
-        return _is_number(other) and np.shape(part) == np.shape(other)
-    return np.array_equal(part, other)
+def kinds_and_numbers(numbers: Numbers) -> tuple[list[Any], Vector]:
+    """Return the kinds of which the numbers of a run are made, and the numbers as a row."""
+    kinds, rows = list[Any](), list[Any]()
+    _add_parts(numbers, kinds, rows)
+    return kinds, np.concatenate(rows)
 
 
-def rates_of(name: str, usual: Numbers, around: Sequence[Numbers], step: float) -> tuple[Vector, Vector]:
+def rates_of(
+    name: str, usual: tuple[list[Any], Vector], around: Sequence[Numbers], step: float
+) -> tuple[Vector, Vector]:
     """Return the derivatives of numbers from those around, and the doubt about these, each as a row.
+
+    usual: the kinds and the numbers here.
 
     The doubt is how much derivatives of order two differ, and how much those of both sides do beyond what a smooth
     curve, whose second difference grows with the step, explains: so a kink, a jump or chance shows.
 
     Raises a ValueError where the numbers change their kind or count.
     """
-    first, *others = pieces = [_add_parts(numbers, []) for numbers in (usual, *around)]
-    if not all(len(other) == len(first) and all(map(_are_alike, first, other)) for other in others):
+    pieces = [usual, *map(kinds_and_numbers, around)]
+    if any(kinds != usual[0] for kinds, _ in pieces):
         raise ValueError(
             f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
             "may; fix the mesh (cells), or reduce with another tolerance"
         )
-    places = [place for place, part in enumerate(first) if _is_number(part)]
-    rows = [np.concatenate([np.ravel(parts[place]) for place in places]) for parts in pieces]
-    here, before, below, above, after = values = np.array(rows)
+    here, before, below, above, after = values = np.array([row for _, row in pieces])
     moves = np.ptp(values[1:], axis=0) > ROUNDING * abs(values[1:]).max(axis=0)
     rate = np.where(moves, WEIGHTS @ values[1:], 0.0) / step
     bend = (2.0 * (above + below) - 0.5 * (after + before) - 3.0 * here) / step
@@ -358,10 +360,11 @@ class TangentEngine(Engine):
         if length in self._numbers:
             return self._numbers[length]
         usual, slopes = numbers_of(self.simulation, length, None, self.windows), list[tuple[Vector, Vector]]()
+        here = kinds_and_numbers(usual)
         for name, simulations, step in self.parameters:
             around = [numbers_of(run, length, self.simulation, self.windows) for run in simulations]
             around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
-            slopes.append(rates_of(name, usual, around, step))
+            slopes.append(rates_of(name, here, around, step))
         rates, doubts = (np.array(rows) for rows in zip(*slopes, strict=True))
         values = np.array([step / STEP for _, _, step in self.parameters])
         directions = doubts if self.doubts else np.vstack([rates, values @ doubts])

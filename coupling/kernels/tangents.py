@@ -19,7 +19,7 @@ from coupling.kernels.newton import PIECES
 from coupling.kernels.recorders import reads_structure, record
 from particles.kernels.motion import advance, contact_forces
 from structures.kernels.arrays import solve
-from structures.kernels.duals import Lanes, as_duals, value_of
+from structures.kernels.duals import Lanes, as_duals
 from structures.kernels.families import of_run
 from structures.kernels.kernel_cache import inner
 from structures.kernels.linear import let_go, push, read, respond
@@ -255,8 +255,7 @@ def join_group(recorder: Any, group: int, trial: Any) -> None:
         surface[0, k] += surface[2, k]
     # Else rounding would part the values of dual numbers from those of the run.
     for i in range(y.size):
-        y[i] += trial.y[i] - value_of(y[i])
-        v[i] += trial.v[i] - value_of(v[i])
+        moving.y[group, i, 0], moving.v[group, i, 0] = trial.y[i], trial.v[i]
     for k in range(count):
         moving.force[group, 0, k, 0] = trial.contact[k].force
 

@@ -10,7 +10,7 @@ from numba import njit
 
 import hertzlink as hl
 from coupling.inference import derivatives
-from coupling.inference.derivatives import differentiate, numbers_of
+from coupling.inference.derivatives import differentiate, kinds_and_numbers, numbers_of
 from coupling.recording.frames import kept_at
 from particles.kernels.laws import hertz
 from structures.kernels.duals import WIDTHS, Eight, as_duals, without_small
@@ -197,7 +197,9 @@ def test_what_a_run_is_made_of_has_the_derivatives_of_closed_forms():
     usual, rates = numbers_of(simulation, WINDOW), {}
     for name, runs, step in derivatives.parameters_around(build, values):
         numbers = [numbers_of(run, WINDOW) for run in runs]
-        rates[name], doubt = (as_numbers(row, usual) for row in derivatives.rates_of(name, usual, numbers, step))
+        rates[name], doubt = (
+            as_numbers(row, usual) for row in derivatives.rates_of(name, kinds_and_numbers(usual), numbers, step)
+        )
         assert abs(doubt.structure.squares).max() <= 1e-6 * abs(usual.structure.squares).max() / values[name]
     law, inverse = usual.chains[0].law.stiffness[0], usual.chains[0].inverse_mass[0]
     expected = [
@@ -228,7 +230,7 @@ def test_derivatives_agree_with_complex_steps_over_20_000_steps(name):
     for parameter, runs, difference in derivatives.parameters_around(build, values):
         numbers = [numbers_of(one, plan.length, simulation) for one in runs]
         numbers = [one._replace(structure=derivatives.aligned(one.structure, usual.structure)) for one in numbers]
-        slopes = as_numbers(derivatives.rates_of(parameter, usual, numbers, difference)[0], usual)
+        slopes = as_numbers(derivatives.rates_of(parameter, kinds_and_numbers(usual), numbers, difference)[0], usual)
         step = twin(WINDOWS, *numbers_with_step(usual, slopes)).imag / STEP
         carried = rates.force[parameter][1:, :2]
         without = ("half-space", "depth"), (QUICK[-1], "impact_speed")
