@@ -1,6 +1,5 @@
 """A chain as the compiled loops take it, and its steps in time."""
 
-from functools import partial
 from typing import Any, NamedTuple
 
 from particles.kernels.drives import (
@@ -78,12 +77,24 @@ class Span(NamedTuple):
     window. The work space holds both."""
 
 
-@partial(by_type, small=False)
 def integrate(
     scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
 ) -> tuple[float, float, float, float]:
     """Move a chain on over a Span; return the impulses on structure and body 0, the loss and the drive's work."""
     raise NotImplementedError
+
+
+integrate_inside, integrate_apart = by_type(integrate), by_type(integrate, small=False)
+
+
+def integrate_span(
+    scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
+) -> tuple[float, float, float, float]:
+    """Integrate: within the caller, which saves a tenth of a run; dual numbers apart, else they would lose as much."""
+    return integrate_inside(scheme, chain, y, v, work, span)
+
+
+where_dual(integrate_span, lambda scheme, chain, y, v, work, span: integrate_apart(scheme, chain, y, v, work, span), 2)
 
 
 @by_type
@@ -114,7 +125,7 @@ def advance(
     the drive's work, J.
     """
     dt, rate = window / steps, (wall_end - wall) / window
-    ahead, behind, lost, driven = integrate(chain.scheme, chain, y, v, work, Span(t, wall, rate, dt, steps, first))
+    ahead, behind, lost, driven = integrate_span(chain.scheme, chain, y, v, work, Span(t, wall, rate, dt, steps, first))
     return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
 
 

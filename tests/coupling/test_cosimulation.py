@@ -183,11 +183,14 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
 
 
 @pytest.mark.parametrize("remembered", [0, 1, 2, 3])
-def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(remembered: int) -> None:
-    """At the middles of windows of unequal length, newest first; zero before there is any."""
+@pytest.mark.parametrize("lengths", [(2e-6, 4e-6, 3e-6), (2e-6, 2e-6, 2e-6)])
+def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(
+    remembered: int, lengths: tuple[float, ...]
+) -> None:
+    """At the middles of windows, newest first; zero before there is any."""
     powers = np.array([3.0, -2e6, 5e12]) * (np.arange(3) < remembered)
-    ends, lengths = np.array([9e-6, 7e-6, 3e-6]), np.array([2e-6, 4e-6, 3e-6])
-    middles = ends - lengths / 2.0
+    ends = 9e-6 - np.cumsum([0.0, *lengths[:2]])
+    middles = ends - np.array(lengths) / 2.0
     records = [
         np.zeros(size, kind).view(np.recarray) for size, kind in ((1, TOTALS), (3, WINDOW), ((3, 1), NODE), (1, TRIED))
     ]
@@ -195,8 +198,8 @@ def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(remembe
     totals.remembered, window.middle, window.length = remembered, middles, lengths
     node.force[:, 0] = np.polynomial.Polynomial(powers)(middles)
     run: Any = SimpleNamespace(totals=totals, window=window, node=node)
-    predict(run, 1.1e-5, SimpleNamespace(contact=tried))
-    assert tried.force[0] == pytest.approx(np.polynomial.Polynomial(powers)(1.1e-5), rel=1e-12)
+    predict(run, 9e-6, 2e-6, SimpleNamespace(contact=tried))
+    assert tried.force[0] == pytest.approx(np.polynomial.Polynomial(powers)(1e-5), rel=1e-12)
 
 
 def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
