@@ -349,7 +349,8 @@ class FamilyRuns:
         static = np.broadcast_to(self.static, (len(force), self.static.size))
         waves = np.empty((len(force), len(self.seats), self.waves, 2))
         for above, below, body in self.seats:
-            series = Series(force[..., [above, below]], static[:, [above, below]], velocity[..., body])
+            contacts = slice(above, below + 1)
+            series = Series(force[..., contacts], static[:, contacts], velocity[..., body])
             measured = find_waves(self.time, series, self.smallest, self.waves)
             waves[:, body] = np.stack([measured.amplitude, measured.arrival], axis=-1)
         return waves
