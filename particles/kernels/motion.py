@@ -380,10 +380,11 @@ def contact_forces(
 @inner()
 def deepen(y: Vector, wall: float, deepest: Vector) -> None:
     """Let the greatest approach of each contact so far, m, grow to the present one."""
-    for i in range(deepest.size):
-        approach = y[i] - (y[i + 1] if i + 1 < deepest.size else wall)
-        if approach > deepest[i]:
-            deepest[i] = approach
+    last = deepest.size - 1
+    for i in range(last):
+        approach = y[i] - y[i + 1]
+        deepest[i] = approach if approach > deepest[i] else deepest[i]
+    deepest[last] = max(deepest[last], y[last] - wall)
 
 
 @inner()
