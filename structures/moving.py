@@ -139,34 +139,37 @@ class MovingStructure:
 
     def window(self, length: float) -> linear.Oscillators | linear.Coupled:
         """Return a window of this length, s, as a piece of the compiled loop."""
-        step, structure, size = self.step(length), self.structure, self.structure.size
-        if isinstance(step, Oscillators):
+        structure, size = self.structure, self.structure.size
+        if structure.is_modal:
+            step = self.step(length)
+            assert isinstance(step, Oscillators)
             return _of_oscillators(step, structure)
         if self._modes is not None:
             return _of_oscillators(Oscillators(self._modes, length, exact=False), self._modes)
-        displacement, velocity, _ = self.response(length)
+        mass, stiffness = structure.mass.toarray(), structure.stiffness.toarray()
+        damping = np.zeros((size, size)) if structure.damping is None else structure.damping.toarray()
         # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
-        moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
-        at_rest, straight = np.zeros(size), np.eye(size)
-        starts = [StructureState(unit, at_rest) for unit in straight]
-        starts += [StructureState(at_rest, unit) for unit in straight[moving]]
-        # One by one: solving for all at once may take much longer, because the solver's threads block each other.
-        columns = [np.append(u, v[moving]) for u, v, _ in map(step.free, starts)]
+        moving = np.flatnonzero(mass.any(axis=0))
         contact, still = structure.contact_vectors.T, np.zeros((self._contacts, size))
-        parts = (
-            np.array(columns).T,
-            structure.stiffness.toarray(),
-            structure.mass.toarray()[np.ix_(moving, moving)],
-        )
-        layout = np.array([(0, 0, 0, 0), (len(columns), *(part.size for part in parts))])
+        # As ImplicitMidpoint, from a unit of each displacement and velocity, and for a unit force at each contact.
+        matrix = mass + length**2 / 4.0 * stiffness + length / 2.0 * damping
+        scale = 1.0 / np.sqrt(matrix.diagonal())[:, None]
+        pushes = np.hstack([-length / 2.0 * stiffness, mass[:, moving], length / 2.0 * contact.T])
+        middle = scale * np.linalg.solve(scale * matrix * scale.T, scale * pushes)
+        displacement, velocity = length * middle, 2.0 * middle[moving]
+        displacement[:, :size] += np.eye(size)
+        velocity[:, size : size + moving.size] -= np.eye(moving.size)
+        ends, free = np.concatenate([displacement, velocity]), size + moving.size
+        parts = ends[:, :free], stiffness, mass[np.ix_(moving, moving)]
+        layout = np.array([(0, 0, 0, 0), (free, *(part.size for part in parts))])
         return linear.Coupled(
             parts[0].ravel(),
-            np.concatenate([displacement, velocity[moving]]).T.copy(),
+            ends[:, free:].T.copy(),
             np.concatenate([contact, still[:, : moving.size]], axis=1),
             np.concatenate([still, contact[:, moving]], axis=1),
             parts[1].ravel(),
             parts[2].ravel(),
-            np.zeros(0) if structure.damping is None else structure.damping.toarray().ravel(),
+            np.zeros(0) if structure.damping is None else damping.ravel(),
             layout,
             np.array([size]),
         )

@@ -38,11 +38,14 @@ APART = 0.05
 PRECISION = 1e-5
 """Least squares end where χ², or every unknown, changes by less than this part: for 1 000 samples by 0.01."""
 
+OF_WORDS = 1e-3
+"""The same of a fit with another model, of which two digits are told."""
+
 ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 """The same of rough searches, the points at which they try, and how much worse than the best one may be to go on."""
 
-CANDIDATES, LEFT = 8, 64
-"""Points of a scan between runs, for each run, and how many of the best are looked at again after more runs."""
+CANDIDATES = 8
+"""Points of a scan between runs, for each run."""
 
 EXCLUDED = 100.0
 """By so much more than the least χ², of unit noise, another fit is no choice where one explains the signal."""
@@ -122,9 +125,7 @@ class GlobalSearch:
     def solutions(self) -> list[Solution]:
         """Return the local minima from the best points of the scan, the least first; with a guess only the nearest."""
         if self.guess is not None:
-            scanned = self._scanned(self.guess[None])
-            self._prepare(scanned)
-            return [self.solved(scanned[0][1])]
+            return [self._from_guess(PRECISION)]
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
@@ -154,6 +155,13 @@ class GlobalSearch:
             if explained and solutions[0].misfit > least - 1.0:
                 break
         return solutions
+
+    def _from_guess(self, precision: float) -> Solution:
+        """Return the local minimum nearest to the guess."""
+        assert self.guess is not None
+        scanned = self._scanned(self.guess[None])
+        self._prepare(scanned)
+        return self.solved(scanned[0][1], precision=precision)
 
     def _between_runs(self, sobol: qmc.Sobol) -> list[Solution]:
         """Return the minima of traces that are interpolated between runs, the least first; none where too few succeed.
@@ -237,13 +245,15 @@ class GlobalSearch:
         return self._apart(likely, [], max(self.starts, FEWEST_LIKELY))
 
     def minima(self, candidates: Vector) -> tuple[list[Solution], Vector]:
-        """Return minima of a scan of candidates and of lines, where traces cost no runs; and the best candidates."""
+        """Return minima of a scan of candidates and of lines, where traces cost no runs; and candidates that are nearer
+        to minima once more runs are known."""
         scanned = self._scanned(candidates)
         rough = self._rough(self._apart(scanned, [], ROUGH_STARTS * self.starts))
         rough += self._rough(self._along_lines(rough))
-        ends = sorted(((solution.misfit, solution.p) for solution in rough), key=lambda pair: pair[0])
-        solved = map(self.solved, self._apart(ends, [], self.starts + 1))
-        return _sorted(solved), np.array([p[: len(self.ranges)] for _, p in scanned[:LEFT]])
+        ends = [(misfit, p) for p, misfit, _ in _sorted(rough)]
+        worth = [end for end in ends if end[0] < FAR_WORSE * ends[0][0]]
+        solved = map(self.solved, self._apart(worth, [], self.starts + 1))
+        return _sorted(solved), np.array([p[: len(self.ranges)] for _, p in ends])
 
     def _rough(self, starts: Sequence[Vector]) -> list[Solution]:
         """Return the ends of rough least squares, the least first."""
@@ -251,7 +261,7 @@ class GlobalSearch:
 
     def nearest(self, alone: bool) -> Solution:
         """Return minimum nearest to the guess; unless alone, a better one on the lines along the ranges through it."""
-        solutions = self.solutions()
+        solutions = [self._from_guess(OF_WORDS)]
         if alone or self.misfit.explains(solutions[0].misfit, solutions[0].p):
             return solutions[0]
         return min([*solutions, *map(self.solved, self._along_lines(solutions))], key=lambda solution: solution.misfit)
