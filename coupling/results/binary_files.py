@@ -31,6 +31,11 @@ TIMES = {"t", "time", "times", "timestamp", "zeit", "x", "xvalue", "seconds", "s
 CLOCKS = "mM"
 """The kinds of numpy's dates and durations."""
 
+SCOPES = (
+    "Keysight .bin, LeCroy .trc, Rigol .wfm and .bin, Rohde & Schwarz RTP .bin, Siglent .bin, Tektronix .wfm and .isf "
+    "and Yokogawa .wfm"
+)
+
 UNITS_OF_RIGOLWFM = {"v": "V", "a": "A", "w": "W"}
 
 Array = NDArray[Any]
@@ -71,7 +76,7 @@ def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Reco
             raise ValueError(
                 f"{path}: is {kind}, which {error.said} reads; install it with pip install '{EXTRA}'"
             ) from None
-        reason = error.said or "reading it takes too long or too much memory"
+        reason = error.said.removeprefix("ValueError: ") or "reading it takes too long or too much memory"
         raise ValueError(
             f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV in the recorder's software"
         ) from None
@@ -81,8 +86,12 @@ def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Reco
 def _scope(path: str, segment: int) -> Recording:
     """Read a waveform of Tektronix, LeCroy, Keysight, Rigol, Siglent, Rohde & Schwarz or Yokogawa."""
     from RigolWFM import Wfm, detect_model
+    from RigolWFM.wfm import Parse_WFM_Error
 
-    frame = segment - 1 if detect_model(path) == "Tek" else 0
+    try:
+        frame = segment - 1 if detect_model(path) == "Tek" else 0
+    except Parse_WFM_Error:
+        raise ValueError(f"it is no known recording: {SCOPES} were tried") from None
     waveform = Wfm.from_file(path, frame=frame)
     channels = [
         Channel(channel.name, _unit_of_rigolwfm(channel), np.asarray(channel.volts), np.asarray(channel.times))
@@ -267,7 +276,10 @@ def _parquet(path: str, _: int) -> Recording:
     if file.metadata.num_rows * file.metadata.num_columns > MOST_SAMPLES:
         raise ValueError(f"holds {file.metadata.num_rows} rows, too many to read")
     table = file.read()
-    columns = {name: table.column(name).to_numpy() for name in table.column_names}
+    columns = {
+        name: (column.cast("double") if pyarrow.types.is_decimal(column.type) else column).to_numpy()
+        for name, column in zip(table.column_names, table.columns, strict=True)
+    }
     return Recording(_named(columns, {}, {}))
 
 
