@@ -16,7 +16,7 @@ from coupling.compiled_run import StructureWindows
 from coupling.cosimulation import CoSimulation
 from coupling.plan import Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
-from coupling.results.findings import gathered, warn, with_warnings
+from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
@@ -136,7 +136,12 @@ def batch(
     until = positive("until", until, "s")
     if measure is not None:
         function("measure", measure, 1, "a function of a Dataset of runs")
-    family = _family(runs, structure, dt, parameters)
+    try:
+        with collected() as said:
+            family = _family(runs, structure, dt, parameters)
+    finally:  # an error often follows from what they say, such as a length in mm
+        said = one_of_each(said)
+        warn(said)
     selection = kept_at(sensors, family.beads)
     if save_every is None:
         save_every = min(family.save_every, until)
@@ -156,6 +161,7 @@ def batch(
         _plan(simulation, until, interval)
     before = check_before([simulation.chain for simulation in first], until)
     warn(before)
+    before = [*said, *before]
     cores, jobs = joblib.cpu_count(), whole("jobs", jobs)
     many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
     if jobs > 1:
@@ -434,20 +440,23 @@ class _Rows:
         checks see the runs of a chain at once.
         """
         messages, findings = {i: list[str]() for i in numbers}, {i: list[str]() for i in numbers}
+        earlier = set(map(kind, self.part.known))
         failures, alike = dict[int, Failure](), dict[Any, list[_Ready]]()
 
         def tried(runs: Sequence[int], step: Callable[..., Any], *arguments: Any) -> Any:
             """Return what a step of these runs returns; None where it raises an error, of which they fail."""
             with collected() as more:
+                answer = None
                 try:
-                    return step(*arguments)
+                    answer = step(*arguments)
                 except ENVIRONMENT_ERRORS:
                     raise
                 # The function is the user's own code, which may raise any error; no run may lose the others.
                 except Exception as error:  # noqa: BLE001 - see above
                     failures.update(dict.fromkeys(runs, Failure(type(error).__name__, str(error))))
             for i in runs:
-                messages[i] += more
+                messages[i] += [message for message in more if kind(message) not in earlier]
+            return answer
 
         ready = [tried([i], self._ready, i, place) for place, i in enumerate(numbers)]
         for run in filter(None, ready):
@@ -456,7 +465,7 @@ class _Rows:
                 alike.setdefault(run.alike, []).append(run)
         for runs in alike.values():
             findings.update(tried([run.number for run in runs], self._checked, runs) or {})
-        return {i: _Done(failures.get(i), findings[i] + messages[i]) for i in numbers}
+        return {i: _Done(failures.get(i), [*dict.fromkeys(findings[i] + messages[i])]) for i in numbers}
 
     def _ready(self, i: int, place: int) -> "_Ready":
         """Build a run. place: among those that are done together."""
@@ -481,7 +490,8 @@ class _Rows:
     def _checked(self, runs: "Sequence[_Ready]") -> dict[int, list[str]]:
         """Check runs of one chain, fill their rows, and return the findings of each."""
         interfaces, frames = [run.work.interface for run in runs], [run.work.frames for run in runs]
-        after = checked(interfaces, frames, self.part.interval)
+        with collected():  # what it returns, of all runs
+            after = checked(interfaces, frames, self.part.interval)
         numbers, (contacts, bodies), chain = [run.number for run in runs], self.part.kept, interfaces[0].chains[0]
         self.static[numbers] = chain.static_force[contacts]
         self.centre[numbers] = chain.once("centres", lambda: chain.chain.centres)[bodies]

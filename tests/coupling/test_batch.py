@@ -123,6 +123,30 @@ def test_a_failing_run_does_not_lose_the_others() -> None:
     assert np.isfinite(late.contact_force[1]).all()
 
 
+def improbable(radius: float) -> hl.CoSimulation:
+    striker = hl.Sphere(radius, hl.STEEL_440C)
+    if radius > 2.0:
+        raise ValueError("too heavy")
+    return hl.CoSimulation(hl.Chain([BEAD] * 20, striker, 1e-3), SMALL)
+
+
+def test_findings_on_the_input_of_runs_are_said_once() -> None:
+    """Also those of the runs at the ends of the parameters, which choose the interval; and those of the middle alone."""
+    with collected() as said:
+        runs = hl.batch(improbable, until=2e-6, sensors=[7], radius=[1.0, 0.5])
+    (striker,) = [line for line in said if line.startswith("Sphere")]
+    assert striker.startswith("Sphere radius = 1: is read as 1 m, which is improbable")
+    assert runs.attrs["warnings"].splitlines().count(striker) == 1
+    with collected() as said:
+        runs = hl.batch(lambda k: improbable([4e-3, 1.0, 4e-3][k]), until=2e-6, sensors=[7], k=[0, 1, 2])
+    (striker,) = [line for line in said if line.startswith("Sphere")]
+    assert striker.endswith("did you mean 1 mm? (at run 1; reported at 1 of 3 runs)")
+    assert striker in runs.attrs["warnings"].splitlines()
+    with collected() as said, pytest.raises(ValueError, match="too heavy"):
+        hl.batch(improbable, until=2e-6, radius=[3.0])
+    assert [line.split(":")[0] for line in said] == ["Sphere radius = 3"]
+
+
 def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch) -> None:
     def failing(work: object) -> None:
         raise FloatingPointError("no")
