@@ -6,7 +6,7 @@ that is perhaps in another unit, its entry in case files, its unit in reports an
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, isfinite, pi
+from math import inf, isfinite, isnan, pi
 from numbers import Real
 from typing import Annotated
 
@@ -24,6 +24,7 @@ from structures.checks import (
     whole,
     within,
 )
+from structures.units import NUMBER, PARTS, spread_of
 
 PLAIN = str.maketrans({"²": "^2", "³": "^3"})
 
@@ -118,6 +119,18 @@ class Quantity:
         other = self.below if size < low else self.above
         read = f"{value:g} {self.counted_in or self.unit}, which is improbable"
         caution(f"{owner} {name} = {value:g}: is read as {read}; did you mean {value:g} {other}?")
+
+
+def standard_uncertainty(name: str, text: float | str, value: float) -> float:
+    """Return a standard uncertainty in SI units."""
+    if not isinstance(text, str):
+        return positive(name, text)
+    match = NUMBER.fullmatch(text)
+    if match and match[2] in PARTS and value == 0.0:
+        raise ValueError(f"{name} = {text!r}: is a part of the value, which is 0; must have a unit")
+    if isnan(number := spread_of(text, value)):
+        raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
+    return number
 
 
 @dataclass(frozen=True)

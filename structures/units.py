@@ -28,6 +28,9 @@ NO_UNIT = (ArithmeticError, AssertionError, AttributeError, KeyError, SyntaxErro
 
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
+PARTS = {"%": 1e-2, "percent": 1e-2, "permille": 1e-3, "‰": 1e-3, "ppm": 1e-6}
+"""Units of uncertainties that are parts of a value."""
+
 WITHOUT_PREFIX = ("", "1", "rad", "N")
 
 
@@ -82,6 +85,16 @@ def in_si(text: str) -> float:
         return float(quantity.to_base_units().magnitude)
     except (pint.PintError, *NO_UNIT):
         return math.nan
+
+
+def spread_of(text: str, value: float) -> float:
+    """Return a standard uncertainty in SI units, also of a text that is a part of a value; NaN for one that is none."""
+    match = NUMBER.fullmatch(text)
+    part = PARTS.get(match[2], 0.0) if match else 0.0
+    number = in_si(match[1]) * part * abs(value) if part and match else in_si(text)
+    # A temperature in °C is no difference.
+    shifted = match and not part and match[2] and in_si(f"0 {match[2]}") != 0.0
+    return number if math.isfinite(number) and number > 0.0 and not shifted else math.nan
 
 
 def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[float, str]:

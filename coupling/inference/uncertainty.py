@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
-from math import isfinite, isnan, nan, sqrt
+from math import isfinite, sqrt
 from textwrap import fill
 from typing import Any
 
@@ -24,15 +24,13 @@ from coupling.results.ar_and_tof import UNCERTAINTY
 from coupling.results.findings import warn
 from coupling.sweeps.batch import Measure, batch
 from structures.caution import collected
-from structures.checks import finite, instance, positive, short, whole
+from structures.checks import finite, instance, short, whole
 from structures.html_table import html_table
+from structures.quantities import standard_uncertainty
 from structures.structure import Vector
-from structures.units import NUMBER, in_si, readable
+from structures.units import readable
 
 SEED = 0
-
-PARTS = {"%": 1e-2, "percent": 1e-2, "permille": 1e-3, "‰": 1e-3, "ppm": 1e-6}
-"""Units of uncertainties that are parts of a value."""
 
 BENT = 0.3
 """Part of the standard uncertainty by which a measure at the ends may differ from what derivatives predict."""
@@ -197,7 +195,7 @@ def uncertainty(
     if draws == 1:
         raise ValueError("draws = 1: have no standard deviation; must be 2 or more, or 0 for none")
     sensor, values = whole("sensor", sensor), _defaults(build, spreads)
-    inputs = {name: (value, _spread(name, spreads[name], value)) for name, value in values.items()}
+    inputs = {name: (value, standard_uncertainty(name, spreads[name], value)) for name, value in values.items()}
     measure = measure or _of_sensor(sensor)
     run = sensitivities(build, until, [sensor], measure=measure, **values)
     names = [
@@ -253,28 +251,6 @@ def _defaults(build: Any, spreads: Mapping[str, Any]) -> dict[str, float]:
             raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
         values[name] = finite(name, parameters[name].default)
     return values
-
-
-def _spread(name: str, text: Any, value: float) -> float:
-    """Return a standard uncertainty in SI units."""
-    if not isinstance(text, str):
-        return positive(name, text)
-    match = NUMBER.fullmatch(text)
-    if match and match[2] in PARTS and value == 0.0:
-        raise ValueError(f"{name} = {text!r}: is a part of the value, which is 0; must have a unit")
-    if isnan(number := spread_of(text, value)):
-        raise ValueError(f'{name} = {text!r}: must be a standard uncertainty, such as 1e-5, "0.01 mm" or "2 %"')
-    return number
-
-
-def spread_of(text: str, value: float) -> float:
-    """Return a standard uncertainty in SI units, also of a text that is a part of a value; NaN for one that is none."""
-    match = NUMBER.fullmatch(text)
-    part = PARTS.get(match[2], 0.0) if match else 0.0
-    number = in_si(match[1]) * part * abs(value) if part and match else in_si(text)
-    # A temperature in °C is no difference.
-    shifted = match and not part and match[2] and in_si(f"0 {match[2]}") != 0.0
-    return number if isfinite(number) and number > 0.0 and not shifted else nan
 
 
 def _single(name: str, slopes: Vector) -> Vector:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from coupling.results.missing_waves import UNTIL
 from structures.checks import instance
 
 if TYPE_CHECKING:
@@ -114,7 +115,9 @@ def legend_below(ax: "Axes", title: str = "") -> None:
 
 def legend_texts(ax: "Axes", labels: Iterable[str]) -> tuple[list[str], int]:
     """Return the entries of a legend that is as wide as the figure, with their number of lines."""
-    texts = [fill(plain(label), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels]
+    texts = [
+        fill(plain(UNTIL.sub(r"until = \1", label)), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels
+    ]
     return texts, sum(text.count("\n") + 1 for text in texts)
 
 

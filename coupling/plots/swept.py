@@ -10,10 +10,9 @@ from coupling.plots.canvas import COLOURS, axes_for, from_zero, in_words, legend
 from coupling.results.ar_and_tof import WAVES, amplitude_ratio, reflections, time_of_flight
 from coupling.results.findings import NUMBER
 from coupling.results.reading import Reading
-from coupling.results.schema import axes_of, kind_of
+from coupling.results.schema import axes_of, kind_of, unit_of
 from coupling.results.waves import NoWave
 from structures.checks import instance, one_of, whole
-from structures.quantities import Likely
 from structures.units import handy
 
 if TYPE_CHECKING:
@@ -30,17 +29,6 @@ FRESH, FRESH_ERROR = "fresh_spot_", "fresh_spot_error"
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 MOST_CURVES = len(COLOURS)
-
-WORDS = {
-    "distance thickness length radius diameter depth height width": Likely.SIDE,
-    "modulus strength": Likely.MODULUS,
-    "speed": Likely.SPEED,
-    "preload force": Likely.PRELOAD,
-    "density": Likely.DENSITY,
-    "time until window": Likely.TIME,
-    "frequency": Likely.FREQUENCY,
-}
-"""What a parameter without a unit in the Dataset is, by the last word of its name: all numbers are SI."""
 
 
 def swept(
@@ -173,9 +161,7 @@ def varied(runs: xr.Dataset) -> dict[str, str]:
 
 def parameter(values: xr.DataArray) -> tuple[float, str]:
     """Return the factor of a parameter and its unit in handy form, from its attribute or from its name."""
-    unit = str(values.attrs.get("units", ""))
-    last = str(values.name).rsplit("_", 1)[-1]
-    unit = unit or next((what.unit for words, what in WORDS.items() if last in words.split()), "")
+    unit = str(values.attrs.get("units", "")) or unit_of(str(values.name))
     return handy(values.values, unit) if values.dtype.kind in "iuf" else (1.0, "")
 
 

@@ -10,7 +10,8 @@ from coupling.plots.canvas import COLOURS, INK, axes_for, legend_below, styled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energies, energy_error, sensor_force
 from coupling.results.reading import Reading
-from structures.checks import instance, positive, short, whole
+from structures.checks import instance, short, whole
+from structures.quantities import standard_uncertainty
 from structures.structure import Vector
 from structures.units import handy
 
@@ -43,7 +44,7 @@ ENERGIES = {
 
 def traces(
     run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None,
-    spreads: Mapping[str, float] | None = None,
+    spreads: Mapping[str, float | str] | None = None,
 ) -> "Axes":  # fmt: skip
     """Draw the force at sensors over time, with its waves marked, and AR and TOF in words.
 
@@ -56,8 +57,8 @@ def traces(
     ax : Axes, optional
         Where to draw; by default on a new figure.
     spreads : mapping, optional
-        Of a run of `sensitivities`: the standard uncertainty of each parameter, in SI units. A band shows the standard
-        uncertainty of the force that follows.
+        Of a run of `sensitivities`: the standard uncertainty of each parameter, as `uncertainty` takes it: in SI units,
+        or "0.01 mm", or "2 %". A band shows the standard uncertainty of the force that follows.
 
     Returns
     -------
@@ -281,7 +282,7 @@ def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
     return force
 
 
-def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, float]) -> Vector:
+def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, float | str]) -> Vector:
     """Return the standard uncertainty of the force at a sensor by the law of propagation, N."""
     names = run.parameter.values.tolist() if "contact_force_derivative" in run else []
     instance("spreads", spreads, Mapping, 'a mapping such as {"thickness": 2e-5}')
@@ -289,7 +290,9 @@ def _uncertainty_of_force(run: xr.Dataset, sensor: int, spreads: Mapping[str, fl
         has = f"derivatives by {', '.join(names)}" if names else "no derivatives; take one of sensitivities"
         raise ValueError(f"spreads: {short(wrong[0])} is no parameter; the run has {has}")
     slopes = run.contact_force_derivative.sel(contact=[sensor, sensor + 1]).mean("contact").transpose("parameter", ...)
-    deviations = np.array([positive(f"spreads[{name!r}]", spread) for name, spread in spreads.items()])
+    values = run.parameter_value.sel(parameter=list(spreads)).values.tolist()
+    texts = zip(spreads.items(), values, strict=True)
+    deviations = np.array([standard_uncertainty(f"spreads[{name!r}]", text, value) for (name, text), value in texts])
     return np.asarray(np.linalg.norm(deviations[:, None] * slopes.sel(parameter=list(spreads)).values, axis=0))
 
 

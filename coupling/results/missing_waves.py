@@ -1,5 +1,6 @@
 """Reasons for a missing reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 from math import ceil, floor, isfinite, log10, nan
@@ -101,6 +102,10 @@ def rounded_up(value: float) -> float:
     """Return a number to give instead, rounded up to two digits."""
     step = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{ceil(value / step * (1.0 - 1e-9)) * step:.2g}")
+
+
+UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
+"""What `until_of` returns; its group is the time in words."""
 
 
 def until_of(seconds: float) -> str:

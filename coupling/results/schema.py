@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from structures.quantities import Likely
+
 LAST, FIRST = 0, 1
 """The two ends of a chain: that of the last bead, and the struck end."""
 
@@ -35,6 +37,17 @@ class Variable(NamedTuple):
     owner: str = ""
     bodies: tuple[str, ...] = ()
 
+
+WORDS = {
+    "distance thickness length radius diameter depth height width": Likely.SIDE,
+    "modulus strength": Likely.MODULUS,
+    "speed": Likely.SPEED,
+    "preload force": Likely.PRELOAD,
+    "density": Likely.DENSITY,
+    "time until window": Likely.TIME,
+    "frequency": Likely.FREQUENCY,
+}
+"""What a parameter is whose unit is nowhere stated, by the last word of its name: all numbers are SI."""
 
 BEADS, CONTACTS, MODES = ("bead",), ("contact",), ("bead", "mode")
 
@@ -110,6 +123,12 @@ def kind_of(data: xr.Dataset) -> str:
 def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:
     """Return the dimensions that a variable of one run does not have: the axes of a sweep."""
     return [str(axis) for axis in values.dims if axis not in COORDINATES]
+
+
+def unit_of(name: str) -> str:
+    """Return the SI unit of a parameter, "" where its name implies none."""
+    last = name.rsplit("_", 1)[-1]
+    return next((what.unit for words, what in WORDS.items() if last in words.split()), "")
 
 
 def run_coordinates(

@@ -17,10 +17,10 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.critical_distance import FEWEST, LABEL, crossed_level, far_value, last_crossing
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
-from coupling.sweeps.processes import Batch, Work, in_processes
+from coupling.sweeps.processes import Batch, Work, in_processes, shown
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.store import Point
-from coupling.sweeps.sweep import axis_labels, axis_values, check_build, named
+from coupling.sweeps.sweep import axis_labels, axis_values, check_build
 from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 from structures.units import readable
@@ -237,7 +237,7 @@ class _Search:
                 assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
                 self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
                 if lines := findings_of(run):
-                    self.found[named(self._point(curve, distance))] = lines
+                    self.found[shown(self._point(curve, distance))] = lines
                 if not self.labels:
                     self.attrs = run.attrs
                     self.labels = {str(name): run[name].attrs for name in run.data_vars}

@@ -15,6 +15,7 @@ from multiprocessing import current_process, resource_tracker
 from typing import Any, TypeVar
 
 import joblib
+import numpy as np
 import xarray as xr
 from joblib.externals.loky.backend import resource_tracker as tracker_of_loky
 from joblib.externals.loky.backend.reduction import dumps
@@ -22,10 +23,12 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, with_warnings
+from coupling.results.schema import unit_of
 from coupling.sweeps.store import Failure, Point, Store
 from structures.caution import collected
 from structures.checks import instance, short
 from structures.kernels import kernel_cache
+from structures.units import readable
 
 IDLE_TIME = 30
 """A process without work ends after this time, s."""
@@ -55,8 +58,14 @@ Result = TypeVar("Result")
 
 
 def shown(point: Point) -> str:
-    """Return a point as a short text for error messages."""
-    return "{" + ", ".join(f"{name!r}: {short(value)}" for name, value in point.items()) + "}"
+    """Return a point for messages, numbers with the units that their names imply: "thickness = 3 mm"."""
+    return ", ".join(f"{name} = {_value(name, value)}" for name, value in point.items())
+
+
+def _value(name: str, value: Any) -> str:
+    if isinstance(value, float | int | np.number) and not isinstance(value, bool):
+        return readable(float(value), unit_of(name), 6)
+    return short(getattr(value, "name", value))
 
 
 @dataclass(frozen=True)

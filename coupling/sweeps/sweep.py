@@ -16,7 +16,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.cluster import check_cluster, on_cluster
-from coupling.sweeps.processes import Batch, Outcome, Work, in_processes
+from coupling.sweeps.processes import Batch, Outcome, Work, in_processes, shown
 from coupling.sweeps.progress import Progress, Stopped
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, describe_point, open_store
 from structures.caution import caution
@@ -268,19 +268,8 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points:
     if len(runs) < len(outcomes):
         errors = np.array([str(outcome) if isinstance(outcome, Failure) else "" for outcome in outcomes]).reshape(shape)
         variables[ERROR_VARIABLE] = tuple(values), errors, {"long_name": "why the point failed, empty where it did not"}
-    findings = {named(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
+    findings = {shown(points[i]): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
     return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), gathered(findings, len(outcomes)))
-
-
-def named(point: Point) -> str:
-    """Return a point as text for messages."""
-    return ", ".join(f"{name} = {_shown(axis_labels([value])[0])}" for name, value in point.items())
-
-
-def _shown(label: Any) -> str:
-    """Return a number with six digits; anything else as a short text."""
-    plain = isinstance(label, float | int | np.number) and not isinstance(label, bool)
-    return f"{label:.6g}" if plain else short(label)
 
 
 def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:

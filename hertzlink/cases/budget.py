@@ -7,14 +7,14 @@ from math import isnan
 from typing import Any
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.uncertainty import PARTS, Uncertainty, spread_of, uncertainty
+from coupling.inference.uncertainty import Uncertainty, uncertainty
 from hertzlink.cases.axes import name_of, path_of, si_value, unit_at
 from hertzlink.cases.case import Case, of_run
 from hertzlink.cases.entry_paths import Path, entry, has
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.units import shown
 from structures.caution import caution, collected
-from structures.units import NUMBER, factor
+from structures.units import NUMBER, PARTS, factor, spread_of
 
 SECTION = "sensitivities"
 

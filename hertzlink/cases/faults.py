@@ -1,14 +1,12 @@
 """Faults of a case: the path of the entry, the reason, and, once the file is known, the line."""
 
-import re
 from collections.abc import Mapping
 
+from coupling.results.missing_waves import UNTIL
 from hertzlink.cases.entry_paths import Path, written
 
 YIELDING = 'law = { kind = "jackson_green" } in [chain]'
 """What a case needs for contacts that yield."""
-
-TIME = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
 
 
 class Fault(ValueError):
@@ -46,4 +44,4 @@ def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:
 def of_case(finding: str) -> str:
     """Return a finding of a run, with times and laws as a case has them: until = "0.61 ms", not until = 0.00061 (0.61
     ms)."""
-    return TIME.sub(r'until = "\1"', finding).replace("law=hl.laws.JacksonGreen() in Chain", YIELDING)
+    return UNTIL.sub(r'until = "\1"', finding).replace("law=hl.laws.JacksonGreen() in Chain", YIELDING)

@@ -131,7 +131,7 @@ def improbable(radius: float) -> hl.CoSimulation:
 
 
 def test_findings_on_the_input_of_runs_are_said_once() -> None:
-    """Also those of the runs at the ends of the parameters, which choose the interval; and those of the middle alone."""
+    """Those of the runs at the ends of the parameters, which choose the interval, too; and those of others alone."""
     with collected() as said:
         runs = hl.batch(improbable, until=2e-6, sensors=[7], radius=[1.0, 0.5])
     (striker,) = [line for line in said if line.startswith("Sphere")]

@@ -287,7 +287,7 @@ def test_findings_of_runs_are_gathered() -> None:
     def build(distance: float) -> Known:
         return Marked(falling(distance)) if distance > 0.5 else Known(falling(distance))
 
-    with pytest.warns(hl.HertzlinkWarning, match=r"yield: 2 GPa \(at distance = 1; reported at 1 of \d+ points\)$"):
+    with pytest.warns(hl.HertzlinkWarning, match=r"yield: 2 GPa \(at distance = 1 m; reported at 1 of \d+ points\)$"):
         found = find(build)
     with pytest.warns(hl.HertzlinkWarning, match="yield"):
         assert find(build, known=found).attrs["warnings"] == found.attrs["warnings"]

@@ -224,10 +224,14 @@ def test_a_band_shows_the_uncertainty_of_a_force(change):
     assert by_speed[peak] == pytest.approx(0.012 * float(force[peak]), rel=0.05)
     assert by_modulus.max() > 0.1 * by_speed.max()
     assert by_both == pytest.approx(np.hypot(by_speed, by_modulus), abs=1e-9 * by_both.max())
+    spreads |= {"impact_speed": f"{1e3 * spreads['impact_speed']!r} mm/s", "modulus": "5 %"}
+    assert band([*spreads])[1] == pytest.approx(by_both, rel=1e-9)
     words = [text.get_text() for text in ax.get_legend().get_texts()]
     assert any(text.startswith("its standard uncertainty at bead 6") for text in words)
     with pytest.raises(ValueError, match="spreads: 'thickness' is no parameter; the run has derivatives by modulus"):
         hl.plots.traces(change, 6, spreads={"thickness": 1e-5})
+    with pytest.raises(ValueError, match=r"spreads\['modulus'\] = 'five': must be a standard uncertainty"):
+        hl.plots.traces(change, 6, spreads={"modulus": "five"})
     with pytest.raises(ValueError, match="the run has no derivatives; take one of sensitivities"):
         hl.plots.traces(build().run(1e-4), 6, spreads={"modulus": 1e7})
 

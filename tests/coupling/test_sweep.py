@@ -131,7 +131,7 @@ def test_bad_sweeps(build: object, keywords: dict[str, object], message: str) ->
 def test_an_error_names_the_point() -> None:
     with pytest.raises(ValueError, match="radius") as caught:
         hl.sweep(on_half_space, until=4e-4, jobs=1, radius=[1e-3, -1e-3])
-    assert caught.value.__notes__ == ["in the sweep's point {'radius': -0.001}"]
+    assert caught.value.__notes__ == ["in the sweep's point radius = -1 mm"]
 
 
 def test_a_long_value_of_a_point_hides_no_other() -> None:
@@ -168,7 +168,7 @@ def test_an_error_that_no_pickle_holds_is_told_by_type_and_text() -> None:
     with pytest.raises(RuntimeError, match="NoPickle: code 7 in the mesh") as caught:
         hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 3e-3])
     point, lines = caught.value.__notes__
-    assert point == "in the sweep's point {'radius': 0.003}"
+    assert point == "in the sweep's point radius = 3 mm"
     assert "in failing_or_dying" in lines
     with pytest.raises(NoPickle):
         hl.sweep(failing_or_dying, until=1e-4, jobs=1, radius=[2e-3, 3e-3])
