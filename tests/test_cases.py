@@ -23,8 +23,10 @@ from page_parser import check_page
 import hertzlink as hl
 from coupling.inference.identification import unknowns_of
 from coupling.results.findings import findings_of
+from hertzlink.cases.budget import budget_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.entry_paths import parsed, written
+from hertzlink.cases.faults import Fault
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.mapping import grid_of
 from hertzlink.cases.model import schema
@@ -128,6 +130,39 @@ def test_a_case_has_an_uncertainty_budget(command: Callable[..., str], tmp_path:
     assert "chain.impact_speed 96 %, structure.material.youngs_modulus 4 %" in (
         tmp_path / "out" / "report.html"
     ).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("path", "modulus"), [
+    ("chain.bead.material.youngs_modulus", 200e9),
+    ("materials.hull.youngs_modulus", 200e9),
+    ("structure.material.youngs_modulus", 1.53e9),
+])  # fmt: skip
+def test_the_uncertainty_of_a_material_that_is_named(path: str, modulus: float) -> None:
+    """Moduli of table 2.1 of the thesis: steel 440C and PTFE."""
+    text = f"""
+        [materials.hull]
+        like = "steel 440C"
+        [chain]
+        beads = 3
+        bead = {{ shape = "sphere", diameter = "9.52 mm", material = "hull" }}
+        striker = "bead"
+        impact_speed = "0.3 m/s"
+        [structure]
+        kind = "half_space"
+        material = "PTFE"
+        [run]
+        until = "0.5 ms"
+        [sensitivities]
+        "{path}" = "2 %"
+    """
+    budget = budget_of(case_of(text))
+    assert budget is not None
+    ((name, value),) = budget.values.items()
+    assert (value, budget.spreads[name]) == (modulus, pytest.approx(0.02 * modulus))
+    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(budget(**{name: 3e9}).describe())))
+    assert set(map(float, moduli)) == {200e9, 1.53e9} - {modulus} | {3e9}
+    with pytest.raises(Fault, match="is not written in the case; give its value there first"):
+        budget_of(case_of(text.replace("youngs_modulus", "modulus")))
 
 
 def test_a_layered_rod_is_that_of_python() -> None:

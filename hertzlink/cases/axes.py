@@ -12,10 +12,12 @@ from pydantic import BaseModel
 
 from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
+from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
-from hertzlink.cases.checking import value_at
+from hertzlink.cases.checking import perhaps_at, value_at
 from hertzlink.cases.entry_paths import Path, parsed, written
 from hertzlink.cases.faults import Fault
+from hertzlink.cases.materials import Isotropic, material_named
 from hertzlink.cases.model import Steps
 from hertzlink.cases.parts import notes_of
 from hertzlink.cases.plates import RectanglePlate
@@ -110,6 +112,14 @@ def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
     except ValueError as error:
         raise Fault(place, str(error)) from None
     return si if isinstance(si, int | float | str) else value
+
+
+def named_property(case: Case, path: Path) -> Any:
+    """Return the property (SI) that an entry of a case has by the name of its material; None where it has none."""
+    material = perhaps_at(case.model, path[:-1])
+    name = material.like if isinstance(material, Isotropic) else material
+    named = material_named(name, world_of(case.model, case.folder).materials) if isinstance(name, str) else None
+    return getattr(named, str(path[-1]), None)
 
 
 def unit_at(case: Case, path: Path, value: Any, texts: Iterable[Any]) -> tuple[str, float, str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.uncertainty import Uncertainty, uncertainty
-from hertzlink.cases.axes import name_of, path_of, si_value, unit_at
+from hertzlink.cases.axes import name_of, named_property, path_of, si_value, unit_at
 from hertzlink.cases.case import Case, of_run
 from hertzlink.cases.entry_paths import Path, entry, has
 from hertzlink.cases.faults import Fault
@@ -70,9 +70,10 @@ def budget_of(case: Case) -> Budget | None:
     for key, text in entries.items():
         place = (SECTION, key)
         path = path_of(key, place)
-        if not has(case.data, path):
+        stated = entry(case.data, path) if has(case.data, path) else named_property(case, path)
+        if stated is None:
             raise Fault(place, "is not written in the case; give its value there first")
-        value = si_value(case, path, entry(case.data, path), place)
+        value = si_value(case, path, stated, place)
         if not isinstance(value, float) or value == 0.0:
             raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
         name = name_of(path, budget.paths)

@@ -10,7 +10,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import Identification
 from coupling.inference.identify import identify
 from coupling.inference.misfit import OF_SENSORS
-from hertzlink.cases.axes import path_of, si_value, unit_at
+from hertzlink.cases.axes import named_property, path_of, si_value, unit_at
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import perhaps_at, value_at
 from hertzlink.cases.entry_paths import Path, written
@@ -159,7 +159,8 @@ def numbers_of(case: Case, section: str) -> list[Path]:
 
 def _value(case: Case, key: str, place: Path) -> float:
     """Return the value of a nuisance in the case, from which its range follows."""
-    value = perhaps_at(case.model, path_of(key, place))
+    path = path_of(key, place)
+    value = perhaps_at(case.model, path) or named_property(case, path)
     if not isinstance(value, int | float) or not value > 0.0:
         raise Fault(place, f'"{key}" has no value in the case; give it a range in identify.unknowns')
     return float(value)
