@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import xarray as xr
 
 from coupling.interface import ContactPoint, Facing, Interface, for_each
-from coupling.plan import ACCURACIES, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
+from coupling.plan import ACCURACIES, WAVEFORMS, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
@@ -32,8 +32,6 @@ from structures.quantities import Asks, Interval, OneOf, Quantity, Several
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.unmeshed import as_struck, is_left_out
-
-WAVEFORMS = ("linear", "quadratic")
 
 log = logging.getLogger("hertzlink.cosimulation")
 
@@ -203,8 +201,7 @@ class CoSimulation:
         warn(findings)
         plan = self.plan(until, save_every)
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
-        waveform = {"waveform": WAVEFORMS[self.interface.quadratic]}
-        inputs = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
+        inputs = {**self.describe(), "until": until, **plan.describe(self.interface, self.window)}
         clock = Trace() if trace else None
         if trust and checkpoint is None:
             raise ValueError("trust = True: needs a checkpoint, whose pickles it allows")

@@ -97,7 +97,7 @@ for _command in (*COMMANDS, explore_case, precice_case, show_signal):
 def run_study(
     name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, parameters: Mapping[str, Any]
 ) -> None:
-    """Run a study of the thesis: netCDF, figures, a table and a report.
+    """Run a study: netCDF, figures, a table and a report.
 
     form: of the figures; parameters: those that the user gave.
     """

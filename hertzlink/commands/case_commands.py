@@ -43,7 +43,7 @@ JOBS = click.option(
 
 def output_option(default: str) -> Callable[[Any], Any]:
     """Return --output, with the name that a folder gets otherwise."""
-    words = f"Folder for the results; by default {default} (of CASE.toml)."
+    words = f"Folder for the results; by default {default}, for CASE.toml."
     return click.option("--output", metavar="FOLDER", type=click.Path(path_type=Path), help=words)
 
 
@@ -173,7 +173,7 @@ def check_case(name: str, case: "Case") -> None:
 
 @click.command("identify", short_help="Find unknowns of a case from a measured trace.")
 @of_case
-@click.argument("trace", metavar="TRACE.csv", type=click.Path(path_type=Path))
+@click.argument("trace", metavar="TRACE", type=click.Path(path_type=Path))
 @output_option("CASE-found")
 @FORCE
 @FIGURES
@@ -183,9 +183,9 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
     The exit code is 3 where results are written, but an unknown is not identified: the model does not fit, the signal
     does not determine the unknown, or it is at the end of its range.
 
-    TRACE.csv is a text file of an oscilloscope: times in one column, the voltage or force of a sensor in each of the
-    others, or the interval between samples by --set identify.interval="0.5 us". The section [identify] of the case
-    names the columns and the unknowns; `hertzlink new identify` writes an example of both files.
+    TRACE is a file of an oscilloscope or recorder, text or binary, with the voltage or force of each sensor over time.
+    A file without times needs --set identify.interval="0.5 us". The section [identify] of the case names the columns
+    and the unknowns; `hertzlink new identify` writes an example of both files.
     """
     from hertzlink.cases.identify_fit import question_of
     from hertzlink.cases.identify_section import answer, of_file, signal_of, simulation_of, tables

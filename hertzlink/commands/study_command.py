@@ -43,8 +43,8 @@ class Studies(click.Group):
     """
 
     def __init__(self, name: str, run: Callable[..., None]) -> None:
-        about = "Run a study of the thesis: netCDF, figures, a table and a report."
-        short, words = "Run a study of the thesis.", "NAME [OPTIONS]"
+        about = "Run a study of the thesis, or one beyond it: netCDF, figures, a table and a report."
+        short, words = "Run a study of the thesis, or one beyond it.", "NAME [OPTIONS]"
         super().__init__(name, help=about, short_help=short, subcommand_metavar=words, no_args_is_help=False)
         self.run = run
 
