@@ -183,7 +183,7 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
 
 
 @pytest.mark.parametrize("remembered", [0, 1, 2, 3])
-@pytest.mark.parametrize("lengths", [(2e-6, 4e-6, 3e-6), (2e-6, 2e-6, 2e-6)])
+@pytest.mark.parametrize("lengths", [(2e-6, 4e-6, 3e-6), (2e-6, 2e-6, 3e-6), (2e-6, 2e-6, 2e-6)])
 def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(
     remembered: int, lengths: tuple[float, ...]
 ) -> None:
