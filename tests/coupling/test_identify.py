@@ -682,11 +682,11 @@ LONGER = 8e-4
 """A record that holds the primary and the secondary wave."""
 
 
-@pytest.mark.parametrize("draws", [1, pytest.param(3, marks=pytest.mark.thorough)])
-def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) -> None:
-    """Of six intervals of 95 % two or more miss the truth once in thirty times."""
+@pytest.mark.parametrize("seeds", [(0,), pytest.param((1, 2), marks=pytest.mark.thorough)])
+def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(seeds: tuple[int, ...]) -> None:
+    """Of three intervals of 95 % one or more miss the truth once in seven times."""
     values, inside = list[float](), 0
-    for seed in range(draws):
+    for seed in seeds:
         signal = tap(wall(3e9), (3, 7), gain=1.7, seed=seed, until=LONGER)
         found = hl.identify(
             signal, wall, until=LONGER, guess={"modulus": 3.1e9}, compare="features", modulus=(1e9, 2e10)
@@ -694,7 +694,7 @@ def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) 
         values.append(found["modulus"].value)
         low, high = found["modulus"].interval
         inside += low <= 3e9 <= high
-    assert inside >= 0.8 * draws
+    assert inside == len(seeds)
     assert np.mean(values) == pytest.approx(3e9, abs=0.6 * (high - low))
     assert [str(name) for name in found.data.feature.values][:2] == ["primary AR at bead 3", "primary TOF at bead 3"]
     known = hl.identifiability(wall, sensors=[3, 7], until=LONGER, compare="features", modulus=3e9)

@@ -30,7 +30,6 @@ def law() -> Any:
 
 STRUCTURES = {
     "nothing": lambda: None,
-    "half-space": lambda: hl.half_space(STEEL),
     "rod": lambda: hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)]),
     "solid": lambda: hl.layered_cylinder([hl.Layer(STEEL, 10e-3, 8e-3)]),
 }
@@ -46,7 +45,7 @@ PRESSED = {"preload": 2.0, "striker": "spring"}
 @pytest.mark.thorough
 @pytest.mark.parametrize(("structure", "integrator", "more"), [
     *product(("nothing",), ("verlet",), (PLAIN, LOSSY, PRESSED)), ("nothing", "rk4", LOSSY),
-    ("half-space", "verlet", PRESSED), ("rod", "verlet", PRESSED), ("solid", "rk4", LOSSY),
+    ("rod", "verlet", PRESSED), ("solid", "rk4", LOSSY),
 ])  # fmt: skip
 def test_with_one_mode_it_is_a_chain_with_that_law(
     law: Any, structure: str, integrator: str, more: dict[str, Any]
