@@ -173,10 +173,6 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
                 return super().compile(sig)
             finally:
                 if collects:
-                    if not gc.get_freeze_count():
-                        # What the compiler left becomes old at once: a collection of the young would take 0.2 s.
-                        gc.freeze()
-                        gc.unfreeze()
                     gc.enable()
 
 

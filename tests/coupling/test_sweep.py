@@ -138,7 +138,7 @@ def test_a_long_value_of_a_point_hides_no_other() -> None:
     with pytest.raises(ValueError, match="length") as caught:
         hl.sweep(on, until=4e-4, jobs=1, material=[replace(hl.PTFE, name="x" * 300)], length=[-1.0])
     (note,) = caught.value.__notes__
-    assert note.endswith("…, 'length': -1.0}")
+    assert note.endswith("…, length = -1 m")
     assert len(note) < 200
 
 

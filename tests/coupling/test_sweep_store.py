@@ -696,7 +696,7 @@ def test_a_failure_of_the_environment_is_not_kept(tmp_path: Path, kind: str, err
     with pytest.raises(error) as caught:
         hl.sweep(lacking, UNTIL, jobs=jobs, store=store, **axes)  # type: ignore[arg-type]
     label = " ".join(caught.value.__notes__)
-    assert "0.003" in label
+    assert "radius = 3 mm" in label
     assert "not recorded as failed" in label
     assert [path.name for path in store.glob("*.json")] == ["sweep.json"]
     (tmp_path / "mended").touch()

@@ -118,20 +118,6 @@ def test_garbage_is_not_collected_while_a_kernel_is_compiled(fresh: Callable[[],
         (gc.enable if before else gc.disable)()
 
 
-def test_objects_that_a_user_has_frozen_stay_so(fresh: Callable[[], Any]) -> None:
-    """What the compiler leaves becomes old by the same means."""
-    kernel = fresh()
-    gc.freeze()
-    try:
-        frozen = gc.get_freeze_count()
-        kernel(4)
-        assert gc.get_freeze_count() == pytest.approx(frozen, rel=0.1)
-    finally:
-        gc.unfreeze()
-    kernel(1.5)
-    assert gc.get_freeze_count() == 0
-
-
 DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "empty": lambda content: b"",
     "cut": lambda content: content[: len(content) // 2],
