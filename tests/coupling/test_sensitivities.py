@@ -38,6 +38,7 @@ def test_times_scale_with_the_speed_as_dimensional_analysis_says(change):
 def test_derivatives_are_those_of_the_run_itself(change):
     run = build().run(until=7e-4, sensors=[6, 8])
     assert (change.contact_force == run.contact_force).all()
+    assert change.attrs["input"] == run.attrs["input"]
     assert change.amplitude_ratio.values == pytest.approx(
         [float(hl.amplitude_ratio(run, n)) for n in (6, 8)], rel=1e-12
     )

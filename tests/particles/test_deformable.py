@@ -309,7 +309,7 @@ def test_a_window_repeats() -> None:
 
 
 def test_a_push_gives_its_impulse_to_unequal_beads() -> None:
-    """The momentum of all beads is the integral of the force, whichever of them is heavier, as of a Chain (test_excitation)."""
+    """The momentum of all beads is the integral of the force, whichever of them is heavier."""
     beads = [hl.Sphere(radius, STEEL) for radius in (2e-3, 4e-3, 3e-3)]
     time = np.linspace(0.0, 2e-5, 81)
     push = hl.PushedBead(time, 8.0 * np.sin(np.pi * time / 2e-5) ** 2)
