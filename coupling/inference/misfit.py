@@ -111,11 +111,14 @@ class Misfit:
         self._last_slopes: _Slopes | None = None
         self._central_slopes: _Slopes | None = None
         self._spectrum: Any = None
+        self.reused = False
+        """Whether the derivatives asked for last are earlier ones with the secant."""
 
     def on(self, prediction: Prediction) -> "Misfit":
         """Return the same misfit of other predictions."""
         other = copy(self)
-        other.prediction, other._last_slopes, other._central_slopes = prediction, None, None
+        other.prediction = prediction
+        other.forget_slopes()
         return other
 
     def _new_whiteners(self) -> list[Whitener]:
@@ -309,12 +312,17 @@ class Misfit:
         asked = np.concatenate([places, steps, [rough]])
         if self._last_slopes is None or not np.array_equal(self._last_slopes[0], asked):
             slopes = self._secant(places, traces) if rough and self.prediction.costs_runs else None
+            self.reused = slopes is not None
             if slopes is None:
                 slopes = self.prediction.slopes(places, traces, steps, rough)
             self._last_slopes = asked, places, traces, slopes
             if not rough:
                 self._central_slopes = self._last_slopes
         return self._last_slopes[-1]
+
+    def forget_slopes(self) -> None:
+        """Compute the next derivatives anew."""
+        self._last_slopes, self._central_slopes, self.reused = None, None, False
 
     def _secant(self, places: Vector, traces: Vector) -> Vector | None:
         """Return the last derivatives, changed as little as the traces here demand (Broyden); None where they fail."""

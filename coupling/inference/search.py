@@ -64,6 +64,9 @@ HELPS, MOST_IDLE, MORE_IDLE, WIDEST_SCAN = 0.99, 1, 4, 8
 """A run helps if χ² is less than this part of the least. After more rounds without such a run than this number, and
 than the next one where a fit explains the signal already, the scan doubles, up to this multiple."""
 
+MANY = 5
+"""Unknowns, and more, of which least squares on runs come first: an interpolation between so few runs is coarse."""
+
 WELL_SCANNED, RUNS_OF_LINE = 2, 16
 """A scan over more ranges than this number is followed by RUNS_OF_LINE runs along each range, through the best fit."""
 
@@ -129,8 +132,14 @@ class GlobalSearch:
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
-        solutions = self._between_runs(sobol) if self.misfit.of_traces_alone else []
-        explained = bool(solutions) and self.misfit.explains(solutions[0].misfit, solutions[0].p)
+        solutions, explained = list[Solution](), False
+        for start in self._apart(scanned, [], self.starts if len(self.ranges) >= MANY else 0):
+            solutions = _sorted([*solutions, self.solved(start)])
+            if explained := self.misfit.explains(solutions[0].misfit, solutions[0].p):
+                break
+        if not explained and self.misfit.of_traces_alone:
+            solutions = _sorted([*solutions, *self._between_runs(sobol)])
+            explained = bool(solutions) and self.misfit.explains(solutions[0].misfit, solutions[0].p)
         # A residual that is not white may be an echo which is too faint for χ².
         if explained and self.misfit.is_white(self.misfit.residual(solutions[0].p)):
             return solutions
@@ -358,8 +367,19 @@ class GlobalSearch:
     ) -> Solution:
         """Least squares from a start; fixed: the number of an unknown that keeps its place.
 
-        An error of the derivatives leaves as large a part of the standard deviation.
+        An error of the derivatives leaves as large a part of the standard deviation. Those of a secant may lack a
+        direction in which χ² still falls: where least squares end with them, they go on with new ones.
         """
+        solution = self._least_squares(start, tries, precision, fixed)
+        while self.misfit.reused and fixed is None and precision == PRECISION:
+            self.misfit.forget_slopes()
+            before, solution = solution, self._least_squares(solution.p, tries, precision, fixed)
+            if solution.misfit > before.misfit - MOST_FALL:
+                break
+        return solution
+
+    def _least_squares(self, start: Vector, tries: int, precision: float, fixed: int | None) -> Solution:
+        """Return where they end."""
         low, high = self.misfit.bounds()
         free = np.array([k for k in range(start.size) if k != fixed])
         p = np.clip(start, low, high)
