@@ -18,7 +18,7 @@ from coupling.results.waves import ReflectedWave
 from coupling.run_loop import is_compiled
 from coupling.sweeps.batch import records
 from coupling.sweeps.progress import Progress
-from coupling.sweeps.sweep import check_build
+from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import caution, collected
 from structures.checks import finite, instance, short
 from structures.structure import Vector
@@ -106,7 +106,7 @@ def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], re
     but not longer than a record, s, or than the structure was reduced for."""
     check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
     middle = {unknown.name: unknown.value(0.5) for unknown in ranges}
-    simulation = instance("build(...)", build(**middle), CoSimulation, "a CoSimulation")
+    simulation = instance("build(...)", built_at(build, middle), CoSimulation, "a CoSimulation")
     wanted = min(record, FROM_IMPACT * simulation.chain.transit_time)
     valid = min((valid_until(structure) for structure in simulation.interface.structures), default=inf)
     if valid < SHORT * wanted:
@@ -190,7 +190,7 @@ class Prediction:
             self.progress.stage(name)
 
     def made(self, **values: Any) -> CoSimulation:
-        simulation = instance("build(...)", self.build(**values), CoSimulation, "a CoSimulation")
+        simulation = instance("build(...)", built_at(self.build, values), CoSimulation, "a CoSimulation")
         if self.progress is not None:
             self.progress.advance()
         if len(simulation.interface.chains) > 1:

@@ -13,7 +13,7 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
 from coupling.run_checks import check_before, checked
 from coupling.sweeps.batch import Measure, forces_of_runs
-from coupling.sweeps.sweep import check_build
+from coupling.sweeps.sweep import built_at, check_build
 from particles.kernels.losses import Drag, NoLoss
 from particles.kernels.motion import ChainModel, DampedVerlet
 from particles.kernels.vibrations import Rigid
@@ -99,7 +99,7 @@ def sensitivities(
     TOF changes by -2.51 µs for 0.01 m/s
     """
     values = _checked_parameters(build, parameters)
-    simulation = build(**values)
+    simulation = built_at(build, values)
     check_differentiable(simulation)
     interface, until = simulation.interface, positive("until", until, "s")
     if len(interface.chains) > 1:

@@ -175,6 +175,22 @@ def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str 
         ) from None
 
 
+def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> Any:
+    """Return what a builder makes of numbers that vary continuously; a ValueError names one that must be whole."""
+    try:
+        return build(**values)
+    except TypeError:
+        for name, value in values.items():
+            try:
+                build(**{**values, name: int(value)})
+            except TypeError:
+                continue
+            raise ValueError(
+                f"{name} = {value!r}: build takes whole numbers alone; must be a number that varies continuously"
+            ) from None
+        raise
+
+
 def outcomes_of(
     store: Store | None,
     points: list[Point],

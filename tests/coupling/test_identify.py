@@ -875,3 +875,18 @@ def test_independent_samples_of_correlated_noise(decay: float) -> None:
     expected = 1e4 * (1.0 - decay) / (1.0 + decay)
     # Correlations below a tenth are left out.
     assert independent_samples(covariance, 10_000) == pytest.approx(expected, rel=0.15)
+
+
+def test_an_unknown_that_must_be_a_whole_number_is_named() -> None:
+    """The number of beads varies by jumps, so that no fit and no derivative can use it."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+    def build(modulus: float, beads: float) -> hl.CoSimulation:
+        wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+        return hl.CoSimulation(hl.Chain([bead] * beads, bead, 0.3), wall)  # type: ignore[operator]
+
+    signal = hl.as_signal(np.linspace(0.0, 5e-4, 501), {5: np.sin(np.linspace(0.0, 9.0, 501))})
+    with pytest.raises(ValueError, match=r"beads = 10\.0: .* continuously"):
+        hl.identify(signal, build, modulus=(1e9, 10e9), beads=(8, 12))
+    with pytest.raises(ValueError, match=r"beads = 10\.0: .* continuously"):
+        hl.sensitivities(build, 5e-4, 5, modulus=3e9, beads=10)
