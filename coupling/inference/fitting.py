@@ -222,8 +222,14 @@ def _sensors(signals: xr.Dataset, sensors: Iterable[int] | None) -> list[int]:
     return numbers
 
 
+def _incident(signals: xr.Dataset, sensor: int) -> Any:
+    """Return the incident wave; a fit does not need those that come back, so it warns of none that is missing."""
+    with collected():
+        return reflections(signals, sensor).incident
+
+
 def _measured(signals: xr.Dataset, sensor: int) -> _Pulse:
-    incident = reflections(signals, sensor).incident
+    incident = _incident(signals, sensor)
     if not incident:
         raise ValueError(f"signals: sensor {sensor} recorded no wave")
     time, force = signals.time.values, sensor_force(signals, sensor).values
@@ -237,7 +243,7 @@ def _measured(signals: xr.Dataset, sensor: int) -> _Pulse:
 
 def _record(signals: xr.Dataset, numbers: Sequence[int]) -> float:
     """Return the time, s, that the wave needs from the striker past the last sensor, with a margin."""
-    waves = [reflections(signals, n).incident for n in (numbers[0], numbers[-1])]
+    waves = [_incident(signals, n) for n in (numbers[0], numbers[-1])]
     passing = waves[1].arrival - waves[0].arrival if waves[0] and waves[1] else 0.0
     if passing <= 0.0:
         raise ValueError(f"signals: the wave reaches sensor {numbers[-1]} before sensor {numbers[0]}")

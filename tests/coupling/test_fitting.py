@@ -105,6 +105,15 @@ def test_a_search_warns_once_at_the_users_line() -> None:
     assert [one.filename for one in caught if "yield: " in str(one.message)] == [__file__]
 
 
+def test_waves_that_come_back_are_not_missed(recwarn: pytest.WarningsRecorder) -> None:
+    """The record ends before; the fit needs the incident waves alone."""
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    signal = run_of(hl.LinearDashpot(0.3), chain, 1.5e-4)
+    recwarn.clear()
+    hl.fit_dissipation(signal, chain, hl.LinearDashpot, sensors=[7, 12])
+    assert not [str(one.message) for one in recwarn if "record" in str(one.message)]
+
+
 def test_a_short_weak_chain_does_not_tell_coefficient_from_exponent() -> None:
     """Two sensors near each other and little loss: the wave hardly decays, and the fit says so."""
     chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
