@@ -19,7 +19,7 @@ from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, OFFSET, TIME_ZERO, Measured, Misfit
 from coupling.inference.plates import Build, PlateSearch
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
-from coupling.inference.search import NEARLY, RUNS_NEARBY, RUNS_OF_LINE, WELL_SCANNED, GlobalSearch
+from coupling.inference.search import MANY, NEARLY, RUNS_NEARBY, RUNS_OF_LINE, WELL_SCANNED, GlobalSearch
 from coupling.inference.surrogate import FIRST_WAVE
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
@@ -48,6 +48,11 @@ RUNS_OF_END = 10
 
 LONG_TIME = 300.0
 """The time (s) of which the user is warned."""
+
+OF_MANY = (
+    "without a guess a fit of so many unknowns may end at another minimum that explains the signal, as one in ten did; "
+    "fit again with another seed and compare"
+)
 
 
 def identify(
@@ -194,9 +199,10 @@ def identify(
             }
         with one_thread, Progress(runs, label="identify", likely=True) as prediction.progress:
             try:
-                return judgement.result(inputs)
+                result = judgement.result(inputs)
             finally:
                 prediction.progress = None
+        return replace(result, remarks=[OF_MANY]) if start is None and len(wanted) >= MANY else result
 
     ends = {unknown.name: (unknown.low, unknown.high) for unknown in wanted}
     plate = PlateSearch(build, ends, names, measured.sensors, length, fitted)

@@ -4,6 +4,7 @@ import logging
 import re
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -890,3 +891,23 @@ def test_an_unknown_that_must_be_a_whole_number_is_named() -> None:
         hl.identify(signal, build, modulus=(1e9, 10e9), beads=(8, 12))
     with pytest.raises(ValueError, match=r"beads = 10\.0: .* continuously"):
         hl.sensitivities(build, 5e-4, 5, modulus=3e9, beads=10)
+
+
+@pytest.mark.thorough
+def test_a_fit_of_many_unknowns_advises_another_seed() -> None:
+    """It begins with least squares on runs, and says that these may end at another minimum."""
+
+    def tapped(modulus: float, speed: float, striker: float, bead: float, radius: float) -> hl.CoSimulation:
+        steel = replace(hl.STEEL_440C, youngs_modulus=bead)
+        chain = hl.Chain([hl.Sphere(radius, steel)] * 10, hl.Sphere(striker, steel), speed)
+        return hl.CoSimulation(chain, hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
+
+    truth = {"modulus": 3e9, "speed": 0.31, "striker": 4.8e-3, "bead": 2.0e11, "radius": 4.76e-3}
+    signal = tapped(**truth).run(6e-4, save_every=1e-6)
+    ranges = {name: (0.9 * value, 1.15 * value) for name, value in truth.items()}
+    result = hl.identify(signal, tapped, sensors=[3, 7], noise=0.5, until=6e-4, scan=16, **ranges)
+    assert any("another seed" in remark for remark in result.remarks)
+    assert "another seed" in str(result)
+    assert result.explained
+    near = hl.identify(signal, tapped, sensors=[3, 7], noise=0.5, until=6e-4, guess=truth, **ranges)
+    assert near.remarks == []
