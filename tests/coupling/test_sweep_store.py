@@ -201,7 +201,7 @@ def test_errors_of_any_kind_count(tmp_path: Path) -> None:
     assert (runs.error.sel(radius=[2e-3, 4e-3]) == "").all()
     with pytest.raises(OwnError) as caught:
         swept(build=own_error)
-    assert "'radius': 0.003" in caught.value.__notes__[0]
+    assert "radius = 3 mm" in caught.value.__notes__[0]
 
 
 def stopping(material: hl.Material, radius: float) -> hl.CoSimulation:
