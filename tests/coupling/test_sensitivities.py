@@ -137,6 +137,21 @@ def test_a_mesh_that_changes_is_named():
     assert "depth: has no derivative here" in change.attrs["warnings"]
 
 
+def with_more_beads(speed):
+    return hl.CoSimulation(hl.Chain([BEAD] * (12 if speed > SPEED else 11), BEAD, speed), hl.half_space(hl.PTFE))
+
+
+def with_another_law(speed):
+    loss = hl.Restitution(0.9) if speed > SPEED else None
+    return hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, speed, dissipation=loss), hl.half_space(hl.PTFE))
+
+
+@pytest.mark.parametrize("build_of", [with_more_beads, with_another_law])
+def test_a_run_that_changes_its_size_or_its_kind_is_refused(build_of):
+    with pytest.raises(ValueError, match="speed: what the run is made of changes its kind or its size near this value"):
+        hl.sensitivities(build_of, 4e-4, [5], speed=SPEED)
+
+
 WRONG = [
     ({}, "parameters: name at least one argument of build"),
     ({"thickness": 1.0}, "takes modulus, impact_speed, but the parameters are thickness"),
