@@ -15,6 +15,7 @@ from structures.stepping import (
     LONGEST_WINDOW,
     SHORTEST_WINDOW,
     CentralDifference,
+    DenseMatrices,
     GeneralisedAlpha,
     ImplicitMidpoint,
     Newmark,
@@ -146,30 +147,29 @@ class MovingStructure:
             return _of_oscillators(step, structure)
         if self._modes is not None:
             return _of_oscillators(Oscillators(self._modes, length, exact=False), self._modes)
-        mass, stiffness = structure.mass.toarray(), structure.stiffness.toarray()
-        damping = np.zeros((size, size)) if structure.damping is None else structure.damping.toarray()
+        # Sparse matrices this small take several times as long.
+        damping = None if structure.damping is None else structure.damping.toarray()
+        dense = DenseMatrices(
+            structure.mass.toarray(), structure.stiffness.toarray(), damping, structure.contact_vectors
+        )
+        midpoint = ImplicitMidpoint(dense, length)
         # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
-        moving = np.flatnonzero(mass.any(axis=0))
+        moving = np.flatnonzero(dense.mass.any(axis=0))
+        unit, rest = np.eye(size), np.zeros((size, size))
+        starts = StructureState(np.hstack([unit, rest[:, moving]]), np.hstack([rest, unit[:, moving]]))
+        (displacement, velocity, _), (pushed, sped, _) = midpoint.free(starts), midpoint.response
+        ends = np.concatenate([displacement, velocity[moving]])
         contact, still = structure.contact_vectors.T, np.zeros((self._contacts, size))
-        # As ImplicitMidpoint, from a unit of each displacement and velocity, and for a unit force at each contact.
-        matrix = mass + length**2 / 4.0 * stiffness + length / 2.0 * damping
-        scale = 1.0 / np.sqrt(matrix.diagonal())[:, None]
-        pushes = np.hstack([-length / 2.0 * stiffness, mass[:, moving], length / 2.0 * contact.T])
-        middle = scale * np.linalg.solve(scale * matrix * scale.T, scale * pushes)
-        displacement, velocity = length * middle, 2.0 * middle[moving]
-        displacement[:, :size] += np.eye(size)
-        velocity[:, size : size + moving.size] -= np.eye(moving.size)
-        ends, free = np.concatenate([displacement, velocity]), size + moving.size
-        parts = ends[:, :free], stiffness, mass[np.ix_(moving, moving)]
-        layout = np.array([(0, 0, 0, 0), (free, *(part.size for part in parts))])
+        parts = ends, dense.stiffness, dense.mass[np.ix_(moving, moving)]
+        layout = np.array([(0, 0, 0, 0), (len(ends), *(part.size for part in parts))])
         return linear.Coupled(
             parts[0].ravel(),
-            ends[:, free:].T.copy(),
+            np.concatenate([pushed, sped[moving]]).T.copy(),
             np.concatenate([contact, still[:, : moving.size]], axis=1),
             np.concatenate([still, contact[:, moving]], axis=1),
             parts[1].ravel(),
             parts[2].ravel(),
-            np.zeros(0) if structure.damping is None else damping.ravel(),
+            np.zeros(0) if damping is None else damping.ravel(),
             layout,
             np.array([size]),
         )

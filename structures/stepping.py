@@ -119,6 +119,15 @@ Stepper: TypeAlias = Callable[[Structure, float], Step]
 """A function that makes the Step of a structure for a window, s."""
 
 
+class DenseMatrices(NamedTuple):
+    """The matrices of a small structure, as dense ones."""
+
+    mass: Vector
+    stiffness: Vector
+    damping: Vector | None
+    contact_vectors: Vector
+
+
 class ImplicitMidpoint:
     """M (v₁ − v₀)/H = F̄ b − K (u₀ + u₁)/2 − C (v₀ + v₁)/2, u₁ = u₀ + H (v₀ + v₁)/2; one factorisation.
 
@@ -126,7 +135,7 @@ class ImplicitMidpoint:
     energy that C dissipates.
     """
 
-    def __init__(self, structure: Structure, window: float) -> None:
+    def __init__(self, structure: Structure | DenseMatrices, window: float) -> None:
         matrix = structure.mass + window**2 / 4.0 * structure.stiffness
         if structure.damping is not None:
             matrix = matrix + window / 2.0 * structure.damping

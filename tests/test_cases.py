@@ -28,6 +28,7 @@ from hertzlink.cases.budget import budget_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.entry_paths import parsed, written
 from hertzlink.cases.faults import Fault
+from hertzlink.cases.identify_fit import question_of
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.mapping import grid_of
 from hertzlink.cases.model import schema
@@ -889,6 +890,22 @@ def test_a_model_that_does_not_fit_is_identified_nowhere(
     assert list(verdicts.values()) == ["identified" if code == 0 else "not trusted: the model does not fit"]
     assert ("identified (" in shown) == ("identified.toml" in said) == (code == 0)
     assert ("not trusted" in shown) == ("best_fit.toml" in said) == (float(rows[1][5]) > 1.5) == (code == 3)
+
+
+def test_a_nuisance_may_be_an_entry_of_a_material_that_is_named() -> None:
+    """Its range is a factor around the value of that material."""
+    asked = """
+[identify]
+sensors = { 7 = 1 }
+unknowns = { "structure.material.youngs_modulus" = ["10 GPa", "50 GPa"] }
+nuisances = ["chain.bead.material.youngs_modulus"]
+"""
+    question = question_of(case_of(template("wall") + asked))
+    low, high = question.ranges["chain.bead.material.youngs_modulus"]
+    assert low < hl.STEEL_440C.youngs_modulus < high
+    assert low * high == pytest.approx(hl.STEEL_440C.youngs_modulus**2)
+    simulation = question.build(**{name: ends[1] for name, ends in question.ranges.items()})
+    assert simulation.chain.chain.beads[0].material.youngs_modulus == pytest.approx(high)
 
 
 def test_identify_by_amplitude_ratio_and_time_of_flight_alone(tmp_path: Path, command: Callable[..., str]) -> None:

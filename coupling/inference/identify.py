@@ -50,7 +50,7 @@ LONG_TIME = 300.0
 """The time (s) of which the user is warned."""
 
 OF_MANY = (
-    "without a guess a fit of so many unknowns may end at another minimum that explains the signal, as one in ten did; "
+    f"identify: without a guess a fit of {MANY} unknowns or more may end at a wrong minimum that explains the signal; "
     "fit again with another seed and compare"
 )
 
@@ -199,10 +199,9 @@ def identify(
             }
         with one_thread, Progress(runs, label="identify", likely=True) as prediction.progress:
             try:
-                result = judgement.result(inputs)
+                return judgement.result(inputs)
             finally:
                 prediction.progress = None
-        return replace(result, remarks=[OF_MANY]) if start is None and len(wanted) >= MANY else result
 
     ends = {unknown.name: (unknown.low, unknown.high) for unknown in wanted}
     plate = PlateSearch(build, ends, names, measured.sensors, length, fitted)
@@ -210,7 +209,11 @@ def identify(
     if search == "full" and plate.serves:
         identification = replace(identification, remarks=plate.fit(identification).remarks())
     # The fits before the last one need not know.
-    return identification.with_yielding()
+    identification = identification.with_yielding()
+    if guess is None and len(wanted) >= MANY and identification.explained:
+        caution(OF_MANY)
+        identification = replace(identification, warnings=[*identification.warnings, OF_MANY])
+    return identification
 
 
 def nuisances_of(nuisances: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:

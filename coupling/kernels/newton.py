@@ -43,7 +43,7 @@ def predict(run: Any, t: float, window: float, trial: Any) -> None:
     give."""
     count, windows = run.totals[0].remembered, run.window
     if count == REMEMBERED and windows[0].length == window == windows[1].length == windows[2].length:
-        # The parabola through values at equal distances needs no quotients, which would be a tenth of a window's time.
+        # The parabola through values at equal distances needs no quotients, which are slow.
         for k in range(trial.contact.size):
             trial.contact[k].force = 3.0 * (run.node[0, k].force - run.node[1, k].force) + run.node[2, k].force
         return

@@ -181,9 +181,12 @@ def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> Any:
         return build(**values)
     except TypeError:
         for name, value in values.items():
+            # Such as a radius: it would become zero.
+            if abs(value) < 1.0:
+                continue
             try:
                 build(**{**values, name: int(value)})
-            except TypeError:
+            except (TypeError, ValueError):
                 continue
             raise ValueError(
                 f"{name} = {value!r}: build takes whole numbers alone; must be a number that varies continuously"

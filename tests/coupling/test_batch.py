@@ -133,7 +133,7 @@ def improbable(radius: float) -> hl.CoSimulation:
 def test_findings_on_the_input_of_runs_are_said_once() -> None:
     """Those of the runs at the ends of the parameters, which choose the interval, too; and those of others alone."""
     with collected() as said:
-        runs = hl.batch(improbable, until=2e-6, sensors=[7], radius=[1.0, 0.5])
+        runs = hl.batch(improbable, until=2e-6, sensors=[7], radius=[1.0, 0.7, 0.5])
     (striker,) = [line for line in said if line.startswith("Sphere")]
     assert striker.startswith("Sphere radius = 1: is read as 1 m, which is improbable")
     assert runs.attrs["warnings"].splitlines().count(striker) == 1
