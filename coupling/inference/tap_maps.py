@@ -18,8 +18,9 @@ from scipy.stats import t as student
 from coupling.inference.features import correlated, memory_of
 from coupling.inference.identification import AT_END, BLIND, NOT_TRUSTED, NUISANCE, Identification
 from coupling.inference.measured import estimated
-from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.ar_and_tof import of_signals
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
+from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps, noise_level
 from coupling.sweeps.processes import Outcome, Work, in_processes
 from coupling.sweeps.progress import one_bar, silent
@@ -293,11 +294,11 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
 def _waves(signal: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF of the primary wave at each sensor; their 95 % intervals are those of draws of noise."""
     sensors = signal.sensor.values.tolist()
-    measures = [(sensor, measure) for sensor in sensors for measure in (amplitude_ratio, time_of_flight)]
-    value = np.array([float(measure(signal, sensor)) for sensor, measure in measures])
+    value = np.array([float(one) for sensor in sensors for one in of_signals(Reading(signal), sensor)])
     if np.isnan(value).all():
         raise ValueError("no reflected wave stands out of the noise")
-    scatter = [float(np.nanstd(measure(_drawn(signal, sensor), sensor).values)) for sensor, measure in measures]
+    draws = [of_signals(Reading(_drawn(signal, sensor)), sensor) for sensor in sensors]
+    scatter = [float(np.nanstd(values)) for both in draws for values in both]
     half = NORMAL * np.hypot(scatter, NUMERICAL * abs(value))
     return xr.Dataset(
         {

@@ -243,12 +243,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     one_of("wave", wave, WAVES)
     reading, place = Reading(run), WAVES.index(wave)
     if reading.is_signal:
-
-        def one(force: Vector) -> float:
-            back = _of_signal(reading.time, force, SMALLEST_WAVE, (0, 1 + place), sensor)[1]
-            return float(getattr(back[place], what)) if len(back) > place else float("nan")
-
-        values_of_signal = xr.apply_ufunc(one, reading.measured(sensor), input_core_dims=[["time"]], vectorize=True)
+        values_of_signal = of_signals(reading, sensor, place)[what == "time_of_flight"]
     else:
         series = series_of(reading, sensor)
         many = find_waves(reading.time, series, SMALLEST_WAVE, 2 + place)
@@ -259,6 +254,21 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     values_of_signal.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     result: xr.DataArray = values_of_signal.rename(what)
     return result
+
+
+def of_signals(reading: Reading, sensor: int, place: int = 0) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return AR and TOF of a wave that came back, by its place in time, over the axes of a measured signal."""
+
+    def one(force: Vector) -> tuple[float, float]:
+        back = _of_signal(reading.time, force, SMALLEST_WAVE, (0, 1 + place), sensor)[1]
+        nothing = float("nan"), float("nan")
+        return (back[place].amplitude_ratio, back[place].time_of_flight) if len(back) > place else nothing
+
+    signals, one_value = reading.measured(sensor), list[str]()
+    values: tuple[xr.DataArray, xr.DataArray] = xr.apply_ufunc(
+        one, signals, input_core_dims=[["time"]], output_core_dims=[one_value, one_value], vectorize=True
+    )
+    return values
 
 
 def _of_one(

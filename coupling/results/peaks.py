@@ -6,6 +6,7 @@ small peaks too, but none that runs. The incident wave is the clock: what follow
 contact, the weaker the longer. The loops over samples are compiled, in `wave_kernels`.
 """
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -156,7 +157,9 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
     half = max(1, round(0.5 * width))
     first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
     start, stop = max(0, first - reach), min(force.size, last + reach)
-    if stop - start > 2 * reach:
+    if stop - start == last - first + 2 * reach:
+        peak = first + int(np.convolve(force[start:stop], _middle_of(reach), "valid").argmax())
+    elif stop - start > 2 * reach:  # near an end of the record
         moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
         peak = first + int(moving[first - start : last - start].argmax())
     near = slice(max(0, peak - reach), peak + reach + 1)
@@ -164,6 +167,12 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int
     tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
     best = max(tops, key=fit, default=time[peak])
     return float(fit(best)), float(best)
+
+
+@lru_cache(maxsize=256)
+def _middle_of(reach: int) -> Vector:
+    """Return what multiplies samples in the value of their polynomial in its middle."""
+    return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
 
 
 def _reach(width: float, noise: float) -> int:

@@ -170,11 +170,11 @@ def record(file: Path, wall: EdgedPlate, seed: int) -> None:
 
 @pytest.mark.thorough
 def test_a_grid_near_an_edge_is_mapped_from_independent_traces(tmp_path: Path) -> None:
-    """Thickness and distance at 2 x 2 points, in files of 8 bits and 2 MHz with hum."""
+    """Thickness and distance at two points that differ in both, in files of 8 bits and 2 MHz with hum."""
     rows, truth = ["x / mm, y / mm, file"], []
-    for k, (distance, thickness) in enumerate([(20e-3, 3e-3), (35e-3, 3e-3), (20e-3, 2.5e-3), (35e-3, 2.5e-3)]):
+    for k, (distance, thickness) in enumerate([(20e-3, 3e-3), (35e-3, 2.5e-3)]):
         record(tmp_path / f"{k}.csv", EdgedPlate(thickness, distance), k)
-        rows.append(f"{1e3 * distance:g}, {20 * (k // 2)}, {k}.csv")
+        rows.append(f"{1e3 * distance:g}, {20 * k}, {k}.csv")
         truth.append((thickness, distance))
     (tmp_path / "points.csv").write_text("\n".join(rows))
     ranges = {"thickness": (1e-3, 6e-3), "distance": (5e-3, 0.1), "impact_speed": (0.2, 0.5)}
