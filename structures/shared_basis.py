@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from structures.kernels.quadrature import LANES, eigenvalues, tridiagonal
 from structures.linear_algebra.factor import Matrices
 from structures.linear_algebra.one_thread import one_thread
 from structures.reduction import LEAST_NEW_PART, Modes, change, expansion_point, pulse_answer
@@ -90,13 +91,14 @@ def shared_basis(
     return SharedBasis(modes.square, rows, krylov.basis[: krylov.size, rows].T @ modes.vectors, errors, speeds, point)
 
 
-@one_thread
 def compressed(basis: SharedBasis, contact: Vector, size: int) -> Modes:
     """Return at most `size` oscillators with the response of a basis (contact vectors m × p), by block Lanczos in its
-    space.
+    space; their vectors are left out.
 
     The number of vectors, not a tolerance, ends it, so the result is a smooth function of the contact vectors.
     """
+    if contact.shape[1] == 1:
+        return _oscillators(*_tridiagonal(basis, contact[:, 0], size), basis.point)
     return _projected(_vectors(basis, contact, size), basis.square, contact)
 
 
@@ -106,12 +108,13 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
     by less than the tolerance from that of the whole basis; and the basis with the error that they add."""
     most, size, pulse = basis.square.size, COMPRESSION_STEP, basis.errors[0][0]
     for contact in contacts.T[:, :, None]:
-        vectors = _vectors(basis, contact, most)
+        diagonal, squares = _tridiagonal(basis, contact[:, 0], most)
         complete_answers = _answers(Modes(basis.square, contact, None, [], contact), until, pulse, basis.speeds)
         high = most
         while high - size > COMPRESSION_STEP:
             middle = (size + high) // 2
-            answers = _answers(_projected(vectors[:middle], basis.square, contact), until, pulse, basis.speeds)
+            modes = _oscillators(diagonal[:middle], squares[:middle], basis.point)
+            answers = _answers(modes, until, pulse, basis.speeds)
             size, high = (size, middle) if _change(answers, complete_answers) <= tolerance else (middle, high)
         size = high
     added = np.zeros(len(basis.errors))
@@ -122,6 +125,30 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
     return size, basis._replace(errors=errors)
 
 
+def _tridiagonal(basis: SharedBasis, contact: Vector, size: int) -> tuple[Vector, Vector]:
+    """Return (K + σ²M)⁻¹σ²M, of the oscillators and the point σ, in the Krylov vectors from one contact that are
+    orthonormal by K + σ²M: its diagonal, and the squares of the entries beside it, of at most `size` rows.
+
+    There it is tridiagonal, and no vectors are needed: it is that of the sum of 1/(1 + ω²/σ²) with the weights b²/(ω² +
+    σ²).
+    """
+    points = 1.0 / (1.0 + basis.square / basis.point**2)
+    diagonal, squares = np.zeros((2, min(size, points.size)))
+    tridiagonal(points, points * contact**2, np.empty((LANES, 5)), diagonal, squares)
+    complete = np.append(squares[1:] <= LEAST_NEW_PART**2, True)
+    rows = int(np.argmax(complete)) + 1
+    return diagonal[:rows], squares[:rows]
+
+
+def _oscillators(diagonal: Vector, squares: Vector, point: float) -> Modes:
+    """Return the oscillators of such a matrix."""
+    values, first = diagonal.copy(), np.empty(diagonal.size)
+    eigenvalues(values, np.append(np.sqrt(squares[1:]), 0.0), first)
+    contact = abs(first)[:, None] * np.sqrt(squares[0] / values)[:, None]
+    return Modes(np.maximum(point**2 * (1.0 / values - 1.0), 0.0), contact, None, [], contact)
+
+
+@one_thread
 def _vectors(shared: SharedBasis, contact: Vector, size: int) -> Vector:
     """Return the orthonormal Krylov vectors of oscillators, started at the contacts, in rows."""
     square = shared.square
@@ -141,6 +168,7 @@ def _vectors(shared: SharedBasis, contact: Vector, size: int) -> Vector:
     return basis[:done]
 
 
+@one_thread
 def _projected(basis: Vector, square: Vector, contact: Vector) -> Modes:
     values, vectors = eigh((basis * square) @ basis.T)
     return Modes(np.maximum(values, 0.0), vectors.T @ (basis @ contact), None, [], vectors)

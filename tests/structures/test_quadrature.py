@@ -1,0 +1,44 @@
+"""Gauss's quadrature of a sum, and the oscillators of one contact that it gives."""
+
+import numpy as np
+import pytest
+
+from structures.kernels.quadrature import LANES, eigenvalues, tridiagonal
+from structures.reduction import change, pulse_answer
+from structures.shared_basis import SharedBasis, _projected, _vectors, compressed
+
+
+def rule(points, weights, size):
+    """Gauss's points and weights, in ascending order."""
+    diagonal, squares, first = np.zeros((3, size))
+    tridiagonal(points, weights, np.empty((LANES, 5)), diagonal, squares)
+    eigenvalues(diagonal, np.append(np.sqrt(squares[1:]), 0.0), first)
+    order = np.argsort(diagonal)
+    return diagonal[order], squares[0] * first[order] ** 2
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 30])
+def test_points_and_weights_are_those_of_chebyshev(size):
+    # Chebyshev's polynomials are orthogonal on the zeros of a later one, too, so the rule is that of the integral.
+    zeros = np.cos(np.pi * (np.arange(30) + 0.5) / 30.0)
+    points, weights = rule(np.random.default_rng(0).permutation(zeros), np.full(30, 2.0), size)
+    assert points == pytest.approx(np.sort(np.cos(np.pi * (np.arange(size) + 0.5) / size)), abs=1e-13)
+    assert weights == pytest.approx(np.full(size, 60.0 / size), rel=1e-12)
+
+
+def test_points_that_coincide_or_weigh_nothing_count_as_they_should():
+    points = np.array([0.3, 0.1, 0.3, 0.7, 0.5, 0.9, 0.1])
+    weights = np.array([0.0, 1.0, 2.0, 0.5, 0.0, 3.0, 1.5])
+    assert rule(points, weights, 4)[0] == pytest.approx([0.1, 0.3, 0.7, 0.9], abs=1e-14)
+    assert rule(points, weights, 4)[1] == pytest.approx([2.5, 2.0, 0.5, 3.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [5, 30, 200])
+def test_oscillators_of_one_contact_are_those_that_vectors_give(size):
+    random = np.random.default_rng(1)
+    square, contact = (1e5 * np.arange(200.0)) ** 2, random.normal(size=(200, 1))
+    contact[::4] = 0.0
+    basis = SharedBasis(square, np.arange(200), np.eye(200), [], (1.0,), 2e5)
+    few, expected = compressed(basis, contact, size), _projected(_vectors(basis, contact, size), square, contact)
+    assert few.square.size == expected.square.size == min(size, 150)
+    assert change(pulse_answer(few, 1e-3, 25e-6), pulse_answer(expected, 1e-3, 25e-6)) < 1e-9
