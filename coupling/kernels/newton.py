@@ -96,7 +96,7 @@ class OneContact(NamedTuple):
             force, _, lost, driven = advance(chain, y, v, trial.work, t, window, before, contact.surface, steps, first)
             if first == 0:
                 trial.chain[0].lost, trial.chain[0].driven = lost, driven
-            first = reach(chain, y.size, steps)
+            first = reach(chain, y, steps)
             residual = force - tried
             if not abs(residual) > search.tolerance or compliance[0, 0] == 0.0:
                 break

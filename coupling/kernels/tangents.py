@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 
 from coupling.kernels.newton import PIECES
 from coupling.kernels.recorders import reads_structure, record
-from particles.kernels.motion import advance, contact_forces
+from particles.kernels.drives import drives
+from particles.kernels.motion import advance, bodies_per_step, contact_forces
 from structures.kernels.arrays import solve
-from structures.kernels.duals import Lanes, as_duals
+from structures.kernels.duals import Lanes, as_duals, with_value
 from structures.kernels.families import of_run
 from structures.kernels.kernel_cache import inner
 from structures.kernels.linear import let_go, push, read, respond
@@ -183,7 +184,7 @@ def move_group(recorder: Any, group: int, run: Any, trial: Any, t: float, window
         force[1, k] = 0.0
     bends = plan.quadratic and run.totals[0].remembered > 0
     last = run.window[0].length if bends else window
-    answer_chains(chains, 0, plan, Span(t, window, last, bends), static, duals)
+    answer_chains(chains, 0, plan, Span(t, window, last, bends), static, duals, run, trial)
 
 
 @inner()
@@ -199,12 +200,29 @@ def corner(surface: Any, k: int, part: float, span: Any) -> Any:
 
 
 @inner()
-def answer_chain(chain: Any, c: int, plan: Any, span: Any, static: Any, duals: Any) -> None:
+def flying(chain: Any, first: int, run: Any, trial: Any) -> int:
+    """Return how many bodies of a chain, from its first on, touch nothing over a window, so that their speeds stay.
+
+    first: the coordinate of that one.
+    """
+    if drives(chain.drive) or bodies_per_step(chain.scheme) == 0 or chain.inverse_mass[0] == 0.0:
+        return 0
+    i, last = first, first + chain.inverse_mass.size - 1
+    while i < last and run.v[i] == trial.v[i] and run.y[i] <= run.y[i + 1] and trial.y[i] <= trial.y[i + 1]:
+        i += 1
+    return i - first
+
+
+@inner()
+def answer_chain(chain: Any, c: int, plan: Any, span: Any, static: Any, duals: Any, run: Any, trial: Any) -> None:
     """Move chain c against its surfaces, and put its answers into the second row of `force`."""
     first, end, ahead, behind = plan.begin[c, 0], plan.begin[c + 1, 0], plan.begin[c, 1], plan.begin[c + 1, 1] - 1
     back = behind if plan.behind[behind] else -1
     pieces, steps = PIECES if span.bends else 1, plan.steps[c, 1 if span.bends else 0]
     y, v, surface, force, window = duals.y[first:end], duals.v[first:end], duals.surface, duals.force, span.window
+    free = flying(chain, first, run, trial)
+    for i in range(free):
+        y[i] += window * v[i]
     for p in range(pieces):
         begin = corner(surface, ahead, p / pieces, span)
         place, after = corner(surface, ahead, (p + 1) / pieces, span), begin
@@ -212,9 +230,8 @@ def answer_chain(chain: Any, c: int, plan: Any, span: Any, static: Any, duals: A
             before = corner(surface, back, p / pieces, span)
             after = corner(surface, back, (p + 1) / pieces, span)
             y[0], v[0] = chain.rest - before, (before - after) * (pieces / window)
-        front, rear, _, _ = advance(
-            chain, y, v, duals.work[:, first:end], span.t + p * window / pieces, window / pieces, begin, place, steps, 0
-        )
+        t, part = span.t + p * window / pieces, window / pieces
+        front, rear, _, _ = advance(chain, y, v, duals.work[:, first:end], t, part, begin, place, steps, 0, free)
         force[1, ahead] += (front - static[ahead]) / pieces
         if back >= 0:
             y[0] = chain.rest - after
@@ -249,13 +266,11 @@ def join_group(recorder: Any, group: int, trial: Any) -> None:
             # The direction of the surface begins anew.
             moving.surface[0, 0, k, 1 + k] = -1.0
         way = surface[0, k]
+        # The values become those of the run: else rounding would part them.
         for i in range(y.size):
-            y[i] += moving.y[0, i, 1 + k] * way
-            v[i] += moving.v[0, i, 1 + k] * way
+            y[i] = with_value(y[i] + moving.y[0, i, 1 + k] * way, trial.y[i])
+            v[i] = with_value(v[i] + moving.v[0, i, 1 + k] * way, trial.v[i])
         surface[0, k] += surface[2, k]
-    # Else rounding would part the values of dual numbers from those of the run.
-    for i in range(y.size):
-        moving.y[group, i, 0], moving.v[group, i, 0] = trial.y[i], trial.v[i]
     for k in range(count):
         moving.force[group, 0, k, 0] = trial.contact[k].force
 

@@ -75,6 +75,8 @@ class Span(NamedTuple):
     """0 moves all bodies. Else only body `first` and those ahead of it are moved, see `reach`: they begin where the
     last window with 0 left them after its first half-kick, and the body behind `first` follows its positions in that
     window. The work space holds both."""
+    free: int
+    """How many bodies touch nothing: they stay where they are."""
 
 
 def integrate(
@@ -103,29 +105,31 @@ def bodies_per_step(scheme: Any) -> int:
     return 0
 
 
-@inner()
-def reach(chain: Any, coordinates: int, steps: int) -> int:
+def reach(chain: Any, y: Vector, steps: int) -> int:
     """Return the first body that the motion of the surface can reach within a window; 0 for all.
 
     All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks.
-    Contacts that yield remember what a trial did to them, so that all are moved again.
+    Contacts that yield remember what a trial did to them, so that all are moved again. Dual numbers have one trial.
     """
     bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * steps
-    return bodies - passed if 0 < passed < bodies == coordinates else 0
+    return bodies - passed if 0 < passed < bodies == y.size else 0
+
+
+where_dual(reach, lambda chain, y, steps: 0, 1)
 
 
 @inner()
 def advance(
     chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int,
-    first: int = 0,
+    first: int = 0, free: int = 0,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Move y, v on by one window from time t in place, see `integrate`.
 
     Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
     the drive's work, J.
     """
-    dt, rate = window / steps, (wall_end - wall) / window
-    ahead, behind, lost, driven = integrate_span(chain.scheme, chain, y, v, work, Span(t, wall, rate, dt, steps, first))
+    span = Span(t, wall, (wall_end - wall) / window, window / steps, steps, first, free)
+    ahead, behind, lost, driven = integrate_span(chain.scheme, chain, y, v, work, span)
     return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
 
 
@@ -142,10 +146,10 @@ class Verlet(NamedTuple):
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
         """Move the bodies on in one pass a step, which the compiler turns into vector instructions."""
-        t, wall, rate, dt, steps, first = span
+        t, wall, rate, dt, steps, first, free = span
         inverse_mass, gravity, drive, spring = chain.inverse_mass, chain.gravity, chain.drive, chain.springs[1]
         law, past, limits, kept_y, kept_v = with_memory(chain.law, y), work[0], work[1], work[2], work[3]
-        last, reached, impulse = inverse_mass.size - 1, reach(chain, y.size, steps), 0.0
+        last, reached, impulse = inverse_mass.size - 1, reach(chain, y, steps), 0.0
         if first == 0:
             copy_limits(law, limits)
         else:
@@ -166,7 +170,7 @@ class Verlet(NamedTuple):
                 overlap = overlap_on_spring(law, last, overlap, spring)
             wall_force = force_of_step(law, last, overlap)
             impulse += kick * wall_force
-            behind, begin, end = 0.0, first, front + 1 if front < last else last
+            behind, begin, end = 0.0, max(first, free), front + 1 if front < last else last
             if first > 0:
                 behind = force_of_step(law, first - 1, past[step] - y[first])
             elif reached > 0:
@@ -273,7 +277,7 @@ class DampedVerlet(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        t, wall, rate, dt, steps, _ = span
+        t, wall, rate, dt, steps, _, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, half, limits = work[0], work[3], work[4], work[5]
         copy_limits(law, limits)
@@ -317,7 +321,7 @@ class RungeKutta(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        t, wall, rate, dt, steps, _ = span
+        t, wall, rate, dt, steps, _, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, limits = work[0], work[3], work[5]
         stage_y, stage_v, sum_v, sum_a = work[4], work[6], work[7], work[8]

@@ -352,6 +352,13 @@ def _cleared(context: Any, dual: Any, smallest: Any) -> Any:
     return signature(dual, dual, types.float64), build
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def _replaced(context: Any, dual: Any, value: Any) -> Any:
+    """Return a dual number with another value."""
+    return signature(dual, dual, types.float64), lambda context, builder, sig, args: _with_value(builder, *args)
+
+
+with_value: Any = _replaced
 entry_of: Any = _entry
 three_halves: Any = _three_halves
 cleared: Any = _cleared

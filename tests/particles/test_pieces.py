@@ -348,7 +348,7 @@ def test_the_pass_over_the_beads_has_vector_instructions() -> None:
     chain = hl.stepping.MovingChain(hl.Chain([STEEL] * 8, STEEL, 0.4), WALL.surface)
     state, work = chain.start(), chain.work_space()
     types = [typeof(one) for one in (chain.model, state.position, state.velocity, work)]
-    span = typeof(Span(0.0, 0.0, 0.0, 1e-7, 3, 0))
+    span = typeof(Span(0.0, 0.0, 0.0, 1e-7, 3, 0, 0))
     kernel = njit(Verlet.integrate)
     kernel.compile((typeof(Verlet()), *types, span))
     assert "sqrtpd" in "".join(kernel.inspect_asm().values())
@@ -368,6 +368,6 @@ def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(steps: int) 
 
     trial = np.zeros(9), np.zeros(9), chain.work_space()
     moved(-4e-5, 0, *trial)
-    again = moved(1e-5, reach(chain.model, 9, steps), *trial)
+    again = moved(1e-5, reach(chain.model, trial[0], steps), *trial)
     whole = moved(1e-5, 0, np.zeros(9), np.zeros(9), chain.work_space())
     assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))
