@@ -35,7 +35,7 @@ LOST = 0.02
 """Part of the incident force that beads lose without a warning: a striker dents the first ones a little."""
 
 FEW = 2.0
-"""The first contact's force, in units of that at which it yields, up to which no beads lose much."""
+"""The greatest force between bodies, in units of that at which their contact yields, up to which none loses much."""
 
 WALL = 4.0
 """The force on the wall, in units of that at which it yields, over that between beads, from which the wall matters."""
@@ -107,9 +107,9 @@ def _changes(chain: MovingChain, motion: Motion, times: Vector, runs: Numbers) -
         f"the force at bead {sensor} would be about {part:.2g} times this run's, and AR would differ"
         if 1.0 - part > LOST
         else None
-        if first > FEW
+        if most > FEW
         else ""
-        for part, first in zip(left.tolist(), beyond[:, 0].tolist(), strict=True)
+        for part, most in zip(left.tolist(), beyond[:, :-1].max(axis=1).tolist(), strict=True)
     ]
     dents = _of_wall(chain, motion, beyond[of_wall, -1], times, runs[of_wall])
     for place, change in zip(of_wall.tolist(), dents, strict=True):

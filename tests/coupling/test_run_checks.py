@@ -227,6 +227,16 @@ def test_contacts_beyond_yield() -> None:
     assert finding.endswith("law=hl.laws.JacksonGreen() in Chain computes it")
 
 
+@pytest.mark.parametrize(("place", "contact"), [(1, 1), (5, 5), (9, 10)])
+def test_a_soft_bead_between_hard_ones_is_named(place: int, contact: int) -> None:
+    """Of its two contacts that which is pressed more: near the wall, the one that the reflected wave presses as well."""
+    beads = [BEAD] * 10
+    beads[place - 1] = replace(BEAD, material=replace(HARD, yield_strength=2e8, name="mild steel"))
+    with pytest.warns(hl.HertzlinkWarning, match=f"yield: contact {contact} presses mild steel to"):
+        run = hl.CoSimulation(hl.Chain(beads, BEAD, 0.4), WALL).run(6e-4)
+    assert len(found(run, "yield")) == 1
+
+
 ESTIMATE = r"would be about ([\d.]+) ± ([\d.]+) instead of ([\d.]+), and TOF ([\d.]+) µs longer"
 EDGE = partial(hl.half_plane, 2e-3, hl.BRASS_360, "clamped", until=2e-3)
 
