@@ -229,7 +229,7 @@ def test_contacts_beyond_yield() -> None:
 
 @pytest.mark.parametrize(("place", "contact"), [(1, 1), (5, 5), (9, 10)])
 def test_a_soft_bead_between_hard_ones_is_named(place: int, contact: int) -> None:
-    """Of its two contacts that which is pressed more: near the wall, the one that the reflected wave presses as well."""
+    """It is named by that of its contacts which is pressed more: near the wall the reflected wave presses it, too."""
     beads = [BEAD] * 10
     beads[place - 1] = replace(BEAD, material=replace(HARD, yield_strength=2e8, name="mild steel"))
     with pytest.warns(hl.HertzlinkWarning, match=f"yield: contact {contact} presses mild steel to"):
