@@ -23,6 +23,9 @@ BESIDE = 0.1
 """A chain beside all points of a delamination by more than this part of their distance presses the parts into each
 other: a film of a tenth of the plate's thickness is twice as soft there as on a point."""
 
+SAME = 1e-12
+"""Regions that differ by this part of the plate's size are equal: rounding."""
+
 ROUNDING = 1e-6
 """An addition may lie outside of the plate by this part of the plate's size."""
 
@@ -307,6 +310,20 @@ def weakest(additions: Sequence[Addition]) -> float:
 def forces_in_plane(additions: Sequence[Addition]) -> Vector:
     """Return the sum of all prestress, N_ij, 2 × 2, N/m."""
     return sum((addition.forces for addition in additions if isinstance(addition, Prestress)), start=np.zeros((2, 2)))
+
+
+def halves_alike(additions: Sequence[Addition], sides: Sequence[float]) -> list[bool]:
+    """Return whether additions are their own mirror images about the middles of a rectangle's sides, m: its left and
+    right half, then its bottom and top half. Only weak regions and a prestress, which is everywhere, count as such."""
+    weak = [(np.reshape(a.region, (2, 2)), a.factor) for a in additions if isinstance(a, Weakened)]
+    known = all(isinstance(addition, Weakened | Prestress) for addition in additions)
+
+    def has_image(region: Vector, factor: float, axis: int, side: float) -> bool:
+        image = region.copy()
+        image[axis] = side - region[axis, ::-1]
+        return any(f == factor and abs(other - image).max() <= SAME * side for other, f in weak)
+
+    return [known and all(has_image(*one, axis, side) for one in weak) for axis, side in enumerate(sides)]
 
 
 def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:

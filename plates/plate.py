@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from plates.additions import Addition, check_additions, forces_in_plane, passed_through, weakest
+from plates.additions import Addition, check_additions, forces_in_plane, halves_alike, passed_through, weakest
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
@@ -337,10 +337,10 @@ class Plate:
     def _cells(self) -> Cells:
         """The cells that the element requires; halves where only the contacts may differ between them."""
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
-        equal = self._sheared == 0.0 and all(isinstance(addition, Prestress) for addition in self.additions)
-        equal = equal and mirrors_itself(self.section, 0.0)
+        alike = halves_alike(self.additions, (self.length, self.width))
+        equal = self._sheared == 0.0 and mirrors_itself(self.section, 0.0)
         cells = self.element.cells(self.shortest_wavelength, self.additions).finer()
-        return replace(cells, halved=(equal and left == right, equal and bottom == top))
+        return replace(cells, halved=(equal and alike[0] and left == right, equal and alike[1] and bottom == top))
 
     @property
     def _unknowns(self) -> float:

@@ -312,16 +312,18 @@ class _Krylov:
         The forces of arms come last: in rods of several layers they fill the basis with shapes that matter little.
         """
         k, mass, near = self.size, self.body.mass, 2 * self.body.contact.shape[1]
-        vector = self.body.solve((self.pending or self.postponed).pop(0))
-        before = np.sqrt(vector @ (mass @ vector))
+        vector, lost = self.body.solve((self.pending or self.postponed).pop(0)), 0.0
         # Lanczos's new vector has a part in the last two (for each contact) only, in exact numbers; the whole basis
         # clears the rounding.
         for first in (max(k - near, 0) if self.recursive else 0, 0):
-            vector -= (self.weighted[first:k] @ vector) @ self.basis[first:k]
+            parts = self.weighted[first:k] @ vector
+            vector -= parts @ self.basis[first:k]
+            lost += parts @ parts
         weighted = mass @ vector
-        norm = np.sqrt(max(vector @ weighted, 0.0))
-        if norm <= LEAST_NEW_PART * before:
+        square = max(vector @ weighted, 0.0)
+        if square <= LEAST_NEW_PART**2 * (lost + square):
             return
+        norm = np.sqrt(square)
         self.basis[k], self.weighted[k] = vector / norm, weighted / norm
         self.size = k + 1
         self.pending.append(self.weighted[k])

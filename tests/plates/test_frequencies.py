@@ -193,6 +193,24 @@ def test_symmetry_is_not_used_where_the_plate_has_none(more: dict[str, object]) 
     assert plain.at(0.5, 0.5).size < 0.3 * plain.at(0.5 + 1e-7, 0.5 + 1e-7).size
 
 
+@pytest.mark.parametrize(
+    ("regions", "share"),
+    [
+        ([(0.4, 0.6, 0.45, 0.55)], 0.3),
+        ([(0.1, 0.3, 0.2, 0.4), (0.1, 0.3, 0.6, 0.8)], 0.6),
+        ([(0.4, 0.6, 0.4, 0.55)], 0.6),
+    ],
+)
+@pytest.mark.parametrize("build", [hl.kirchhoff_plate, hl.mindlin_plate])
+def test_half_a_plate_with_weak_regions_that_are_alike(build, regions, share) -> None:
+    """At the centre and slightly off it: regions that are mirror images leave a half, or a quarter, to mesh."""
+    weak = [hl.Weakened(region, 0.1) for region in regions]
+    one = build(1.0, 1.0, 0.01, MATERIAL, hl.Supports(*["simple"] * 4), highest_frequency=1.5e3, additions=weak)
+    centre, nearby = one.at(0.5, 0.5), one.at(0.5 + 1e-7, 0.5 + 1e-7)
+    assert centre.size < share * nearby.size
+    assert receptance(centre) == pytest.approx(receptance(nearby), rel=1e-5)
+
+
 def receptance(structure: hl.Structure, shift: float = 2.0 * pi * 300.0) -> float:
     return float(structure.contact @ structure.matrices.shifted_solve(shift)(structure.contact))
 
