@@ -318,7 +318,7 @@ class _Krylov:
         for first in (max(k - near, 0) if self.recursive else 0, 0):
             parts = self.weighted[first:k] @ vector
             vector -= parts @ self.basis[first:k]
-            lost += parts @ parts
+            lost += float(parts @ parts)
         weighted = mass @ vector
         square = max(vector @ weighted, 0.0)
         if square <= LEAST_NEW_PART**2 * (lost + square):
