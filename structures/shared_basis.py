@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigh_tridiagonal
 
-from structures.kernels.quadrature import LANES, eigenvalues, tridiagonal
+from structures.kernels.quadrature import LANES, tridiagonal
 from structures.linear_algebra.factor import Matrices
 from structures.linear_algebra.one_thread import one_thread
 from structures.reduction import LEAST_NEW_PART, Modes, change, expansion_point, pulse_answer
@@ -140,11 +140,11 @@ def _tridiagonal(basis: SharedBasis, contact: Vector, size: int) -> tuple[Vector
     return diagonal[:rows], squares[:rows]
 
 
+@one_thread
 def _oscillators(diagonal: Vector, squares: Vector, point: float) -> Modes:
     """Return the oscillators of such a matrix."""
-    values, first = diagonal.copy(), np.empty(diagonal.size)
-    eigenvalues(values, np.append(np.sqrt(squares[1:]), 0.0), first)
-    contact = abs(first)[:, None] * np.sqrt(squares[0] / values)[:, None]
+    values, vectors = eigh_tridiagonal(diagonal, np.sqrt(squares[1:]), check_finite=False)
+    contact = abs(vectors[0])[:, None] * np.sqrt(squares[0] / values)[:, None]
     return Modes(np.maximum(point**2 * (1.0 / values - 1.0), 0.0), contact, None, [], contact)
 
 
