@@ -18,7 +18,6 @@ import traceback
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent / "coupling"))
 
@@ -26,7 +25,7 @@ import test_recorders
 
 import hertzlink as hl
 from coupling.results import binary_files
-from structures.reading_process import Unread, limit
+from structures.reading_process import limit
 
 HUGE = (0, 1, 0x7F, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 1 << 40, (1 << 63) - 1)
 SECONDS = 10
@@ -54,14 +53,6 @@ def changed(content: bytes, drawn: random.Random) -> bytes:
             data[digit : digit + 1] = drawn.choice((b"9999999999", b"-1", b"0", b"1e99", b"nan"))
         content = bytes(data)
     return content
-
-
-def read_here(_: Path, __: str, path: Path, *arguments: str, **___: Any) -> Any:
-    """Take the place of `read_apart` in a process that has its limits."""
-    try:
-        return binary_files.read(str(path), *arguments)  # type: ignore[arg-type]
-    except BaseException as error:  # noqa: BLE001 (as the end of a process is)
-        raise Unread(f"{type(error).__name__}: {error}".replace("\n", " ")[:200]) from None
 
 
 def fault_of(path: Path) -> str:
@@ -94,7 +85,7 @@ def _read(path: Path) -> int:
 
 def main(tries: int, seed: int, only: str) -> int:
     """Report each kind of fault once; the files of all stay in a folder."""
-    binary_files.read_apart = read_here
+    binary_files.read_apart = test_recorders.read_here
     os.chdir(tempfile.mkdtemp(prefix="recordings"))
     faulthandler.disable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -107,7 +107,8 @@ def builder(name):
 def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, compliance, y, v):  # pragma: no cover
     """Return the forces at the sensor's two contacts of the coupled run, in complex numbers, after each window.
 
-    It is written for this test alone: one loop, one contact, the secant method in complex numbers.
+    It is written for this test alone: one loop, one contact, the secant method in complex numbers. Numba compiles loops
+    in half the time that it takes for sums of arrays.
     """
     bodies, size, dt = y.size, contact.size, WINDOW / STEPS
     state, force, surface = np.zeros(2 * size, np.complex128), 0j, 0j
@@ -118,10 +119,13 @@ def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, comp
         for i in range(size):
             free[i] = rows[0, i] * state[i] + rows[1, i] * state[size + i]
             free[size + i] = rows[2, i] * state[i] + rows[3, i] * state[size + i]
-        at_rest, last_force, last_residual, slope = (contact * free[:size]).sum(), 0j, 0j, -1.0 + 0j
+        at_rest, last_force, last_residual, slope = 0j, 0j, 0j, -1.0 + 0j
+        for i in range(size):
+            at_rest += contact[i] * free[i]
         close = 0
         for trial in range(60):
-            trial_y[:], trial_v[:] = y, v
+            for i in range(bodies):
+                trial_y[i], trial_v[i] = y[i], v[i]
             place, impulse = at_rest + compliance * force, 0j
             for step in range(STEPS + 1):
                 kick = dt if 0 < step < STEPS else 0.5 * dt
@@ -145,8 +149,8 @@ def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, comp
                     trial_v[i] += kick * inverse_mass[i] * (behind - ahead)
                     behind, last = ahead, ahead
                 impulse += kick * last
-                if step < STEPS:
-                    trial_y += dt * trial_v
+                for i in range(bodies if step < STEPS else 0):
+                    trial_y[i] += dt * trial_v[i]
             answer = impulse / WINDOW
             residual = answer - force
             if compliance == 0.0 or close == 4:
@@ -159,7 +163,8 @@ def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, comp
                 slope = (residual - last_residual) / (force - last_force)
             last_force, last_residual = force, residual
             force -= residual / slope
-        y[:], v[:] = trial_y, trial_v
+        for i in range(bodies):
+            y[i], v[i] = trial_y[i], trial_v[i]
         for i in range(2 * size):
             state[i] = free[i] + response[i] * force
         surface = at_rest + compliance * force

@@ -22,6 +22,7 @@ import pytest
 import scipy.io
 
 import hertzlink as hl
+from coupling.results import binary_files
 from hertzlink import cli
 from structures import reading_process
 
@@ -262,6 +263,23 @@ FORMATS: dict[str, tuple[Callable[[Path], None], str]] = {
 """How each is written, and the library that reads it."""
 
 
+def read_here(_: Path, __: str, path: Path, *arguments: str, **___: Any) -> Any:
+    """Take the place of `read_apart`, in this process."""
+    try:
+        return binary_files.read(str(path), *arguments)  # type: ignore[arg-type]
+    except BaseException as error:  # noqa: BLE001 (as the end of a process is)
+        raise reading_process.Unread(f"{type(error).__name__}: {error}".replace("\n", " ")[:200]) from None
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(binary_files, "read_apart", read_here)
+
+
+HERE = pytest.mark.usefixtures("in_this_process")
+"""A process for each file takes half a second to import a library; the next test has one for each format."""
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_recording_holds_the_samples_and_times_that_were_written(tmp_path: Path, name: str) -> None:
     write, library = FORMATS[name]
@@ -275,6 +293,7 @@ def test_a_recording_holds_the_samples_and_times_that_were_written(tmp_path: Pat
     np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), 10.0 * VOLTS, atol=1e-6)
 
 
+@HERE
 def test_segments_of_a_sequence(tmp_path: Path) -> None:
     pytest.importorskip("RigolWFM")
     lecroy_trc(tmp_path / "taps.trc", segments=3)
@@ -284,6 +303,7 @@ def test_segments_of_a_sequence(tmp_path: Path) -> None:
     np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), VOLTS, atol=1e-6)
 
 
+@HERE
 def test_blocks_of_yokogawa_are_segments(tmp_path: Path) -> None:
     pytest.importorskip("RigolWFM")
     yokogawa_hdr(tmp_path / "recording.hdr", blocks=2)
@@ -321,6 +341,7 @@ def test_without_the_extra_a_message_names_it(tmp_path: Path, monkeypatch: pytes
         hl.read_signal(tmp_path / "a.tdms", {7: 1}, calibration=1.0)
 
 
+@HERE
 def test_channels_times_and_units_that_a_file_does_not_have(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"force": VOLTS})
@@ -343,6 +364,7 @@ def same_as_written(signal: Any, volts: Any = VOLTS, start: float = START) -> No
     np.testing.assert_allclose(signal.sensor_force.sel(sensor=7), volts, atol=1e-6)
 
 
+@HERE
 def test_a_matrix_of_time_and_samples(tmp_path: Path) -> None:
     """Its first row counts no zeros of a unit "0", nor is it a force where the interval is an argument."""
     rows = np.array([TIME, VOLTS, 2.0 * VOLTS])
@@ -359,6 +381,7 @@ def test_a_matrix_of_time_and_samples(tmp_path: Path) -> None:
         same_as_written(read_volts(tmp_path / "b.mat", 2), start=0.0)
 
 
+@HERE
 def test_the_path_of_a_dataset_is_no_unit(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["run/t"] = TIME
@@ -368,6 +391,7 @@ def test_the_path_of_a_dataset_is_no_unit(tmp_path: Path) -> None:
         same_as_written(read_volts(tmp_path / "a.h5", channel))
 
 
+@HERE
 def test_a_sound_of_eight_bits(tmp_path: Path) -> None:
     """It has few bytes that no text has; the full scale is 128 of its counts."""
     counts = (COUNTS // 64 + 128).astype("u1")
@@ -376,6 +400,7 @@ def test_a_sound_of_eight_bits(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("start", [0.0, START])
+@HERE
 def test_dates_and_durations_are_times(tmp_path: Path, start: float) -> None:
     arrow = pytest.importorskip("pyarrow")
     import pyarrow.parquet
@@ -386,6 +411,7 @@ def test_dates_and_durations_are_times(tmp_path: Path, start: float) -> None:
     same_as_written(read_volts(tmp_path / "a.parquet"), start=start)
 
 
+@HERE
 def test_decimal_numbers_of_a_parquet_file_are_samples(tmp_path: Path) -> None:
     arrow = pytest.importorskip("pyarrow")
     import pyarrow.parquet
@@ -395,6 +421,7 @@ def test_decimal_numbers_of_a_parquet_file_are_samples(tmp_path: Path) -> None:
     same_as_written(read_volts(tmp_path / "a.parquet", 2), COUNTS / 4)
 
 
+@HERE
 def test_channels_that_are_read_between_their_samples_are_named(tmp_path: Path) -> None:
     tdms = pytest.importorskip("nptdms")
     with tdms.TdmsWriter(tmp_path / "a.tdms") as file:
@@ -434,6 +461,7 @@ def test_hostile_recordings_are_read_or_refused() -> None:
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
 
 
+@HERE
 def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     time = 1e-6 * np.arange(80_000)
     pulse = 1.2 * np.exp(-(((time - 6e-2) / 1e-4) ** 2))
@@ -453,6 +481,7 @@ def test_the_command_shows_range_clipping_hum_and_noise(tmp_path: Path, capsys: 
     assert (tmp_path / "a.png").stat().st_size > 5_000
 
 
+@HERE
 def test_the_command_shows_several_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     """Also those after a bad one; pictures of files of the same name have different ones."""
     monkeypatch.chdir(tmp_path)
@@ -477,6 +506,7 @@ def test_the_command_shows_several_files(tmp_path: Path, monkeypatch: pytest.Mon
             path.unlink()
 
 
+@HERE
 def test_the_command_shows_the_sampling_of_each_channel(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -497,6 +527,7 @@ def test_the_command_shows_the_sampling_of_each_channel(
     ("a.mat", r"is a file of MATLAB 4 \(.mat\) that cannot be read"),
     ("a.bin", r"a\.bin: is a binary file \(.bin\) that .* \(it is no known recording: Keysight .* were tried\)"),
 ])  # fmt: skip
+@HERE
 def test_rubbish_is_named_by_its_ending(tmp_path: Path, name: str, said: str) -> None:
     if name == "a.bin":
         pytest.importorskip("RigolWFM")
@@ -505,6 +536,7 @@ def test_rubbish_is_named_by_its_ending(tmp_path: Path, name: str, said: str) ->
         read_volts(tmp_path / name)
 
 
+@HERE
 def test_matlab_4_and_structs(tmp_path: Path) -> None:
     scipy.io.savemat(tmp_path / "a.mat", {"A": VOLTS, "Tinterval": STEP, "Tstart": START}, format="4")
     same_as_written(read_volts(tmp_path / "a.mat"))
