@@ -3,6 +3,7 @@
 from bisect import bisect
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from hashlib import sha256
 from math import log
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
@@ -61,6 +62,9 @@ NEGATIVE_ROUNDING = 1e-9
 """A negative square of an angular frequency above −NEGATIVE_ROUNDING s² is attributed to rounding. s: the expansion
 point, at least that of the default pulse."""
 
+MOST_KEPT = 8
+"""Structures whose oscillators are kept: a fit comes back to the latest."""
+
 RANDOM_PROBES = 3
 """Random vectors for the comparison with α M + β K: two coefficients are fitted, and three vectors of n numbers leave
 no room for a coincidence.
@@ -88,6 +92,7 @@ def reduce(
     starts a vector of its own. K is projected on the basis and diagonalised. A damping matrix is projected on the same
     basis. Rayleigh damping stays diagonal, so each oscillator has its own damping. Maxwell arms are kept, for each
     relaxation time at most as many as there are oscillators; they are massless, and K couples them to the oscillators.
+    A structure that equals one of the latest is not reduced again, so a fit of the chain reduces its plate once.
 
     Parameters
     ----------
@@ -142,15 +147,57 @@ def reduce(
     """
     if is_left_out(instance("structure", structure, Structure, "a Structure")):
         return structure
-    size = structure.size
     if (part := fineness().tolerance) < 1.0:
         tolerance, largest = part * tolerance, max(largest, MOST_VECTORS)
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
-    field = known_field(structure) if keep_field else None
+    if keep_field:
+        known_field(structure)
     if structure.mass.count_nonzero() == 0:
         return structure
-    krylov = _Krylov(structure, min(largest, size), expansion_point(pulse))
+    if keep_field:
+        modes, report, krylov = _computed(structure, until, tolerance, largest, pulse)
+        field = known_field(structure).in_basis(krylov.shapes(modes))
+    else:
+        modes, report = _latest(structure, until, tolerance, largest, pulse)
+        field = None
+    if (estimate := report["error_estimate"]) > tolerance:
+        caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
+    return _made_of(modes, structure, report, until, field)
+
+
+_LATEST: dict[bytes, tuple["Modes", dict[str, Any]]] = {}
+"""The oscillators of the latest structures, and what results hold of them, by all numbers on which they depend."""
+
+
+def _latest(
+    structure: Structure, until: float, tolerance: float, largest: int, pulse: float
+) -> tuple["Modes", dict[str, Any]]:
+    """Return the oscillators of a structure, and the report: of an equal one that was reduced lately, the same.
+
+    In a fit most runs change the chain alone, or one of several structures, and build the others anew.
+    """
+    content = sha256(f"{until} {tolerance} {largest} {pulse} {structure.contacts}".encode())
+    for matrix in (structure.mass, structure.stiffness, structure.damping):
+        for part in () if matrix is None else (matrix.indptr, matrix.indices, matrix.data):
+            content.update(f"{part.size} {part.dtype}".encode())
+            content.update(part.tobytes())
+    content.update(structure.contact.tobytes())
+    key = content.digest()
+    if (known := _LATEST.get(key)) is None:
+        modes, report, _ = _computed(structure, until, tolerance, largest, pulse)
+        known = modes._replace(vectors=np.empty((0, 0))), report
+        for old in list(_LATEST)[: 1 - MOST_KEPT]:
+            _LATEST.pop(old, None)  # another thread may have forgotten it meanwhile
+        _LATEST[key] = known
+    return known
+
+
+def _computed(
+    structure: Structure, until: float, tolerance: float, largest: int, pulse: float
+) -> tuple["Modes", dict[str, Any], "_Krylov"]:
+    """Return the oscillators, what results hold of the reduction, and the basis."""
+    krylov = _Krylov(structure, min(largest, structure.size), expansion_point(pulse))
     before, modes, estimate = None, None, np.inf
     answers = list[Vector]()
     while estimate > tolerance and krylov.grow(VECTORS_PER_BLOCK * structure.contacts):
@@ -160,16 +207,13 @@ def reduce(
             estimate = change(*answers)
         if krylov.exhausted:
             estimate = 0.0
-    if estimate > tolerance:
-        caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
-    report: dict[str, Any] = {"full_size": size, "until": until, "tolerance": tolerance, "pulse": pulse}
+    report: dict[str, Any] = {"full_size": structure.size, "until": until, "tolerance": tolerance, "pulse": pulse}
     report |= {"largest": largest, "error_estimate": estimate}
     modes = krylov.oscillators() if modes is None else modes
     if before is not None and estimate > 0.0:
         shorter = [pulse / 2.0**i for i in range(1, PULSE_HALVINGS + 1)]
         report["shorter_pulses"] = [(pulse, _estimate(before, modes, until, pulse)) for pulse in shorter]
-    reduced_field = None if field is None else field.in_basis(krylov.shapes(modes))
-    return _made_of(modes, structure, report, until, reduced_field)
+    return modes, report, krylov
 
 
 def expansion_point(pulse: float) -> float:
@@ -197,7 +241,7 @@ def _made_of(modes: Modes, full: Structure, report: dict[str, Any], until: float
         sparse.csr_array(sparse.eye_array(modes.square.size)),
         sparse.csr_array(sparse.diags_array(modes.square)),
         None if modes.damping is None else _matrix(modes.damping),
-        modes.contact.reshape(-1, *full.contact.shape[1:]),
+        modes.contact.reshape(-1, *full.contact.shape[1:]).copy(),
         full.flexibility,
         full.surface,
         {**full.origin, "reduction": {"size": size, **report}},

@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 import hertzlink as hl
+from structures import reduction
 from structures.reduction import error_for_pulse
 
 SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
@@ -129,3 +130,44 @@ def test_the_error_is_known_for_half_a_quarter_and_an_eighth_of_the_pulse() -> N
     pulses, errors = zip(*report["shorter_pulses"], strict=True)
     assert pulses == pytest.approx((2e-5, 1e-5, 5e-6))
     assert report["error_estimate"] < errors[0] < errors[1] < errors[2]
+
+
+def answer_of(structure: hl.Structure) -> float:
+    """What a slow force moves, m/N, by the whole structure or by oscillators."""
+    return float(structure.contact @ structure.matrices.shifted_solve(2e4)(structure.contact))
+
+
+def test_an_equal_structure_is_reduced_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Built anew it gives the same; another place, support, damping or setting is reduced anew; few are kept."""
+    made = list[object]()
+    krylov = reduction._Krylov
+    monkeypatch.setattr(reduction, "_Krylov", lambda *given: made.append(given) or krylov(*given))
+    monkeypatch.setattr(reduction, "_LATEST", {})
+
+    def rod(thickness: float = 0.1, base: str = "free") -> hl.Structure:
+        return hl.rod([hl.Layer(hl.STEEL_440C, thickness, 0.01)], elements=60, base=base)
+
+    first = hl.reduce(rod(), 3e-4)
+    spoiled = hl.reduce(rod(), 3e-4)
+    spoiled.contact[:] = 0.0
+    again = hl.reduce(rod(), 3e-4)
+    assert len(made) == 1
+    assert np.array_equal(again.contact, first.contact)
+    assert again.origin == first.origin
+    damped = hl.damped(rod(), hl.damping.Rayleigh(1e3))
+    others = [
+        (rod(0.11), 3e-4, 1e-2), (rod(base="fixed"), 3e-4, 1e-2), (damped, 3e-4, 1e-2),
+        (rod(), 2e-4, 1e-2), (rod(), 3e-4, 1e-3),
+    ]  # fmt: skip
+    for number, (one, until, tolerance) in enumerate(others):
+        reduced = hl.reduce(one, until, tolerance)
+        assert len(made) == 2 + number
+        assert reduced.valid_until == until
+        assert answer_of(reduced) == pytest.approx(answer_of(one), rel=0.03)
+    for step in range(20):
+        hl.reduce(rod(), 3e-4 + 1e-9 * step)
+    assert len(reduction._LATEST) == reduction.MOST_KEPT
+    with pytest.warns(hl.HertzlinkWarning, match="leave an error"):
+        hl.reduce(PLATE.at(0.1, 0.1), 5e-4, 1e-6, 40)
+    with pytest.warns(hl.HertzlinkWarning, match="leave an error"):
+        hl.reduce(PLATE.at(0.1, 0.1), 5e-4, 1e-6, 40)
