@@ -160,7 +160,14 @@ def test_ends_need_to_be_told() -> None:
         hl.plots.motion(run, chain, times, 2, structure=hl.Surface(STEEL, 0.0, 100.0))
 
 
+@pytest.fixture
+def by_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs go window by window: the compiled loop, for chains of which there is one test, compiles for 7 s to 9 s."""
+    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+
+
 @pytest.mark.thorough
+@pytest.mark.usefixtures("by_window")
 def test_a_push_from_outside_acts_on_the_bead_as_a_whole() -> None:
     """It is reported as contact 1, but acts on no pole: the section carries half the force of the contact ahead."""
     moments = np.linspace(0.0, 2e-5, 41)
@@ -341,6 +348,7 @@ def test_runs_of_another_kind(run: xr.Dataset) -> None:
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("by_window")
 def test_one_of_several_chains() -> None:
     short = hl.DeformableChain([BEAD] * 3, BEAD, 0.5, modes=3)
     long = hl.DeformableChain([BEAD] * 4, BEAD, 0.5, modes=5)

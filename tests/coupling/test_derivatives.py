@@ -226,8 +226,12 @@ def test_what_a_run_is_made_of_has_the_derivatives_of_closed_forms():
     "name",
     [*QUICK, *(pytest.param(name, marks=pytest.mark.thorough) for name in STRUCTURES if name not in QUICK)],
 )
-def test_derivatives_agree_with_complex_steps_over_20_000_steps(name):
-    """Differentiate a run by six parameters, and compare each derivative with a complex step of the twin."""
+def test_derivatives_agree_with_complex_steps_over_20_000_steps(name, monkeypatch):
+    """Differentiate a run by six parameters, and compare each derivative with a complex step of the twin.
+
+    The run that divides the doubt among them, in narrower dual numbers, would be compiled for some structures.
+    """
+    monkeypatch.setattr(derivatives, "NEGLIGIBLE", np.inf)
     build, values = builder(name)
     simulation = build(**values)
     plan = simulation.plan(WINDOWS * WINDOW, WINDOW)
