@@ -229,3 +229,18 @@ def test_bad_input(changes, words):
 def test_positions_outside_the_range_are_refused(reduced, x, y):
     with pytest.raises(ValueError, match="was reduced for contacts"):
         reduced.at(x, y)
+
+
+def test_the_latest_place_serves_no_other_place_face_or_wall(reduced):
+    first = reduced.at(0.0231, Y)
+    others = [
+        reduced.at(0.0233, Y), reduced.at(0.0231, Y, thickness=3e-3), reduced.at([0.0231, 0.03], [Y, Y]),
+        reduced.at([0.0231, 0.03], [Y, Y], ["front", "back"]),
+    ]  # fmt: skip
+    assert len(reduced._latest) == 1
+    for i, one in enumerate([first, *others]):
+        assert not any(np.array_equal(one.contact, other.contact) for other in [first, *others][i + 1 :])
+    again = reduced.at(0.0231, Y)
+    assert np.array_equal(again.contact, first.contact)
+    assert again.origin == first.origin
+    assert reduced.at(0.0231, Y, "back").origin["face"] == "back"
