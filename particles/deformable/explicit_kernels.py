@@ -58,7 +58,7 @@ def run(model, u, v, step, stride, bodies, wall, saved):
     for i in range(model.mass.size):
         kick[i, 0] = 0.0 if model.held[i] else step / model.mass[i]
         kick[i, 1] = step / model.mass[i]
-    earlier, predicted = v.copy(), v.copy()
+    earlier, predicted = np.empty(v.shape), np.empty(v.shape)
     momentum = np.zeros(u.shape[2])
     for i in range(model.mass.size):
         for b in range(bodies):
@@ -68,10 +68,10 @@ def run(model, u, v, step, stride, bodies, wall, saved):
         row, phase = (now + half) // stride, (now + half) % stride
         lanes = min((awake + LANES - 1) // LANES * LANES, u.shape[2])
         if phase == half:
-            earlier[:] = v
+            _copy(v, earlier)
         _accelerate(model.starts, model.columns, model.blocks, kick, u, v, pull, lanes)
         if phase == half:
-            predicted[:] = v
+            _copy(v, predicted)
         reached, loss = _touch(model, u, v, step, 1.0 / stride, awake, bodies, wall, gaps, saved.contact_force[row])
         if reached < 0:
             return TOO_WIDE
@@ -91,13 +91,22 @@ def run(model, u, v, step, stride, bodies, wall, saved):
     return FINISHED
 
 
+@njit(cache=True)
+def _copy(source, target):
+    """Fill an array with another: Numba compiles loops sooner than it does slices."""
+    for i in range(source.shape[0]):
+        for d in range(source.shape[1]):
+            for b in range(source.shape[2]):
+                target[i, d, b] = source[i, d, b]
+
+
 @njit(cache=True, fastmath={"contract"})
 def _accelerate(starts, columns, blocks, kick, u, v, pull, lanes):
     """Let v −= h M⁻¹ K u, three blocks at a time: their sums are then loaded and stored a third as often."""
     across, along = pull[0], pull[1]
     for i in range(starts.size - 1):
-        across[:lanes] = 0.0
-        along[:lanes] = 0.0
+        for b in range(lanes):
+            across[b] = along[b] = 0.0
         for k in range(starts[i], starts[i + 1], TOGETHER):
             x, y, z = columns[k], columns[k + 1], columns[k + 2]
             xrr, xrz, xzr, xzz = blocks[k, 0, 0], blocks[k, 0, 1], blocks[k, 1, 0], blocks[k, 1, 1]
@@ -169,9 +178,10 @@ def _save(model, u, earlier, predicted, v, step, row, bodies, saved):
     Kinetic: the mean of v⁻M v⁻/2 and v⁺M v⁺/2. Strain: u K (u⁻ + u⁺)/4 with the displacements a step before and after.
     """
     for b in range(bodies):
-        place = before = after = kinetic = strain = 0.0
+        total = place = before = after = kinetic = strain = 0.0
         for i in range(model.mass.size):
             mass = model.mass[i]
+            total += mass
             place += mass * u[i, 1, b]
             before += mass * earlier[i, 1, b]
             after += mass * v[i, 1, b]
@@ -179,7 +189,6 @@ def _save(model, u, earlier, predicted, v, step, row, bodies, saved):
                 kinetic += 0.25 * mass * (earlier[i, d, b] ** 2 + v[i, d, b] ** 2)
                 elastic = mass * (earlier[i, d, b] - predicted[i, d, b]) / step
                 strain += 0.5 * elastic * (u[i, d, b] + 0.5 * step * (v[i, d, b] - earlier[i, d, b]))
-        total = model.mass.sum()
         rigid = 0.25 * (before**2 + after**2) / total
         saved.displacement[row, b] = place / total
         saved.velocity[row, b] = 0.5 * (before + after) / total
