@@ -11,9 +11,18 @@ from numba.core import event
 
 # Tests run in one process for each core; threads of linear algebra would wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# A sweep without `jobs` would start as many processes as there are cores, each of which imports all that it uses.
+os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
 
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
+
+
+@pytest.fixture
+def cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All processors, of which a test takes more than one."""
+    monkeypatch.delenv("LOKY_MAX_CPU_COUNT")
+
 
 WHOLE = pytest.StashKey[list[pytest.Item]]()
 """The tests of which all cases run, whatever `--every` leaves."""

@@ -101,6 +101,7 @@ def test_a_batch_of_all_sorts_is_its_runs() -> None:
         assert runs.static_force[i].values == pytest.approx(alone.static_force.values)
 
 
+@pytest.mark.usefixtures("cores")
 def test_threads_and_neighbours_change_no_bit() -> None:
     one = hl.batch(MIXED, until=1e-4, structure=WALL, threads=1)
     two = hl.batch(MIXED, until=1e-4, structure=WALL, threads=2)

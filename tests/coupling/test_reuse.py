@@ -78,6 +78,7 @@ def _nothing_known() -> None:
         for threads in ([1] if one == "a law that changes" else [1, 2])
     ],
 )
+@pytest.mark.usefixtures("cores")
 @pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
 def test_runs_of_a_batch_are_runs_of_their_own(name: str, threads: int) -> None:
     build, values = FAMILIES[name]

@@ -100,6 +100,7 @@ def test_each_run_is_that_of_its_own_simulation(loss: Any) -> None:
         assert float(waves["structure.thickness"][run]) == columns["structure.thickness"][run]
 
 
+@pytest.mark.usefixtures("cores")
 def test_runs_do_not_depend_on_threads_or_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """One thread, three, and parts of two runs give the same bits."""
     columns = quantities(5, "chain.impact_speed", "structure.thickness")
