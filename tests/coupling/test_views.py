@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
-import pyvista
 import xarray as xr
 from PIL import Image
 
@@ -174,6 +173,8 @@ def test_movies_need_an_extra(motion: xr.Dataset, tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["motion", "solid_motion"])
 def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     """Read back by meshio, and by VTK, which finds its own order of points: the right area or volume."""
+    import pyvista  # with VTK, here, as each process that collects tests would take half a second
+
     data: xr.Dataset = request.getfixturevalue(kind)
     listing = hl.plots.write_vtu(data, tmp_path / "paraview")
     entries = ElementTree.parse(listing).getroot().findall("Collection/DataSet")

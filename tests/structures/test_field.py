@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import pyvista
-import vtk
 from numpy.typing import NDArray
 from scipy.integrate import simpson
 from scipy.interpolate import LinearNDInterpolator
@@ -28,10 +26,10 @@ FORCE = 100.0
 SIDE = 0.02
 STEPS = np.linspace(0.0, SIDE, 4)
 MESHES: dict[str, tuple[Any, Any, Any, tuple[int, ...]]] = {
-    "quad9": (lambda: MeshQuad.init_tensor(STEPS, STEPS), ElementQuad2, vtk.vtkBiQuadraticQuad, (1, 3)),
-    "tetra10": (lambda: MeshTet.init_tensor(STEPS, STEPS, STEPS), ElementTetP2, vtk.vtkQuadraticTetra, (1, 2, 3)),
+    "quad9": (lambda: MeshQuad.init_tensor(STEPS, STEPS), ElementQuad2, "vtkBiQuadraticQuad", (1, 3)),
+    "tetra10": (lambda: MeshTet.init_tensor(STEPS, STEPS, STEPS), ElementTetP2, "vtkQuadraticTetra", (1, 2, 3)),
     "hexahedron27": (
-        lambda: MeshHex.init_tensor(STEPS, STEPS, STEPS), ElementHex2, vtk.vtkTriQuadraticHexahedron, (1, 3, 4),
+        lambda: MeshHex.init_tensor(STEPS, STEPS, STEPS), ElementHex2, "vtkTriQuadraticHexahedron", (1, 3, 4),
     ),
 }  # fmt: skip
 """By meshio's type: a mesh, its element, VTK's cell, and the corners next to the first."""
@@ -57,7 +55,9 @@ def block(kind: str, bent: float = 0.0) -> tuple[Field, Basis]:
     return elastic_field(mesh, element, 5, np.arange(basis.N), [hl.ACRYLIC], owner), basis
 
 
-def grid_of(field: Field) -> pyvista.UnstructuredGrid:
+def grid_of(field: Field) -> Any:
+    import pyvista  # with VTK, here, as each process that collects tests would take half a second
+
     kinds = {"quad9": 28, "tetra10": 24, "hexahedron27": 29}
     grid = field.grid
     return pyvista.UnstructuredGrid({kinds[grid.kind]: grid.cells}, grid.points)
@@ -143,8 +143,10 @@ def test_stress_jumps_where_materials_meet() -> None:
 @pytest.mark.parametrize("kind", MESHES)
 def test_points_of_cells_stand_in_vtks_order(kind: str) -> None:
     """Each stands where VTK has it in its reference cell, and the cells fill the body."""
+    import vtk
+
     field, _ = block(kind)
-    grid, cell = field.grid, MESHES[kind][2]()
+    grid, cell = field.grid, getattr(vtk, MESHES[kind][2])()
     assert grid.kind == kind
     reference = np.reshape(cell.GetParametricCoords(), (-1, 3))[:, : len(MESHES[kind][3])]
     at = grid.points[grid.cells]
