@@ -109,10 +109,12 @@ def reach(chain: Any, y: Vector, steps: int) -> int:
     """Return the first body that the motion of the surface can reach within a window; 0 for all.
 
     All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks.
-    Contacts that yield remember what a trial did to them, so that all are moved again. Dual numbers have one trial.
+    Contacts that yield remember what a trial did to them, so that all are moved again, and a drive moves the first two
+    bodies together. Dual numbers have one trial.
     """
     bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * steps
-    return bodies - passed if 0 < passed < bodies == y.size else 0
+    first, least = bodies - passed, 2 if drives(chain.drive) else 1
+    return first if passed > 0 and first >= least and bodies == y.size else 0
 
 
 where_dual(reach, lambda chain, y, steps: 0, 1)

@@ -371,3 +371,20 @@ def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(steps: int) 
     again = moved(1e-5, reach(chain.model, trial[0], steps), *trial)
     whole = moved(1e-5, 0, np.zeros(9), np.zeros(9), chain.work_space())
     assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))
+
+
+LOADS: dict[str, dict[str, Any]] = {
+    "preload": {"preload": 5.0},
+    "preload, power law": {"preload": 5.0, "law": hl.laws.PowerLaw(5e9, 1.4)},
+    "push": {"striker": hl.PushedBead([0.0, 2e-5], [0.0, 50.0]), "impact_speed": None},
+}
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_energy_is_kept_where_a_window_has_as_many_steps_as_beads(load: str) -> None:
+    """A repeated trial must not begin at bead 1, on which the load acts."""
+    bead, rod = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.rod([hl.Layer(hl.PTFE, 0.02, 9.5e-3)], elements=8)
+    chain = hl.Chain([bead] * 6, **{"striker": bead, "impact_speed": 0.3} | LOADS[load])
+    coupled = hl.CoSimulation(chain, rod, window=6e-7, dt=1.001e-7, substeps=1)
+    assert coupled.chain.steps(6e-7) == 6
+    assert float(hl.energy_error(coupled.run(2e-4))) < 1e-4
