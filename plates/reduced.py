@@ -21,7 +21,7 @@ from structures.checks import finite, instance, positive, several, short, whole,
 from structures.fineness import fineness
 from structures.material import Material
 from structures.quantities import Likely
-from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE
+from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE, Modes
 from structures.shared_basis import SharedBasis, compressed, needed_size, shared_basis
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -117,7 +117,7 @@ class ReducedPlate:
     _read: Callable[[Touch], Vector] = field(init=False)
     _own: SelfDisplacement = field(init=False)
     _reference: Plate = field(init=False)
-    _latest: dict[tuple[Contact, ...], Structure] = field(init=False, default_factory=dict, repr=False, compare=False)
+    _latest: dict[tuple[Contact, ...], Modes] = field(init=False, default_factory=dict, repr=False, compare=False)
     """Of the latest place, where most runs of a fit change the wall or the chain alone."""
 
     def __post_init__(self) -> None:
@@ -245,7 +245,7 @@ class ReducedPlate:
         for contact in contacts:
             for name, value in (("x", contact.x), ("y", contact.y)):
                 self._check_inside(name + contact.number, value, getattr(self, name))
-        structure = self._latest.get(tuple(contacts)) or self._at(contacts)
+        structure = self._at(contacts)
         faster, new = 1.0, self.plate.thickness if thickness is None else thickness
         if material is not None or new != self._reference.thickness:
             structure, speed = scaled(structure, new, material), self._speed(new, material)
@@ -256,20 +256,21 @@ class ReducedPlate:
 
     def _at(self, contacts: list[Contact]) -> Structure:
         """Return the oscillators of a place, of the wall that was reduced; those of the latest place are kept."""
-        loads = np.column_stack([contact.sign * self._vector(contact.x, contact.y) for contact in contacts])
-        modes = compressed(self.basis, self.basis.contact(loads), self.size * len(contacts))
-        structure = Structure(
+        place = tuple(contacts)
+        if (modes := self._latest.get(place)) is None:
+            loads = np.column_stack([contact.sign * self._vector(contact.x, contact.y) for contact in contacts])
+            modes = compressed(self.basis, self.basis.contact(loads), self.size * len(contacts))
+            self._latest.clear()
+            self._latest[place] = modes
+        return Structure(
             sparse.csr_array(sparse.eye_array(modes.square.size)),
             sparse.csr_array(sparse.diags_array(modes.square)),
             None,
-            modes.contact,
+            modes.contact.copy(),
             one_or_all([self._own.missing(contact.x, contact.y) for contact in contacts]),
             one_or_all([Surface(self._reference.wall(contact.face).struck) for contact in contacts]),
             self._reference.data(contacts),
         )
-        self._latest.clear()
-        self._latest[tuple(contacts)] = structure
-        return structure
 
     def _report(self, size: int, faster: float) -> dict[str, Any]:
         """Return what results hold of the reduction, for waves that are faster than the basis is for."""

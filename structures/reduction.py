@@ -2,6 +2,7 @@
 
 from bisect import bisect
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import replace
 from hashlib import sha256
 from math import log
@@ -190,7 +191,7 @@ def _latest(
         for old in list(_LATEST)[: 1 - MOST_KEPT]:
             _LATEST.pop(old, None)  # another thread may have forgotten it meanwhile
         _LATEST[key] = known
-    return known
+    return known[0], deepcopy(known[1])
 
 
 def _computed(

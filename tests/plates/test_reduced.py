@@ -240,7 +240,13 @@ def test_the_latest_place_serves_no_other_place_face_or_wall(reduced):
     assert len(reduced._latest) == 1
     for i, one in enumerate([first, *others]):
         assert not any(np.array_equal(one.contact, other.contact) for other in [first, *others][i + 1 :])
+    spoiled = reduced.at(0.0231, Y)
+    for numbers in (spoiled.contact, spoiled.mass.data, spoiled.stiffness.data):
+        numbers[...] = 0.0
+    spoiled.origin["reduction"]["shared"]["x"] = "spoiled"
     again = reduced.at(0.0231, Y)
     assert np.array_equal(again.contact, first.contact)
+    assert np.array_equal(again.mass.data, first.mass.data)
+    assert np.array_equal(again.stiffness.data, first.stiffness.data)
     assert again.origin == first.origin
     assert reduced.at(0.0231, Y, "back").origin["face"] == "back"
