@@ -196,10 +196,12 @@ def _measured(
         kept, interval, force + np.tensordot(shifts, by_force, 1), velocity + np.tensordot(shifts, by_velocity, 1),
         coordinates,
     ).assign_attrs(beads=run.attrs["beads"])  # fmt: skip
-    # What the user is to know of the run itself was said already.
     with collected():
         values = _checked_measure(measure(runs), run, len(shifts))
-    data, notes = dict[str, Any](), list[str]()
+    with collected() as said:
+        measure(runs.isel(run=[0]))
+    # What the measure says of the run itself; shifted runs are no runs of the user.
+    data, notes = dict[str, Any](), list(dict.fromkeys(said))
     for name, value in values.data_vars.items():
         table = value.transpose("run", ...)
         here, above, below = table.values[0], table.values[1 : 1 + len(names)], table.values[1 + len(names) :]

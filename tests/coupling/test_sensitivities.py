@@ -48,6 +48,12 @@ def test_derivatives_are_those_of_the_run_itself(change):
     assert float(change.time_of_flight_derivative.sel(parameter="modulus", sensor=8)) == pytest.approx(slope, rel=1e-3)
 
 
+def test_what_a_measure_says_of_the_run_is_passed_on():
+    with pytest.warns(HertzlinkWarning, match="^sensor = 2: is 1 beads from the struck end"):
+        change = hl.sensitivities(build, until=7e-4, sensors=[2, 6], modulus=MODULUS)
+    assert change.warnings.count("sensor = ") == 1
+
+
 def test_a_measure_of_the_users_own_and_its_units():
     change = hl.sensitivities(
         build,
