@@ -208,6 +208,11 @@ WRONG_RODS = [
     ("[run]", '[sensitivities]\n"structure.layers[1].length" = "soft"\n[run]', 15, '"soft" must be a standard uncertainty'),
     ("[run]", '[sensitivities]\n"chain.beads" = "1 %"\n[run]', 15, "8 must be a number other than zero, and no count"),
     ("[run]", '[sensitivities]\n"chain.gravity" = "1 %"\n[run]', 15, "is not written in the case; give its value there first"),
+    ("[run]", '[sensitivities]\n"chain.gravty" = "1 %"\n[run]', 15, 'sensitivities."chain.gravty": is no entry here; did you mean gravity?'),
+    ("[run]", '[sensitivities]\n"structure.layers[1].material.poissons_ratio" = "1 %"\n[run]', 15, "is no entry here; did you mean poisson_ratio?"),
+    ("[run]", '[sensitivities]\n"structure.layers[7].length" = "1 %"\n[run]', 15, "structure.layers has 2 entries, counted from 0, so no entry [7]"),
+    ("[run]", '[sensitivities]\nchain.bead.diameter = "0.02 mm"\n[run]', 15, 'sensitivities.chain: a path belongs in quotes: "chain.bead.diameter" = …'),
+    ("[run]", '[sweep]\nchain.impact_speed = { from = 1, to = 2, step = 1 }\n[run]', 15, 'sweep.chain: a path belongs in quotes: "chain.impact_speed" = …'),
     ("[run]", '[sensitivities]\n"run.until" = "1 %"\n[run]', 15, '"run.until" cannot be varied'),
     ("[run]", '[sweep]\n"chain.impact_speed" = [0.2, 0.3]\n[sensitivities]\n"chain.impact_speed" = "1 %"\n[run]', 16, "is that of one run; leave out [sweep]"),
 ]  # fmt: skip
@@ -371,7 +376,7 @@ def test_a_hint_is_of_the_entry_and_not_of_its_section(
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0, so no [5]"),
+        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0, so no entry [5]"),
         ("structure.kind.of=1", "structure.kind is no table"),
         ("structure[0]=1", "structure is no list"),
         ("nonsense", 'has no "="'),

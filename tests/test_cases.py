@@ -38,6 +38,7 @@ from hertzlink.cases.templates import KINDS, template
 from hertzlink.cases.toml import as_toml
 from hertzlink.cases.units import Unit
 from hertzlink.cli import main
+from structures.caution import collected
 
 BOUNDARY = """\
 # hertzlink run plate-boundary.toml
@@ -134,6 +135,35 @@ def test_a_case_has_an_uncertainty_budget(command: Callable[..., str], tmp_path:
     ).read_text(encoding="utf-8")
 
 
+WIDE = [
+    ("structure.material.youngs_modulus", "4 GPa", r"structure.material.youngs_modulus = 3 GPa moves by .* 4 GPa; is that"),
+    ("chain.impact_speed", "0.24 m/s", r"time_of_flight: where chain.impact_speed moves .* by [\d.]+ µs, .* [\d.]+ µs; in Python"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("path", "spread", "words"), WIDE)
+def test_notes_on_wide_uncertainties_name_entries_with_units(path: str, spread: str, words: str) -> None:
+    case = case_of(f"""
+        [chain]
+        beads = 10
+        bead = {{ shape = "sphere", diameter = "9.52 mm", material = "steel 440C" }}
+        striker = "bead"
+        impact_speed = "0.3 m/s"
+        [structure]
+        kind = "half_space"
+        material = {{ youngs_modulus = "3 GPa", poisson_ratio = 0.3, density = 2000 }}
+        [run]
+        until = "0.9 ms"
+        [sensitivities]
+        "{path}" = "{spread}"
+    """)
+    budget = budget_of(case)
+    assert budget is not None
+    with collected():
+        notes = budget.of_sensor(5).warnings
+    assert any(re.search(words, note) for note in notes), notes
+
+
 @pytest.mark.parametrize(("path", "modulus"), [
     ("chain.bead.material.youngs_modulus", 200e9),
     ("materials.hull.youngs_modulus", 200e9),
@@ -159,11 +189,10 @@ def test_the_uncertainty_of_a_material_that_is_named(path: str, modulus: float) 
     """
     budget = budget_of(case_of(text))
     assert budget is not None
-    ((name, value),) = budget.values.items()
-    assert (value, budget.spreads[name]) == (modulus, pytest.approx(0.02 * modulus))
-    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(budget(**{name: 3e9}).describe())))
+    assert budget.inputs == {path: (modulus, pytest.approx(0.02 * modulus))}
+    moduli = set(re.findall(r"'youngs_modulus': ([\d.]+)", str(budget(**{path: 3e9}).describe())))
     assert set(map(float, moduli)) == {200e9, 1.53e9} - {modulus} | {3e9}
-    with pytest.raises(Fault, match="is not written in the case; give its value there first"):
+    with pytest.raises(Fault, match=r"is no entry here; did you mean youngs_modulus\?"):
         budget_of(case_of(text.replace("youngs_modulus", "modulus")))
 
 

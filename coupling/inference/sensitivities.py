@@ -110,7 +110,8 @@ def sensitivities(
     findings = check_before(interface.chains, until)
     plan = simulation.plan(until, save_every)
     frames, rates = differentiate(simulation, build, values, plan, kept)
-    findings += checked([interface], [frames], plan.interval)[0]
+    with collected():  # of which the user is warned with the others
+        findings += checked([interface], [frames], plan.interval)[0]
     findings += [_doubt(name, part) for name, part in rates.doubt.items() if part > DOUBTFUL]
     still = [name for name in values if not (rates.force[name].any() or rates.velocity[name].any())]
     findings += [f"{name}: changes nothing in this run" for name in still]

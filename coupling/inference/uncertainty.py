@@ -7,11 +7,12 @@ supplement on the propagation of distributions by sampling.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, sqrt
 from textwrap import fill
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from coupling.inference.derivatives import Build
 from coupling.inference.identification import LINE
 from coupling.inference.sensitivities import as_measures, sensitivities, waves_at
 from coupling.results.ar_and_tof import UNCERTAINTY
-from coupling.results.findings import warn
+from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.sweeps.batch import Measure, batch
 from structures.caution import collected
 from structures.checks import finite, instance, short, whole
@@ -93,6 +94,30 @@ class Uncertainty:
     def _largest_first(self, name: str) -> list[str]:
         """Return the parameters by their share in the variance of a measure."""
         return sorted(self.inputs, key=lambda parameter: -self.shares[parameter][name])
+
+    def _bent(self, ends: xr.Dataset) -> list[str]:
+        """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
+        said = list[str]()
+        for name, value in self.value.items():
+            if not isfinite(value):
+                said.append(f"{name}: is {value} in this run, as no such wave is in the record; lengthen until")
+                continue
+            standard = self.standard[name]
+            for parameter, (below, above) in zip(self.inputs, ends[name].values.reshape(-1, 2), strict=True):
+                predicted, change = standard * sqrt(self.shares[parameter][name]), 0.5 * abs(above - below)
+                number, spread = (self._shown(parameter, size, 4) for size in self.inputs[parameter])
+                if not isfinite(change):
+                    said.append(
+                        f"{name}: has no value where {parameter} = {number} moves by its uncertainty {spread}; is that "
+                        "so large?"
+                    )
+                elif abs(change - predicted) > BENT * max(standard, 1e-9 * abs(value)):
+                    said.append(
+                        f"{name}: where {parameter} moves by its uncertainty, it moves by "
+                        f"{self._shown(name, change, 2)}, and by its derivative {self._shown(name, predicted, 2)}; in "
+                        "Python hl.uncertainty(..., draws=200) needs no derivative"
+                    )
+        return said
 
     def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
         """Return a run of the same simulation with this budget for a sensor, which reports then show."""
@@ -196,8 +221,16 @@ def uncertainty(
         raise ValueError("draws = 1: have no standard deviation; must be 2 or more, or 0 for none")
     sensor, values = whole("sensor", sensor), _defaults(build, spreads)
     inputs = {name: (value, standard_uncertainty(name, spreads[name], value)) for name, value in values.items()}
+    return propagated(build, until, sensor, inputs, measure, draws, seed)
+
+
+def propagated(
+    build: Build, until: float, sensor: int, inputs: Mapping[str, tuple[float, float]], measure: Measure | None = None,
+    draws: int = 0, seed: int = SEED, units: Mapping[str, str] = MappingProxyType({}),
+) -> Uncertainty:  # fmt: skip
+    """Return the budget of `uncertainty` for values and standard uncertainties in SI units; units: of parameters."""
     measure = measure or _of_sensor(sensor)
-    run = sensitivities(build, until, [sensor], measure=measure, **values)
+    run = sensitivities(build, until, [sensor], measure=measure, **{name: value for name, (value, _) in inputs.items()})
     names = [
         str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in ("contact_force", "velocity")
     ]
@@ -209,15 +242,16 @@ def uncertainty(
         value[name], standard[name] = float(run[name].values.item()), sqrt(float(parts.sum()))
         for parameter, part in zip(inputs, parts, strict=True):
             shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
-    notes = [line for line in run.attrs.get("warnings", "").splitlines() if line]
-    sampled, samples = dict[str, tuple[float, float]](), dict[str, Vector]()
+    all_units = {name: str(run[name].attrs.get("units", "1")) for name in names} | dict(units)
+    notes = findings_of(run)
+    budget = Uncertainty(value, standard, shares, dict(inputs), units=all_units, warnings=notes)
+    sampled, samples = budget.sampled, budget.samples
     if not draws:
-        said = _bent(names, _ends(build, until, sensor, measure, inputs), inputs, value, standard, shares)
-        warn(said)
-        notes += said
+        said = budget._bent(_ends(build, until, sensor, measure, inputs))
     else:
-        tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
-        said = list[str]()
+        with collected() as heard:
+            tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
+        said = [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
         for name in names:
             samples[name] = tables[name].values
             usable = samples[name][np.isfinite(samples[name])]
@@ -226,10 +260,9 @@ def uncertainty(
             if usable.size > 1:
                 sampled[name] = float(usable.mean()), float(usable.std(ddof=1))
                 said += _curved(name, standard[name], sampled[name][1], usable.size)
-        warn(said)
-        notes += said
-    units = {name: str(run[name].attrs.get("units", "1")) for name in names}
-    return Uncertainty(value, standard, shares, inputs, sampled, samples, units, notes)
+    warn(said)
+    notes += said
+    return budget
 
 
 def _of_sensor(sensor: int) -> Measure:
@@ -268,31 +301,6 @@ def _ends(
         columns[name][2 * place : 2 * place + 2] = value - spread, value + spread
     with collected():  # such runs are not those of the user, who learns what they show
         return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(measure(runs), runs), **columns)
-
-
-def _bent(
-    names: Sequence[str], ends: xr.Dataset, inputs: Mapping[str, tuple[float, float]], value: Mapping[str, float],
-    standard: Mapping[str, float], shares: Mapping[str, Mapping[str, float]],
-) -> list[str]:  # fmt: skip
-    """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
-    said = list[str]()
-    for name in names:
-        if not isfinite(value[name]):
-            said.append(f"{name}: is {value[name]} in this run, as no such wave is in the record; lengthen until")
-            continue
-        for parameter, (below, above) in zip(inputs, ends[name].values.reshape(-1, 2), strict=True):
-            predicted, change = standard[name] * sqrt(shares[parameter][name]), 0.5 * abs(above - below)
-            if not isfinite(change):
-                said.append(
-                    f"{name}: has no value where {parameter} = {inputs[parameter][0]:g} moves by its uncertainty "
-                    f"{inputs[parameter][1]:g}; is that so large?"
-                )
-            elif abs(change - predicted) > BENT * max(standard[name], 1e-9 * abs(value[name])):
-                said.append(
-                    f"{name}: where {parameter} moves by its uncertainty, it moves by {change:.2g}, and by its "
-                    f"derivative {predicted:.2g}; use draws=200, which need no derivative"
-                )
-    return said
 
 
 def _sampled(

@@ -14,7 +14,7 @@ from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
-from hertzlink.cases.checking import perhaps_at, value_at
+from hertzlink.cases.checking import SECTIONS, perhaps_at, value_at
 from hertzlink.cases.entry_paths import Path, parsed, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.materials import Isotropic, material_named
@@ -32,9 +32,6 @@ OWN_NAMES = OF_RUNS | {"sensor", "distance", "within", "end", "error"}
 
 PLACES = {0: "distance from the left edge", 1: "distance from the bottom edge"}
 """The two numbers of the place `at` of a contact on a rectangular plate."""
-
-SECTIONS = ("chain", "structure", "behind", "materials")
-"""What can be varied. The section [run] holds for all runs."""
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,11 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from inspect import Parameter, Signature
 from math import isnan
-from typing import Any
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.uncertainty import Uncertainty, uncertainty
-from hertzlink.cases.axes import name_of, named_property, path_of, si_value, unit_at
+from coupling.inference.uncertainty import Uncertainty, propagated
+from hertzlink.cases.axes import named_property, path_of, si_value, unit_at
 from hertzlink.cases.case import Case, of_run
 from hertzlink.cases.entry_paths import Path, entry, has
 from hertzlink.cases.faults import Fault
@@ -21,41 +19,26 @@ SECTION = "sensitivities"
 
 @dataclass(frozen=True)
 class Budget:
-    """Entries of a case, by name, with their paths, values and standard uncertainties (SI), and with units by path."""
+    """Entries of a case, each by its path as the user writes it: values with standard uncertainties, and SI units."""
 
     case: Case
     paths: dict[str, Path]
-    values: dict[str, float]
-    spreads: dict[str, Any]
-    written: dict[str, str]
-    """Each path as the user writes it."""
+    inputs: dict[str, tuple[float, float]]
     units: dict[str, str]
-
-    @property
-    def __signature__(self) -> Signature:
-        """The parameters of a call, whose default values are those of the case."""
-        return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=v) for name, v in self.values.items()])
 
     def __call__(self, **values: float) -> CoSimulation:
         """Return the co-simulation with other values, reduced."""
-        changed = self.case.changed({self.paths[name]: float(value) for name, value in values.items()})
+        changed = self.case.changed({self.paths[key]: float(value) for key, value in values.items()})
         return changed.simulation().reduced(self.case.until)
 
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""
         with of_run(), collected() as said:
-            budget = uncertainty(self, self.case.until, sensor, **self.spreads)
-        budget = replace(
-            budget,
-            inputs={self.written[name]: numbers for name, numbers in budget.inputs.items()},
-            shares={self.written[name]: share for name, share in budget.shares.items()},
-            units=budget.units | self.units,
-            warnings=[warning for warning in budget.warnings if warning not in findings],
-        )
+            budget = propagated(self, self.case.until, sensor, self.inputs, units=self.units)
         for message in said:
             if message not in findings:
                 caution(message)
-        return budget
+        return replace(budget, warnings=[warning for warning in budget.warnings if warning not in findings])
 
 
 def budget_of(case: Case) -> Budget | None:
@@ -66,21 +49,29 @@ def budget_of(case: Case) -> Budget | None:
     case.model.only_chain("an uncertainty budget")
     if case.model.sweep:
         raise Fault((SECTION,), "is that of one run; leave out [sweep], or this section")
-    budget = Budget(case, {}, {}, {}, {}, {})
+    budget = Budget(case, {}, {}, {})
     for key, text in entries.items():
         place = (SECTION, key)
         path = path_of(key, place)
         stated = entry(case.data, path) if has(case.data, path) else named_property(case, path)
         if stated is None:
-            raise Fault(place, "is not written in the case; give its value there first")
+            raise _unstated(case, path, place)
         value = si_value(case, path, stated, place)
         if not isinstance(value, float) or value == 0.0:
             raise Fault(place, f"{shown(value)} must be a number other than zero, and no count")
-        name = name_of(path, budget.paths)
-        budget.paths[name], budget.values[name] = path, value
-        budget.written[name], budget.units[key] = key, unit_at(case, path, value, ())[2]
-        budget.spreads[name] = _spread(text, value, budget.units[key], place)
+        budget.paths[key], budget.units[key] = path, unit_at(case, path, value, ())[2]
+        budget.inputs[key] = value, _spread(text, value, budget.units[key], place)
     return budget
+
+
+def _unstated(case: Case, path: Path, place: Path) -> Fault:
+    """Return the fault of an entry that the case does not have: it is misspelt, or has no value."""
+    try:
+        si_value(case, path, 1.0, place)
+    except Fault as fault:
+        if "no entry" in fault.reason:
+            return fault
+    return Fault(place, "is not written in the case; give its value there first")
 
 
 def _spread(text: float | str, value: float, unit: str, place: Path) -> float:

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
 from hertzlink._hints import nearest
-from hertzlink.cases.entry_paths import Path
+from hertzlink.cases.entry_paths import Path, entry, has, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import CaseModel, case_model
 from hertzlink.cases.parts import hint_of
@@ -18,6 +18,12 @@ from structures.checks import count_of
 KINDS = ("kind", "shape")
 """Entries that say which of several tables one is."""
 
+SECTIONS = ("chain", "structure", "behind", "materials")
+"""What can be varied. The section [run] holds for all runs."""
+
+SECTIONS_OF_PATHS: tuple[Path, ...] = (("sensitivities",), ("sweep",), ("identify", "unknowns"))
+"""Sections whose keys are paths of entries."""
+
 FIRST = ("extra_forbidden", "case", "form")
 """Errors that explain others: a misspelt name makes the right one missing."""
 
@@ -25,6 +31,8 @@ FIRST = ("extra_forbidden", "case", "form")
 def checked(data: Mapping[str, Any]) -> CaseModel:
     """Return the case that data mean; a Fault for the first entry that is wrong."""
     materials = data.get("materials")
+    for section in SECTIONS_OF_PATHS:
+        _check_quotes(data, section)
     try:
         return case_model().model_validate(
             data, context={"materials": materials if isinstance(materials, dict) else {}}
@@ -32,6 +40,17 @@ def checked(data: Mapping[str, Any]) -> CaseModel:
     except ValidationError as error:
         faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] not in FIRST)
         raise _fault(faults[0], data) from None
+
+
+def _check_quotes(data: Mapping[str, Any], section: Path) -> None:
+    """Raise a Fault for a path of an entry that lacks its quotes, so that TOML makes tables of it."""
+    keys = entry(data, section) if has(data, section) else None
+    for key in keys if isinstance(keys, dict) else ():
+        path: Path = (key,)
+        while isinstance(inner := entry(keys, path), dict) and inner and "from" not in inner:
+            path = *path, next(iter(inner))
+        if len(path) > 1 and "." not in key:
+            raise Fault((*section, key), f'a path belongs in quotes: "{written(path)}" = …')
 
 
 def value_at(model: Any, path: Path) -> Any:

@@ -41,7 +41,7 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
                 raise ValueError(f"{written(path[:i])} is no list, so it has no entry [{part}]")
             if part >= len(at):
                 raise ValueError(
-                    f"{written(path[:i])} has {count_of(len(at), 'entry')}, counted from 0, so no [{part}]"
+                    f"{written(path[:i])} has {count_of(len(at), 'entry')}, counted from 0, so no entry [{part}]"
                 )
         elif not isinstance(at, dict):
             raise ValueError(f"{written(path[:i])} is no table, so it has no entry {part}")

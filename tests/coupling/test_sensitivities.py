@@ -6,7 +6,8 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 import hertzlink as hl
-from structures.caution import HertzlinkWarning
+from coupling.results.findings import kind
+from structures.caution import HertzlinkWarning, collected
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 MODULUS, SPEED = 3e9, 0.3
@@ -257,6 +258,17 @@ def test_a_band_shows_the_uncertainty_of_a_force(change):
         hl.plots.traces(change, 6, spreads={"modulus": "five"})
     with pytest.raises(ValueError, match="the run has no derivatives; take one of sensitivities"):
         hl.plots.traces(build().run(1e-4), 6, spreads={"modulus": 1e7})
+
+
+@pytest.mark.parametrize("draws", [0, 3])
+def test_a_budget_says_once_what_the_user_must_know(draws):
+    """A fast striker makes contacts yield; bead 11 of 12 is too near the wall."""
+    with collected() as said:
+        budget = hl.uncertainty(lambda speed=1.5: build(MODULUS, speed), 4e-4, 11, draws=draws, speed="10 %")
+    assert [finding.split(":")[0] for finding in said].count("yield") == 1
+    assert [kind(finding) for finding in said] == [*dict.fromkeys(map(kind, said))]
+    assert set(said) == set(budget.warnings)
+    assert len(said) == len(budget.warnings)
 
 
 def test_parts_of_a_value_have_several_names():
