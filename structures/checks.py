@@ -210,9 +210,12 @@ def one_of(name: str, value: str, choices: Collection[str]) -> str:
 
 def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
     """Return `value` as an int; raise a ValueError if it is not a whole number from `smallest` to `largest`."""
-    number = finite(name, value)
-    if number != int(number) or number < smallest:
-        raise ValueError(f"{name} = {value!r}: must be a whole number, {smallest} or more")
+    try:
+        number = _number(name, value, "")
+    except ValueError:
+        number = math.nan
+    if not number >= smallest or number != int(number):
+        raise ValueError(f"{name} = {short(value)}: must be a whole number, {smallest} or more")
     if number > largest:
         raise ValueError(f"{name} = {value!r}: must be a whole number, at most {largest}")
     return int(number)

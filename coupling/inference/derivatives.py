@@ -175,7 +175,7 @@ def _built(build: Build, parameters: Mapping[str, float], name: str) -> CoSimula
     """Return a run near the value of a parameter; errors say that it is near."""
     try:
         run: CoSimulation = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation")
-    except ValueError as error:
+    except (ArithmeticError, ValueError) as error:
         raise ValueError(
             f"{name}: build fails at {parameters[name]!r}, which a derivative by differences needs: {error}"
         ) from None

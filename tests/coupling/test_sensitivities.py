@@ -168,6 +168,7 @@ WRONG = [
     ({"modulus": "3 GPa"}, "modulus"),
     ({"modulus": MODULUS, "until": -1.0}, "until = -1.0"),
     ({"modulus": MODULUS, "sensors": [40]}, r"sensors = \[40\]: must be beads from 1 to 12"),
+    ({"modulus": MODULUS, "sensors": [True]}, "sensors = True: must be a whole number, 1 or more"),
     ({"modulus": MODULUS, "sensors": None}, "sensors = None"),
     ({"modulus": MODULUS, "measure": 3}, "measure"),
     ({"modulus": MODULUS, "measure": lambda runs: runs}, "contact_force is a name that every run uses"),
@@ -208,6 +209,7 @@ class Wall:
         (adaptive, "has adaptive windows"),
         (lambda speed: build(impact_speed=speed).replace(structure=Wall(), scheme=hl.Aitken()), "has no derivatives"),
         (lambda speed: build, "must be a CoSimulation"),
+        (lambda speed: build() if speed == SPEED else 1 / 0, r"speed: build fails at 0\.2999.*: division by zero"),
     ],
 )
 def test_runs_without_derivatives_are_named(make, message):
@@ -302,14 +304,17 @@ SPREADS = [
     ({"modulus": "1 %", "draws": -1}, "draws = -1"),
     ({"modulus": "1 %", "draws": 1}, "draws = 1"),
     ({"modulus": "1 %", "seed": -1}, "seed = -1"),
-    ({"modulus": "1 %", "seed": "x"}, "seed"),
+    ({"modulus": "1 %", "seed": "x"}, "seed = 'x': must be a whole number, 0 or more"),
+    ({"modulus": "1 %", "draws": "10"}, "draws = '10': must be a whole number, 0 or more"),
+    ({"modulus": "1 %", "sensor": [4]}, r"sensor = \[4\]: must be a whole number, 1 or more"),
+    ({"modulus": "1 %", "sensor": 1e200}, "sensor = 1e[+]200: must be a whole number, at most"),
 ]
 
 
 @pytest.mark.parametrize(("arguments", "message"), SPREADS)
 def test_wrong_uncertainties_are_named(arguments, message):
     with pytest.raises(ValueError, match=message):
-        hl.uncertainty(build, 2e-4, 6, **arguments)
+        hl.uncertainty(build, 2e-4, **({"sensor": 6} | arguments))
 
 
 def test_a_parameter_needs_a_value():
