@@ -152,16 +152,14 @@ def reduce(
         tolerance, largest = part * tolerance, max(largest, MOST_VECTORS)
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
-    if keep_field:
-        known_field(structure)
+    field = known_field(structure) if keep_field else None
     if structure.mass.count_nonzero() == 0:
         return structure
-    if keep_field:
-        modes, report, krylov = _computed(structure, until, tolerance, largest, pulse)
-        field = known_field(structure).in_basis(krylov.shapes(modes))
-    else:
+    if field is None:
         modes, report = _latest(structure, until, tolerance, largest, pulse)
-        field = None
+    else:
+        modes, report, krylov = _computed(structure, until, tolerance, largest, pulse)
+        field = field.in_basis(krylov.shapes(modes))
     if (estimate := report["error_estimate"]) > tolerance:
         caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
     return _made_of(modes, structure, report, until, field)

@@ -279,6 +279,9 @@ def test_bodies_that_touch_nothing_are_told_from_the_others(y, v, count):
     chain = hl.stepping.MovingChain(hl.Chain([BEAD] * 3, BEAD, 0.4), hl.Surface(hl.STEEL_316)).model
     assert flying(chain, 0, before, after) == flying(chain, 0, after, before) == count
     assert flying(chain._replace(inverse_mass=np.zeros(4)), 0, before, after) == 0
+    loaded = hl.Chain([BEAD] * 3, BEAD, 0.4, preload=5.0), hl.Chain([BEAD] * 3, BEAD, 0.4, integrator="rk4")
+    for other in loaded:
+        assert flying(hl.stepping.MovingChain(other, hl.Surface(hl.STEEL_316)).model, 0, before, after) == 0
 
 
 @pytest.mark.parametrize("width", WIDTHS)

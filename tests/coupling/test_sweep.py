@@ -38,9 +38,15 @@ def test_two_axes_equal_single_runs() -> None:
     assert ratio.sel(material="acrylic", length=0.05).item() == hl.amplitude_ratio(single, sensor=3).item()
 
 
+@pytest.mark.usefixtures("cores")
 def test_processes_change_nothing() -> None:
-    one, two = (hl.sweep(on_half_space, until=4e-4, jobs=jobs, radius=[2e-3, 3e-3, 4e-3]) for jobs in (1, 2))
+    """Nor does their usual number, one for each core."""
+    one, two, usual = (
+        hl.sweep(on_half_space, until=4e-4, radius=[2e-3, 3e-3, 4e-3], **jobs)
+        for jobs in ({"jobs": 1}, {"jobs": 2}, dict[str, int]())
+    )
     assert one.identical(two)
+    assert one.identical(usual)
 
 
 def test_different_beads_share_their_times() -> None:

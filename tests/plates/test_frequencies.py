@@ -180,9 +180,11 @@ def test_both_ways_of_using_symmetry_go_together() -> None:
         {"thickness": None, "material": SKEW},
         {"additions": [hl.PointMass(0.3, 0.4, 5.0)]},
         {"additions": [hl.Weakened((0.0, 0.4, 0.0, 1.0), 0.1)]},
+        {"additions": [hl.Weakened((0.0, 0.4, 0.0, 1.0), 0.1), hl.Weakened((0.6, 1.0, 0.0, 1.0), 0.5)]},
+        {"additions": [hl.Weakened((0.4, 0.6, 0.4, 0.6), 0.1), hl.PointMass(0.3, 0.4, 5.0)]},
         {"additions": [hl.Stiffener((0.1, 0.0), (0.1, 1.0), 1e3)]},
     ],
-    ids=["laminate", "mass", "weak", "stiffener"],
+    ids=["laminate", "mass", "weak", "one side weaker", "weak middle, mass", "stiffener"],
 )
 def test_symmetry_is_not_used_where_the_plate_has_none(more: dict[str, object]) -> None:
     """At the centre and slightly off it: the same answer, which half the plate would not give."""
