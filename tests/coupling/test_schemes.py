@@ -553,7 +553,7 @@ class Lagged:
             ({"substeps_per_contact": bad}, rf"Own\.substeps_per_contact = {bad!r}: must be a")
             for bad in (-1, 2.5, True)
         ],
-        ({"substeps_per_contact": np.nan}, r"Own\.substeps_per_contact = nan: must be a finite number"),
+        ({"substeps_per_contact": np.nan}, r"Own\.substeps_per_contact = nan: must be a whole number, 1 or more"),
         ({"repeats": None}, r"Own\.repeats = None: must be True or False"),
         ({"whole_window": "no"}, r"Own\.whole_window = 'no': must be True or False"),
         ({"start": None}, r"Own\.start = None: must be a method"),

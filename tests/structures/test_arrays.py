@@ -43,7 +43,7 @@ def test_arrays_with_units(time: object, force: object) -> None:
         (UNITS.Quantity(TIME, "m"), FORCE, "time: is in 'meter', must be in s"),
         (TIME, NS.astype("m8[ns]"), r"forces\[7\]: holds timedelta64\[ns\]"),
         (NS.astype("m8"), FORCE, "time: holds timedelta64, must be times"),
-        (np.where(NS == 5000, np.timedelta64("NaT"), NS.astype("m8[ns]")), FORCE, r"time\[5\] is NaT"),
+        (np.where(NS == 5000, np.timedelta64("NaT", "ns"), NS.astype("m8[ns]")), FORCE, r"time\[5\] is NaT"),
         ([[1.0], [1.0, 2.0]], FORCE, "time: must be an array of numbers"),
     ],
 )
