@@ -37,8 +37,8 @@ class StructureWindows:
         if interface.black_boxes:
             # Gaps have work space, which runs at the same time must not share; and each run its own openings.
             return structure_piece(interface, structures, length)
-        seats = tuple(tuple(seat) for seat in interface.of_structure)
-        key = (*((id(structure.structure), structure.stepper) for structure in structures), seats, length)
+        seats = [seat.tobytes() for seat in interface.of_structure]
+        key = (*((id(structure.structure), structure.stepper) for structure in structures), *seats, length)
         if key not in self._known:
             piece = structure_piece(interface, structures, length)
             for old in list(self._known)[: -MOST_WINDOWS or None]:

@@ -359,7 +359,7 @@ class MovingChain:
     def start(self) -> ChainState:
         """Return the static equilibrium, the striker touching the first bead at the impact speed; without one that bead
         has it."""
-        velocity = np.zeros_like(self.rest)
+        velocity = np.zeros(self.rest.size)
         velocity[0 if self.chain.body else 1] = self.chain.speed
         return ChainState(self.rest.copy(), velocity)
 

@@ -144,9 +144,9 @@ class MovingStructure:
         if structure.is_modal:
             step = self.step(length)
             assert isinstance(step, Oscillators)
-            return _of_oscillators(step, structure)
+            return _of_oscillators(step, structure.contact_vectors)
         if self._modes is not None:
-            return _of_oscillators(Oscillators(self._modes, length, exact=False), self._modes)
+            return _of_oscillators(Oscillators(self._modes, length, exact=False), self._modes.contact_vectors)
         # Sparse matrices this small take several times as long.
         damping = None if structure.damping is None else structure.damping.toarray()
         dense = DenseMatrices(
@@ -302,13 +302,13 @@ class MovingStructure:
         return self._steps[window]
 
 
-def _of_oscillators(step: Oscillators, modes: Structure) -> linear.Oscillators:
-    rates = np.zeros(0) if modes.damping is None else modes.damping.diagonal()
+def _of_oscillators(step: Oscillators, contact: Vector) -> linear.Oscillators:
+    """Return a window as a piece. contact: vectors of the contacts, n × K."""
     return linear.Oscillators(
         np.ascontiguousarray(step.rows),
         np.ascontiguousarray(np.concatenate(step.response[:2]).T),
-        np.ascontiguousarray(modes.contact_vectors.T),
-        modes.stiffness.diagonal(),
-        rates,
-        np.array([0, modes.size]),
+        np.array(contact.T, order="C"),
+        step.square,
+        step.rate,
+        np.array([0, step.square.size]),
     )

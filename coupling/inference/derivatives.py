@@ -5,7 +5,7 @@ it, so differences of order four give their derivatives to eight digits or more.
 thousands of steps and through contacts that open and close, is exact: dual numbers carry it along with the run.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import ceil, prod
 from typing import Any, NamedTuple, TypeAlias
@@ -39,6 +39,10 @@ PLACES = (-2.0, -1.0, 1.0, 2.0)
 
 WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 """Of the differences of order four."""
+
+DOUBTS = WEIGHTS + [-0.5, 2.5, 1.5, -0.5]
+"""Of how much these differ from differences of order two, and of how much the two sides differ beyond what a smooth
+curve, whose second difference grows with the step, explains: so a kink, a jump or chance shows."""
 
 NUDGE = 1e-9
 """Part of its value by which a parameter is moved that gives a run of another kind at this value alone."""
@@ -203,14 +207,15 @@ def aligned(piece: Any, usual: Any) -> Any:
     """Return oscillators with the signs of others: the sign of a mode is arbitrary."""
     if piece is usual or not isinstance(piece, Oscillators) or piece.contact.shape != usual.contact.shape:
         return piece
-    sign = np.where((piece.contact * usual.contact).sum(axis=0) < 0.0, -1.0, 1.0)
-    return piece._replace(contact=piece.contact * sign, response=piece.response * np.tile(sign, 2))
+    sign = np.copysign(1.0, (piece.contact * usual.contact).sum(axis=0))
+    return piece._replace(contact=piece.contact * sign, response=piece.response * np.concatenate([sign, sign]))
 
 
 def _with_signs(moving: Any, usual: Any) -> Any:
     """Return a reduced structure with the signs of another in its modes and, by what couples them, in its arms."""
     structure, other = moving.structure, usual.structure
-    if "reduction" not in structure.origin or structure.is_modal or structure.contact.shape != other.contact.shape:
+    alone = structure is other or structure.is_modal or structure.contact.shape != other.contact.shape
+    if alone or "reduction" not in structure.origin:
         return moving
     contact = structure.contact_vectors
     sign = np.where((contact * other.contact_vectors).sum(axis=1) < 0.0, -1.0, 1.0)
@@ -227,86 +232,82 @@ def _with_signs(moving: Any, usual: Any) -> Any:
     return MovingStructure(replace(structure, **changes, matrices=None), moving.stepper)
 
 
-def over_numbers(function: Callable[[Any, slice], Any], numbers: Any) -> Any:
-    """Return numbers of a run with what a function makes of each array and of its place in a row of all."""
-    begin = 0
+class _Column:
+    """A number of a run with those in its place in other runs, and what it becomes."""
 
-    def visit(piece: Any) -> Any:
-        nonlocal begin
-        if isinstance(piece, tuple):
-            parts = map(visit, piece)
-            return type(piece)(*parts) if hasattr(piece, "_fields") else tuple(parts)
-        if not _is_number(piece):
-            return piece
-        place = slice(begin, begin + np.size(piece))
-        begin = place.stop
-        return function(piece, place)
+    def __init__(self, values: Sequence[Any], begin: int) -> None:
+        self.value, rows = values[0], np.array(values)
+        self.dual, self.rows = self.value, rows.reshape(len(rows), rows.size // len(rows))
+        self.place = slice(begin, begin + self.rows.shape[1])
 
-    return visit(numbers)
+
+def gathered(runs: Sequence[Any], names: Sequence[str], columns: list[_Column]) -> Any:
+    """Return a piece of the first of some runs with columns, which it adds to a list, in place of the numbers.
+
+    What is the same object in all runs stays as it is. names: the parameters that the other runs change. Raises a
+    ValueError that names one if pieces differ in more than numbers.
+    """
+    here = runs[0]
+    if len({*map(id, runs)}) == 1:
+        return here
+    kinds = list(map(type if hasattr(here, "_fields") else _kind, runs))
+    if kinds.count(kinds[0]) < len(kinds):
+        name = next(name for name, kind in zip(names, kinds[1:], strict=True) if kind != kinds[0])
+        raise ValueError(
+            f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
+            "may; fix the mesh (cells), or reduce with another tolerance"
+        )
+    if isinstance(here, tuple):
+        return _like(here, [gathered(parts, names, columns) for parts in zip(*runs, strict=True)])
+    if not _is_number(here):
+        return here
+    columns.append(_Column(runs, columns[-1].place.stop if columns else 0))
+    return columns[-1]
+
+
+def _filled(piece: Any) -> Any:
+    """Return a piece with what the columns in it became."""
+    if isinstance(piece, tuple):
+        return _like(piece, map(_filled, piece))
+    return piece.dual if isinstance(piece, _Column) else piece
+
+
+def _like(piece: Any, parts: Iterable[Any]) -> Any:
+    return type(piece)(*parts) if hasattr(piece, "_fields") else tuple(parts)
 
 
 def _is_number(leaf: Any) -> bool:
     return isinstance(leaf, float) or (isinstance(leaf, np.ndarray) and leaf.dtype == float)
 
 
-def _add_parts(piece: Any, kinds: list[Any], rows: list[Any]) -> None:
-    """Add at the ends of two lists the kinds of which a piece is made, in which runs must agree, and its numbers."""
+def _kind(piece: Any) -> Any:
+    """Return in what the pieces of runs must agree."""
     if isinstance(piece, tuple):
-        kinds.append(type(piece))
-        for part in piece:
-            _add_parts(part, kinds, rows)
-    elif _is_number(piece):
-        kinds.append(getattr(piece, "shape", ()))
-        rows.append(piece.ravel() if kinds[-1] else (piece,))
-    else:
-        kinds.append(piece.tobytes() if isinstance(piece, np.ndarray) else piece)
+        return type(piece), len(piece)
+    if _is_number(piece):
+        return getattr(piece, "shape", ())
+    return piece.tobytes() if isinstance(piece, np.ndarray) else piece
 
 
-def kinds_and_numbers(numbers: Numbers) -> tuple[list[Any], Vector]:
-    """Return the kinds of which the numbers of a run are made, and the numbers as a row."""
-    kinds, rows = list[Any](), list[Any]()
-    _add_parts(numbers, kinds, rows)
-    return kinds, np.concatenate(rows)
+def changes_of(rows: Vector) -> Vector:
+    """Return by how much rows at the places around each parameter differ from the first one; rounding is none.
 
-
-def rates_of(
-    name: str, usual: tuple[list[Any], Vector], around: Sequence[Numbers], step: float
-) -> tuple[Vector, Vector]:
-    """Return the derivatives of numbers from those around, and the doubt about these, each as a row.
-
-    usual: the kinds and the numbers here.
-
-    The doubt is how much derivatives of order two differ, and how much those of both sides do beyond what a smooth
-    curve, whose second difference grows with the step, explains: so a kink, a jump or chance shows.
-
-    Raises a ValueError where the numbers change their kind or count.
+    WEIGHTS and DOUBTS of the four rows of a parameter, over its step, are derivatives and the doubts about them.
     """
-    pieces = [usual, *map(kinds_and_numbers, around)]
-    if any(kinds != usual[0] for kinds, _ in pieces):
-        raise ValueError(
-            f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
-            "may; fix the mesh (cells), or reduce with another tolerance"
-        )
-    here, before, below, above, after = values = np.array([row for _, row in pieces])
-    moves = np.ptp(values[1:], axis=0) > ROUNDING * abs(values[1:]).max(axis=0)
-    rate = np.where(moves, WEIGHTS @ values[1:], 0.0) / step
-    bend = (2.0 * (above + below) - 0.5 * (after + before) - 3.0 * here) / step
-    return rate, np.where(moves, rate - (above - below) / (2.0 * step) + bend, 0.0)
+    changes = rows[1:] - rows[0]
+    moves = (abs(changes) > ROUNDING * abs(rows[0])).reshape(len(rows) // len(PLACES), len(PLACES), rows.shape[1])
+    return np.where(moves.any(axis=1).repeat(len(PLACES), axis=0), changes, 0.0)
 
 
-def _changed_bodies(usual: Numbers, changes: Vector) -> tuple[int, int]:
+def _changed_bodies(chains: Sequence[Any], columns: Sequence[_Column], moves: Vector) -> tuple[int, int]:
     """Return the range of bodies whose masses, or contacts ahead, parameters change; −1 twice if they change more.
 
-    changes: whether any parameter changes a number, as a row.
+    columns: of the chains. moves: whether parameters change each number.
     """
-    (chain, *others), bodies = usual.chains, list[int]()
-
-    def visit(value: Any, place: slice) -> Any:
-        each = value is chain.inverse_mass or value is getattr(chain.law, "stiffness", None)
-        bodies.extend(np.flatnonzero(changes[place]) if each else [-1] * int(changes[place].any()))
-        return value
-
-    over_numbers(visit, usual.chains)
+    (chain, *others), bodies = chains, list[int]()
+    for column in (column for column in columns if column.dual is not column.value):
+        of_bodies = column.value is chain.inverse_mass or column.value is getattr(chain.law, "stiffness", None)
+        bodies.extend(np.flatnonzero(moves[column.place]) if of_bodies else [-1])
     if others or -1 in bodies:
         return -1, -1
     return min(bodies, default=chain.inverse_mass.size - 1), max(bodies, default=-1) + 1
@@ -345,7 +346,14 @@ class TangentEngine(Engine):
         # The group and the entry of each direction that is not that of a surface.
         self.group, entry = np.divmod(np.arange(self.interface.size, self.directions), self.entries - 1)
         self.entry = 1 + entry
-        self._recorders, self._numbers = dict[float, Tangents](), dict[float, Numbers]()
+        self._recorders: dict[float, Tangents] = {}
+        self._numbers: dict[float, Numbers] = {}
+        count, steps = len(parameters), np.array([parameter.step for parameter in parameters])
+        weights, each = np.zeros((count + (not doubts), count, len(PLACES))), np.arange(count)
+        weights[count:] = DOUBTS / STEP
+        weights[each, each] = (DOUBTS if doubts else WEIGHTS) / steps[:, None]
+        self.weights = weights.reshape(len(weights), -1)
+        """Of the changes around all parameters in the derivatives of each direction."""
         self.moving = self._moving(self._dual(self.length))
         rows, groups = plan.rows, len(self.groups)
         self.force = self._zeros(groups, rows, frames.sensors.force.shape[1])
@@ -359,38 +367,42 @@ class TangentEngine(Engine):
         """Return the numbers of the run as dual ones; what no parameter changes stays plain in pieces."""
         if length in self._numbers:
             return self._numbers[length]
-        usual, slopes = numbers_of(self.simulation, length, None, self.windows), list[tuple[Vector, Vector]]()
-        here = kinds_and_numbers(usual)
-        for name, simulations, step in self.parameters:
-            around = [numbers_of(run, length, self.simulation, self.windows) for run in simulations]
-            around = [numbers._replace(structure=aligned(numbers.structure, usual.structure)) for numbers in around]
-            slopes.append(rates_of(name, here, around, step))
-        rates, doubts = (np.array(rows) for rows in zip(*slopes, strict=True))
-        values = np.array([step / STEP for _, _, step in self.parameters])
-        directions = doubts if self.doubts else np.vstack([rates, values @ doubts])
-        changes: Any = directions.any(axis=0)
-        pieces = changes.size - sum(map(np.size, usual[2:]))
-        (first, end), chain = _changed_bodies(usual, changes), usual.chains[0]
-        starts = changes[-sum(map(np.size, usual[3:])) :]
-        self.begin = first if chain.quiet and not starts.any() else -1
-        partly = end > 0 and isinstance(chain.law, Hertz) and isinstance(chain.scheme, Verlet)
-
-        def dual(value: Any, place: slice) -> Any:
-            each = partly and (value is chain.inverse_mass or value is chain.law.stiffness)
-            if place.start < pieces and not (each or changes[place].any()):
-                return value
-            lanes = self._zeros(len(self.groups), *np.shape(np.atleast_1d(value)))
-            flat = lanes.reshape(len(self.groups), -1, self.entries)
-            flat[..., 0] = np.ravel(value)
-            flat[self.group, :, self.entry] = directions[:, place]
-            return (Lane if np.ndim(value) == 0 else Lanes)(lanes, self.width())
-
-        numbers: Any = over_numbers(dual, usual)
-        if partly:
-            law = Partly(numbers.chains[0].law.stiffness, chain.law, chain.inverse_mass, first, end)
-            numbers = numbers._replace(chains=(numbers.chains[0]._replace(law=law),))
-        self._numbers[length] = numbers
+        names = [name for name, runs, _ in self.parameters for _ in runs]
+        around = [
+            numbers_of(run, length, self.simulation, self.windows) for _, runs, _ in self.parameters for run in runs
+        ]
+        usual, columns = numbers_of(self.simulation, length, None, self.windows), list[_Column]()
+        chains, structures, *others = zip(usual, *around, strict=True)
+        pieces, of_chains = [gathered(chains, names, columns)], columns.copy()
+        alike = [aligned(piece, usual.structure) for piece in structures]
+        pieces += [gathered(values, names, columns) for values in (alike, *others)]
+        rows = np.concatenate([column.rows for column in columns], axis=1)
+        directions: Any = self.weights @ changes_of(rows)
+        moves, lanes = directions.any(axis=0), self._zeros(len(self.groups), rows.shape[1])
+        lanes[..., 0], lanes[self.group, :, self.entry] = rows[0], directions
+        for column in columns:
+            if np.count_nonzero(moves[column.place]):
+                column.dual = self._lanes(column.value, lanes[:, column.place])
+        (moved, *more), *rest = map(_filled, pieces)
+        (first, end), chain = _changed_bodies(usual.chains, of_chains, moves), usual.chains[0]
+        self.begin = first if chain.quiet and not any(isinstance(piece, Lanes) for piece in rest[2:]) else -1
+        if end > 0 and isinstance(chain.law, Hertz) and isinstance(chain.scheme, Verlet):
+            stiffness, inverse_mass = map(self._lanes, (moved.law.stiffness, moved.inverse_mass))
+            law = Partly(stiffness, chain.law, chain.inverse_mass, first, end)
+            moved = moved._replace(law=law, inverse_mass=inverse_mass)
+        self._numbers[length] = Numbers((moved, *more), rest[0], *map(self._lanes, rest[1:]))
         return self._numbers[length]
+
+    def _lanes(self, value: Any, entries: Vector | None = None) -> Any:
+        """Return a number as a dual one, if it is not; entries: groups × size × entries, by default without slopes."""
+        if isinstance(value, Lanes):
+            return value
+        lanes = self._zeros(len(self.groups), *(np.shape(value) or (1,)))
+        if entries is None:
+            lanes[..., 0] = value
+        else:
+            lanes[...] = entries.reshape(lanes.shape)
+        return (Lanes if np.ndim(value) else Lane)(lanes, self.width())
 
     def _moving(self, numbers: Any) -> Moving:
         """Return the start of the run in dual numbers."""

@@ -239,6 +239,8 @@ def as_coupled(part: Oscillators) -> Coupled:
 
 def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int) -> Oscillators:
     """Return several structures of oscillators as one piece; rows: the contact of each row of each part."""
+    if len(parts) == 1 and [*rows[0]] == [*range(contacts)]:
+        return parts[0]
     sizes = [part.squares.size for part in parts]
     begin = np.cumsum([0, *sizes])
     n = int(begin[-1])
@@ -247,10 +249,9 @@ def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int)
         used, place = seats >= 0, slice(first, first + size)
         contact[seats[used], place] = part.contact[used]
         response.reshape(contacts, 2, n)[seats[used], :, place] = part.response.reshape(seats.size, 2, size)[used]
-    rates = [part.rates if part.rates.size else np.zeros(size) for part, size in zip(parts, sizes, strict=True)]
     return Oscillators(
         np.concatenate([part.rows for part in parts], axis=1), response, contact,
-        np.concatenate([part.squares for part in parts]), np.concatenate(rates), begin,
+        np.concatenate([part.squares for part in parts]), np.concatenate([part.rates for part in parts]), begin,
     )  # fmt: skip
 
 

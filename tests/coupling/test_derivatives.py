@@ -11,7 +11,7 @@ from numba import njit
 
 import hertzlink as hl
 from coupling.inference import derivatives
-from coupling.inference.derivatives import differentiate, kinds_and_numbers, numbers_of
+from coupling.inference.derivatives import differentiate, numbers_of
 from coupling.kernels.tangents import flying
 from coupling.recording.frames import kept_at
 from particles.kernels.laws import hertz
@@ -175,51 +175,53 @@ def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, comp
     return saved
 
 
-def as_numbers(row, usual):
-    """Return a row as numbers of a run."""
-    return derivatives.over_numbers(lambda leaf, place: row[place].reshape(np.shape(leaf)), usual)
+def slope(read, runs, step, weights=derivatives.WEIGHTS):
+    """Return the derivative of a number that is read from the numbers of runs, first those here."""
+    values = np.array(list(map(read, runs)))
+    changes = derivatives.changes_of(values.reshape(len(runs), values[0].size))
+    return (weights @ changes).reshape(values.shape[1:]) / step
 
 
-def numbers_with_step(usual, rates):
-    """Return what the twin takes, moved by a complex step along derivatives."""
-
-    def moved(value, rate):
-        return np.asarray(value) + 1j * STEP * np.asarray(rate)
-
-    chain, slope, structure, change = usual.chains[0], rates.chains[0], usual.structure, rates.structure
-    parts = [
-        moved(chain.inverse_mass, slope.inverse_mass), moved(chain.law.stiffness, slope.law.stiffness),
-        complex(moved(chain.springs[1], slope.springs[1])), moved(structure.rows, change.rows),
-        moved(structure.response[0], change.response[0]), moved(structure.contact[0], change.contact[0]),
-        complex(moved(usual.compliance[0, 0], rates.compliance[0, 0])), moved(usual.y, rates.y),
-        moved(usual.v, rates.v),
-    ]  # fmt: skip
-    return parts
+OF_TWIN = (
+    lambda run: run.chains[0].inverse_mass,
+    lambda run: run.chains[0].law.stiffness,
+    lambda run: run.chains[0].springs[1],
+    lambda run: run.structure.rows,
+    lambda run: run.structure.response[0],
+    lambda run: run.structure.contact[0],
+    lambda run: run.compliance[0, 0],
+    lambda run: run.y,
+    lambda run: run.v,
+)
 
 
 def test_what_a_run_is_made_of_has_the_derivatives_of_closed_forms():
     """Of a mass on a spring ω² = k/m and the shape 1/√m; of the first sphere its mass and Hertz's stiffness."""
     build, values = builder("mass on a spring")
     simulation, mass, spring, radius = build(**values), values["depth"], values["modulus"], values["radius"]
-    usual, rates = numbers_of(simulation, WINDOW), {}
-    for name, runs, step in derivatives.parameters_around(build, values):
-        numbers = [numbers_of(run, WINDOW) for run in runs]
-        rates[name], doubt = (
-            as_numbers(row, usual) for row in derivatives.rates_of(name, kinds_and_numbers(usual), numbers, step)
-        )
-        assert abs(doubt.structure.squares).max() <= 1e-6 * abs(usual.structure.squares).max() / values[name]
+    runs = {
+        name: ([numbers_of(run, WINDOW) for run in (simulation, *around)], step)
+        for name, around, step in derivatives.parameters_around(build, values)
+    }
+    (usual, *_), _ = runs["depth"]
+    for name, around in runs.items():
+        doubt = slope(lambda run: run.structure.squares, *around, derivatives.DOUBTS)
+        assert abs(doubt).max() <= 1e-6 * abs(usual.structure.squares).max() / values[name]
     law, inverse = usual.chains[0].law.stiffness[0], usual.chains[0].inverse_mass[0]
     expected = [
-        (rates["depth"].structure.squares[0], -spring / mass**2),
-        (rates["modulus"].structure.squares[0], 1.0 / mass),
-        (rates["depth"].structure.contact[0, 0], -0.5 * usual.structure.contact[0, 0] / mass),
-        (rates["radius"].chains[0].inverse_mass[0], -3.0 * inverse / radius),
-        (rates["radius"].chains[0].law.stiffness[0], 0.5 * law * 4.76e-3 / (radius * (radius + 4.76e-3))),
-        (rates["impact_speed"].v[0], 1.0),
+        (slope(lambda run: run.structure.squares[0], *runs["depth"]), -spring / mass**2),
+        (slope(lambda run: run.structure.squares[0], *runs["modulus"]), 1.0 / mass),
+        (slope(lambda run: run.structure.contact[0, 0], *runs["depth"]), -0.5 * usual.structure.contact[0, 0] / mass),
+        (slope(lambda run: run.chains[0].inverse_mass[0], *runs["radius"]), -3.0 * inverse / radius),
+        (
+            slope(lambda run: run.chains[0].law.stiffness[0], *runs["radius"]),
+            0.5 * law * 4.76e-3 / (radius * (radius + 4.76e-3)),
+        ),
+        (slope(lambda run: run.v[0], *runs["impact_speed"]), 1.0),
     ]
     for carried, exact in expected:
         assert carried == pytest.approx(exact, rel=1e-9)
-    assert not rates["modulus"].chains[0].inverse_mass.any()
+    assert not slope(lambda run: run.chains[0].inverse_mass, *runs["modulus"]).any()
 
 
 @pytest.mark.parametrize(
@@ -237,12 +239,11 @@ def test_derivatives_agree_with_complex_steps_over_20_000_steps(name, monkeypatc
     plan = simulation.plan(WINDOWS * WINDOW, WINDOW)
     assert (plan.length, simulation.chain.steps(plan.length)) == (WINDOW, STEPS)
     _, rates = differentiate(simulation, build, values, plan, kept_at([SENSOR], BEADS))
-    usual = numbers_of(simulation, plan.length)
-    for parameter, runs, difference in derivatives.parameters_around(build, values):
-        numbers = [numbers_of(one, plan.length, simulation) for one in runs]
-        numbers = [one._replace(structure=derivatives.aligned(one.structure, usual.structure)) for one in numbers]
-        slopes = as_numbers(derivatives.rates_of(parameter, kinds_and_numbers(usual), numbers, difference)[0], usual)
-        step = twin(WINDOWS, *numbers_with_step(usual, slopes)).imag / STEP
+    for parameter, around, difference in derivatives.parameters_around(build, values):
+        runs = [numbers_of(run, plan.length, simulation) for run in (simulation, *around)]
+        runs = [run._replace(structure=derivatives.aligned(run.structure, runs[0].structure)) for run in runs]
+        moved = [read(runs[0]) + 1j * STEP * slope(read, runs, difference) for read in OF_TWIN]
+        step = twin(WINDOWS, *moved).imag / STEP
         carried = rates.force[parameter][1:, :2]
         without = ("half-space", "depth"), (QUICK[-1], "impact_speed")
         assert abs(step).max() > 0.0 or (name, parameter) in without
