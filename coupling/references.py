@@ -18,7 +18,7 @@ from coupling.results.measures import sensor_force
 from coupling.results.provenance import differences, unfolded, version_of, versions
 from coupling.results.reading import Reading, force_of_last
 from structures.caution import collected
-from structures.checks import instance, listed, not_negative, one_of, whole
+from structures.checks import count_of, instance, listed, not_negative, one_of, whole
 from structures.meshes.hdf5 import check_hdf5
 from structures.structure import Vector
 
@@ -389,4 +389,4 @@ def _on_times(values: Vector, times: Vector, wanted: Vector) -> Vector:
 def _values_along(data: xr.Dataset, axis: str) -> Any:
     if axis not in data.dims:
         return "none"
-    return data[axis].values.tolist() if axis in data.coords else f"{data.sizes[axis]} values"
+    return data[axis].values.tolist() if axis in data.coords else count_of(data.sizes[axis], "value")

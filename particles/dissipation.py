@@ -13,7 +13,7 @@ from typing import Annotated, Any, cast
 import numpy as np
 
 from particles.kernels.losses import BodyLoss, ContactLoss, Drag
-from structures.checks import finite, short
+from structures.checks import count_of, finite, short
 from structures.described import described
 from structures.quantities import OneOf, Quantity, Time
 from structures.structure import Vector
@@ -133,8 +133,8 @@ def _of_masses(name: str, answer: Any, mass: Vector, why: str) -> Vector:
     """Return a user's numbers; a ValueError where there is not one for each mass, or one is negative or not finite."""
     if answer.dtype.kind not in "fiu" or answer.shape != mass.shape:
         raise ValueError(
-            f"{name}: must return {mass.size} numbers, one for each contact, not {short(answer)}; a chain of "
-            f"{mass.size - 1} has that with the striker and that with the structure too"
+            f"{name}: must return {count_of(mass.size, 'number')}, one for each contact, not {short(answer)}; a "
+            f"chain of {mass.size - 1} has that with the striker and that with the structure too"
         )
     wrong = ~(np.isfinite(answer) & (answer >= 0.0))
     if wrong.any():

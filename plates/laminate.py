@@ -10,7 +10,7 @@ import numpy as np
 from plates.section import SHEAR_CORRECTION, Section, homogeneous_section
 from structures.bodies.anisotropy import indentation_modulus, orthotropic_stiffness
 from structures.bodies.elasticity import shear_modulus
-from structures.checks import listed, positive
+from structures.checks import count_of, listed, positive
 from structures.described import described
 from structures.material import Material
 from structures.quantities import Angle, Asks, Component, Density, Likely
@@ -157,7 +157,7 @@ class Laminate:
     @property
     def name(self) -> str:
         """The section in a few words."""
-        return f"a laminate of {len(self.plies)} plies" if len(self.plies) > 1 else "a laminate of one ply"
+        return f"a laminate of {count_of(len(self.plies), 'ply')}"
 
     @property
     def thickness(self) -> float:

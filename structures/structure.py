@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import each, finite, instance, listed, positive
+from structures.checks import count_of, each, finite, instance, listed, positive
 from structures.described import described_as
 from structures.field import Field
 from structures.html_table import html_table
@@ -170,7 +170,9 @@ def _facts(structure: Structure) -> list[tuple[str, str]]:
     ]
     if "fixed_facets" in structure.origin:
         held = structure.origin
-        facts.append(("fixed", f"{held['fixed']!r}, {held['fixed_facets']} facets, {held['fixed_area']:.4g} m²"))
+        facts.append(
+            ("fixed", f"{held['fixed']!r}, {count_of(held['fixed_facets'], 'facet')}, {held['fixed_area']:.4g} m²")
+        )
     if structure.valid_until < inf:
         facts.append(("reduced for", f"{structure.valid_until:.4g} s"))
     return facts

@@ -235,5 +235,5 @@ def test_an_end_outside_its_folder_says_where_to_go(folder: Path, capsys: pytest
 def test_several_contacts_need_their_places() -> None:
     edges = hl.Supports("clamped", "clamped", "clamped", "clamped")
     plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, edges).at([0.05, 0.15], [0.07, 0.07])
-    with pytest.raises(ValueError, match="positions = None: must hold a position for each of the 2 contacts"):
+    with pytest.raises(ValueError, match="positions = None: must hold 2 positions, one for each contact"):
         hl.run_in_precice(plate, __file__)

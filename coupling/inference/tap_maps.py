@@ -167,7 +167,9 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
     line_of = dict[str, int]()
     for number, row in rows[1:]:
         if len(row) > len(names):
-            raise ValueError(f"{file}:{number}: has {len(row)} cells under {len(names)} columns")
+            raise ValueError(
+                f"{file}:{number}: has {count_of(len(row), 'cell')} under {count_of(len(names), 'column')}"
+            )
         cells = [cell.strip() for cell in row] + [""] * (len(names) - len(row))
         point: dict[str, Any] = {}
         tap = ""

@@ -12,7 +12,7 @@ from coupling.results.findings import NUMBER
 from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of, unit_of
 from coupling.results.waves import NoWave
-from structures.checks import instance, one_of, whole
+from structures.checks import count_of, instance, one_of, whole
 from structures.units import handy
 
 if TYPE_CHECKING:
@@ -238,5 +238,5 @@ def _counted(gaps: list[tuple[int, ...]], missing: Mapping[tuple[int, ...], str]
     texts = []
     for reasons in kinds.values():
         shown = max(reasons, key=lambda reason: [float(number[0]) for number in NUMBER.finditer(reason)][-1:])
-        texts.append(f"{shown} ({len(reasons)} point{'s' * (len(reasons) > 1)})")
+        texts.append(f"{shown} ({count_of(len(reasons), 'point')})")
     return f"no {wave} wave: " + "; ".join(texts)

@@ -19,6 +19,7 @@ from coupling.ports.guest import advance, guest_chain, start
 from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
 from particles.chain import Chain
 from particles.moving import MovingChain
+from structures.checks import count_of
 
 BASE_UNIT_EXPONENTS = {
     "s": {"s": "1"},
@@ -78,7 +79,9 @@ class ChainUnit:
         for kind, value in NO_KINDS[self.fmi].items():
             self._refuse_kind(kind, value)
         self._start()
-        self.description = f"hertzlink: a chain of {len(self.chain.beads)} beads and its contact with a surface"
+        self.description = (
+            f"hertzlink: a chain of {count_of(len(self.chain.beads), 'bead')} and its contact with a surface"
+        )
         step, stop = self.moving.contact_time / SUBSTEPS_PER_CONTACT, RECORD * self.moving.transit_time
         self.default_experiment = self.kit.DefaultExperiment(0.0, float(f"{stop:.2g}"), step, TOLERANCE)
         self._register_all()

@@ -23,7 +23,7 @@ from coupling.results.schema import run_coordinates, variable
 from coupling.run_checks import check_guest
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import each, finite, instance, one_of, positive, short
+from structures.checks import count_of, each, finite, instance, one_of, positive, short
 from structures.moving import MovingStructure
 from structures.stepping import Stepper
 from structures.structure import Structure, Vector
@@ -179,7 +179,7 @@ def _run_structure(
     called, file = _called(STRUCTURE_NAMES, names), _file(configuration)
     count = len(moving.surfaces)
     if positions is None and count > 1:
-        raise ValueError(f"positions = None: must hold a position for each of the {count} contacts")
+        raise ValueError(f"positions = None: must hold {count_of(count, 'position')}, one for each contact")
 
     def interface_of(participant: Any) -> _Interface:
         return _Interface(participant, called, ("force", "displacement"), direction, positions, count)
@@ -399,7 +399,9 @@ class _Interface:
         dimensions = participant.get_mesh_dimensions(self.mesh)
         places = np.zeros((count, dimensions))
         if positions is not None and len(positions) != count:
-            raise ValueError(f"positions = {short(positions)}: must hold a position for each of the {count} contacts")
+            raise ValueError(
+                f"positions = {short(positions)}: must hold {count_of(count, 'position')}, one for each contact"
+            )
         for k, position in enumerate([] if positions is None else positions):
             places[k] = _vector(f"positions[{k}]", position, dimensions)
         sizes = [participant.get_data_dimensions(self.mesh, names[name]) for name in data]
@@ -444,7 +446,7 @@ class _Interface:
 def _vector(name: str, value: Sequence[float], size: int) -> Vector:
     numbers = each(finite, name, np.asarray(value))
     if numbers.shape != (size,):
-        raise ValueError(f"{name} = {short(value)}: must hold {size} numbers, as in the configuration")
+        raise ValueError(f"{name} = {short(value)}: must hold {count_of(size, 'number')}, as in the configuration")
     return numbers
 
 

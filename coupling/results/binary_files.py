@@ -247,7 +247,7 @@ def _universal(path: str, _: int) -> Recording:
         name = str(entry.get("id1", "")).strip() or f"node {entry.get('rsp_node')}"
         values = np.asarray(entry["data"])
         channels.append(Channel(name, "" if unit.upper() == "NONE" else unit, values, np.asarray(entry["x"])))
-    notes = (f"{left_out} data sets 58 are no time responses, and were left out",) if left_out else ()
+    notes = (f"data sets 58 that are no time responses were left out: {left_out}",) if left_out else ()
     return Recording(channels, notes=notes)
 
 

@@ -220,5 +220,6 @@ def mains_hum(time: Vector, force: Vector, lead: int, mains: float) -> tuple[Vec
     if not orders or growth > 1.0:
         return None, f"{name} was not removed: the quiet lead, {1e3 * seconds:.3g} ms, does not determine it"
     size = float(np.ptp(hum) / 2.0)
-    text = f"{name} with {len(orders)} harmonics, amplitude {size:.3g} N, were removed (fit to the quiet lead, "
+    harmonics = count_of(len(orders), "harmonic")
+    text = f"{name} with {harmonics}, amplitude {size:.3g} N, was removed (fit to the quiet lead, "
     return hum, f"{text}{1e3 * seconds:.3g} ms; it leaves {left.std():.2g} N)"

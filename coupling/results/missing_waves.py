@@ -10,6 +10,7 @@ import numpy as np
 from coupling.results.peaks import hops, rises
 from coupling.results.wave_kernels import FIRST_WAVE
 from structures.caution import caution
+from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
@@ -38,8 +39,8 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
             if beads <= 2 * WAVE_LENGTH:
                 cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
             caution(
-                f"sensor = {sensor}: is {distance} beads from the {end}; nearer than {WAVE_LENGTH}, the length of a "
-                f"wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
+                f"sensor = {sensor}: is {count_of(distance, 'bead')} from the {end}; nearer than {WAVE_LENGTH}, "
+                f"the length of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
             )
 
 
@@ -152,7 +153,8 @@ def _why_none(time: Vector, force: Vector, smallest: float, sensor: int, complet
         return short_record(float(time[-1]), needed, f"bead {sensor}"), needed
     distance = len(force) - 2 if complete else WAVE_LENGTH
     if distance < WAVE_LENGTH:
-        return f"bead {sensor} is {distance} beads from the structure, where incident and reflected waves merge", nan
+        near = count_of(distance, "bead")
+        return f"bead {sensor} is {near} from the structure, where incident and reflected waves merge", nan
     return (
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
         f"record, {readable(time[-1], 's', 4)}: the structure took it, or it is weaker"

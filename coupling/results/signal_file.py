@@ -143,7 +143,7 @@ def _trimmed(trace: Trace) -> Trace:
     if first or last < size:
         ends = {"first": first, "last": size - last}
         empty = " and ".join(f"the {end} {count}" for end, count in ends.items() if count)
-        notes.append(f"{empty} samples hold no values, and were left out")
+        notes.append(f"samples without values, {empty}, were left out")
     columns = {sensor: column[first:last] for sensor, column in trace.columns.items()}
     for sensor, unit in trace.units.items():
         values = columns[sensor][np.isfinite(columns[sensor])]

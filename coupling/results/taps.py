@@ -11,7 +11,7 @@ from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps, resolution
 from coupling.results.signals import as_signal
 from structures.caution import caution
-from structures.checks import listed, positive, whole
+from structures.checks import count_of, listed, positive, whole
 from structures.structure import Vector
 
 FEWEST_TAPS, MOST_TAPS = 2, 10_000
@@ -79,7 +79,7 @@ def average_taps(
             raise ValueError(f"signals: are {len(listed_signals)}, must be at most {MOST_TAPS}")
         taps = [checked_signal("signals", tap) for tap in listed_signals]
     if len(taps) < FEWEST_TAPS:
-        raise ValueError(f"signals: hold {len(taps)} whole tap(s), must hold at least {FEWEST_TAPS}")
+        raise ValueError(f"signals: hold {count_of(len(taps), 'whole tap')}, must hold at least {FEWEST_TAPS}")
     numbers = taps[0].sensor.values.tolist()
     chosen = numbers[0] if sensor is None else whole("sensor", sensor)
     step = _common_step(taps, numbers, chosen)

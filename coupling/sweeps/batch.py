@@ -561,7 +561,7 @@ def finished(
     """
     failed = sum(map(bool, reasons))
     if failed == len(reasons):
-        raise RuntimeError(f"all {failed} runs failed; the first with {reasons[0]}")
+        raise RuntimeError(f"all {count_of(failed, 'run')} failed; the first with {reasons[0]}")
     data[ERROR_VARIABLE] = "run", reasons, {"long_name": "why the run failed, empty where it did not"}
     if failed:
         of = count_of(len(reasons), "run")

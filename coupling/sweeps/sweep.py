@@ -20,7 +20,7 @@ from coupling.sweeps.processes import Batch, Outcome, Work, in_processes, shown
 from coupling.sweeps.progress import Progress, Stopped
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, describe_point, open_store
 from structures.caution import caution
-from structures.checks import function, instance, listed, positive, short, whole
+from structures.checks import count_of, function, instance, listed, positive, short, whole
 from structures.structure import Vector
 
 if TYPE_CHECKING:
@@ -248,7 +248,7 @@ def _report_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
     failures = [outcome for outcome in outcomes.values() if isinstance(outcome, Failure)]
     if len(failures) == len(outcomes):
         raise RuntimeError(
-            f"all {len(failures)} points failed, as recorded in {store.folder}; one with {failures[0]}; "
+            f"all {count_of(len(failures), 'point')} failed, as recorded in {store.folder}; one with {failures[0]}; "
             "retry=True runs them again"
         )
     if failures:

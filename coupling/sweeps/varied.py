@@ -21,7 +21,7 @@ from particles.chain import Chain
 from particles.dissipation import coefficients_of, kernel_loss
 from particles.kernels.losses import NoLoss
 from plates.scaling import factors, scalable, scaled
-from structures.checks import instance, short
+from structures.checks import count_of, instance, short
 from structures.kernels.linear import Oscillators
 from structures.material import Material
 from structures.moving import MovingStructure
@@ -295,7 +295,7 @@ def _places(chain: Chain, path: Path) -> list[int]:
     if path[1] == "beads":
         number = path[2]
         if not isinstance(number, int) or number >= len(chain.beads):
-            raise ValueError(f"the chain has {len(chain.beads)} beads, counted from 0")
+            raise ValueError(f"the chain has {count_of(len(chain.beads), 'bead')}, counted from 0")
         return [1 + number]
     if any(bead != chain.beads[0] for bead in chain.beads):
         raise ValueError("the beads differ; name one of them, such as chain.beads[0]")

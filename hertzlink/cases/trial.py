@@ -150,7 +150,7 @@ def _structure(moving: MovingStructure | CheckedParticipant) -> str:
     kind = str(origin.get("kind", "nothing"))
     if "reduction" in origin:
         of = origin["reduction"]["full_size"]
-        return f"{kind}, a mesh of {of} unknowns, reduced to {moving.structure.size} oscillators"
+        return f"{kind}, a mesh of {of} unknowns, reduced to {count_of(moving.structure.size, 'oscillator')}"
     return f"{kind}, {count_of(moving.structure.size, 'unknown')}" if moving.structure.size else f"{kind}, no unknowns"
 
 

@@ -65,6 +65,7 @@ def picture_names(files: Sequence[Path]) -> list[Path]:
 
 def table(seen: "Overview") -> str:
     """Return the channels of a file as lines of at most 80 columns."""
+    from structures.checks import count_of
     from structures.units import readable
 
     first = seen.looks[0]
@@ -86,7 +87,7 @@ def table(seen: "Overview") -> str:
             lines.append(f"{'':8}{look.time.size} samples, one every {readable(its_step, 's', 4)}")
         lines += [f"{'':8}{text}" for text in _remarks(look)]
     if len(seen.looks) > SHOWN:
-        lines.append(f"and {len(seen.looks) - SHOWN} more channels")
+        lines.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
     lines += [fill(f"column {column}: {reason}", 80) for column, reason in [*seen.refused.items()][:SHOWN]]
     return "\n".join([*lines, *(f"note: {note}"[:200] for note in seen.notes[:SHOWN])])
 
@@ -135,17 +136,18 @@ def _hum(look: "Look") -> str:
 def _remarks(look: "Look") -> list[str]:
     """Return what may mislead a fit."""
     from coupling.results.signal_overview import COLOURED
+    from structures.checks import count_of
 
     low, high = _ends(look)
     said = []
     if look.clipped:
-        said.append(f"{look.clipped} samples are clipped: record it with a wider range")
+        said.append(f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range")
     if look.missing:
-        said.append(f"{look.missing} samples are missing or beyond the range")
+        said.append(f"{count_of(look.missing, 'sample is', 'samples are')} missing or beyond the range")
     if not look.lead:
         said.append("no quiet lead: record from before the impact on")
     elif look.noise > max(COLOURED * look.white, look.step):
         said.append(f"the lead scatters {look.noise / look.white:.1f} times as much as white noise would: hum or drift")
     if 0.0 < high - low < 64 * look.step:
-        said.append(f"only {round((high - low) / look.step)} steps of the digitiser: use a narrower range")
+        said.append(f"only {count_of(round((high - low) / look.step), 'step')} of the digitiser: use a narrower range")
     return said

@@ -42,7 +42,7 @@ def of_sweep(data: xr.Dataset, ratio: xr.DataArray, sensor: int | None) -> str:
         return f"{runs}: no run has a primary wave."
     where = f" at bead {sensor}" if sensor is not None else ""
     missing = ratio.size - values.size
-    without = f"; {missing} runs have no such wave" if missing else ""
+    without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" if missing else ""
     return f"{runs}: AR of the primary wave{where} lies between {values.min():.3f} and {values.max():.3f}{without}."
 
 

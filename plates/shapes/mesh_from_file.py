@@ -9,7 +9,7 @@ from skfem import MeshQuad, MeshTri
 from plates.shapes.mesh_geometry import tangents
 from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
-from structures.checks import positive
+from structures.checks import count_of, positive
 from structures.meshes.mesh_files import read_mesh, source_of
 from structures.meshes.mesh_reading import (
     FLAT_CORNERS,
@@ -142,12 +142,12 @@ class FlatMesh:
     def _sides(self, name: Tag) -> str:
         """Return the number of sides of an edge, and their length."""
         ends = self._mesh.mesh.p[:, self._mesh.mesh.facets[:, self._mesh.edges[name]]]
-        return f"{ends.shape[2]} sides, {np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum():.4g} m"
+        return f"{count_of(ends.shape[2], 'side')}, {np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum():.4g} m"
 
     def summary(self) -> str:
         """Return the size and mesh in a few words."""
         left, right, bottom, top = self.box
-        return f"{right - left:.4g} × {top - bottom:.4g} m, {self._mesh.mesh.nelements} cells"
+        return f"{right - left:.4g} × {top - bottom:.4g} m, {count_of(self._mesh.mesh.nelements, 'cell')}"
 
     def __repr__(self) -> str:
         return f"<FlatMesh: {self.summary()}, from {self.source}>"
@@ -170,7 +170,7 @@ def _faces(source: Any) -> Numbers:
     if not (faces[3] and faces[4]):
         return np.concatenate(faces[3] or faces[4])
     quadrilaterals = np.concatenate(faces[4])
-    caution(f"mesh: its {len(quadrilaterals)} quadrilaterals are split, as it has triangles as well")
+    caution(f"mesh: its quadrilaterals, {len(quadrilaterals)}, are split, as it has triangles as well")
     return np.concatenate([*faces[3], *triangles(quadrilaterals)])
 
 

@@ -12,7 +12,7 @@ from plates.shapes.gmsh_triangles import Place, Ring, triangles
 from plates.shapes.grading import SAME
 from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import Cells, PlateMesh
-from structures.checks import finite, instance, positive, several, short, whole
+from structures.checks import count_of, finite, instance, positive, several, short, whole
 from structures.meshes.mesh_reading import Tag
 from structures.quantities import Likely
 from structures.structure import Vector
@@ -156,7 +156,7 @@ class Outline:
     def summary(self) -> str:
         """Return the size in a few words."""
         left, right, bottom, top = self.box
-        holes = f", {len(self.holes)} hole{'s' * (len(self.holes) > 1)}" if self.holes else ""
+        holes = f", {count_of(len(self.holes), 'hole')}" if self.holes else ""
         return f"polygon of {len(self.corners)} corners{holes}, {right - left:.4g} × {top - bottom:.4g} m"
 
     def __repr__(self) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from structures.caution import caution
-from structures.checks import did_you_mean, one_of
+from structures.checks import count_of, did_you_mean, one_of
 from structures.meshes.split_cells import Numbers as Numbers
 from structures.meshes.split_cells import triangles
 from structures.structure import Vector
@@ -115,8 +115,8 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
             continue
         if len(parts) != len(source.cells):
             raise ValueError(
-                f"mesh: the set {name!r} has {len(parts)} blocks of members for {len(source.cells)} blocks of cells, "
-                "and which is not known; give the path of the file in place of meshio.read(path)"
+                f"mesh: the set {name!r} has {count_of(len(parts), 'block')} of members, the cells have "
+                f"{len(source.cells)}, and which is not known; give the path of the file in place of meshio.read(path)"
             )
         members = [_members(name, parts[i], len(source.cells[i].data)) for i in blocks if parts[i] is not None]
         offsets = [start for start, i in zip(starts[:-1], blocks, strict=True) if parts[i] is not None]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from structures.caution import caution
-from structures.checks import each, existing, one_of, positive
+from structures.checks import count_of, each, existing, one_of, positive
 from structures.described import described_as
 from structures.linear_algebra.factor import numbers
 from structures.material import Material
@@ -140,8 +140,8 @@ def from_frequency_response(
     except np.linalg.LinAlgError:
         raise ValueError("response: its fit does not converge; its numbers must be of one order of magnitude") from None
     words = (
-        f"response: its fit by {fit.omega.size} modes is {100.0 * fit.error:.2g} % off (root mean square); fit a "
-        "shorter band, allow most_modes, or give more frequencies about resonances"
+        f"response: its fit by {count_of(fit.omega.size, 'mode')} is {100.0 * fit.error:.2g} % off (root mean "
+        "square); fit a shorter band, allow most_modes, or give more frequencies about resonances"
     )
     if fit.error > USELESS:
         raise ValueError(words)

@@ -12,7 +12,7 @@ from skfem import ElementHex1, ElementHex2, ElementHexS2, ElementTetP1, ElementT
 from structures.bodies.body_mesh import IGNORED_CELL_TYPES, BodyMesh
 from structures.bodies.solid import PATCH_DIVISOR, Patch, patch_compliance, point_of
 from structures.caution import caution, collected
-from structures.checks import short, whole
+from structures.checks import count_of, short, whole
 from structures.described import described_as
 from structures.linear_algebra.factor import numbers
 from structures.material import Material
@@ -216,7 +216,9 @@ def _as_vector(contact: Any, rows: _Rows, direction: Direction) -> Vector:
         contact = table[:, 0]
     vector = numbers("contact", contact)
     if vector.ndim not in (1, 2) or len(vector) != rows.count:
-        raise ValueError(f"contact has shape {vector.shape}: must have {rows.count} rows, as the stiffness has")
+        raise ValueError(
+            f"contact has shape {vector.shape}: must have {count_of(rows.count, 'row')}, as the stiffness has"
+        )
     if np.count_nonzero(vector[rows.free]) < np.count_nonzero(vector):
         raise ValueError("contact: acts on a row that is held")
     return np.asarray(vector[rows.free])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import MOST, existing
+from structures.checks import MOST, count_of, existing
 from structures.meshes.mesh_files import read_bounded, words_of
 from structures.other_programs.foreign_files import FOREIGN, PROCESS, read_foreign
 from structures.other_programs.foreign_process import MATRIX_MARKET, MOST_ROWS
@@ -87,7 +87,7 @@ def numbers_in(what: str, path: Path, columns: tuple[int, ...]) -> tuple[list[st
             raise ValueError(f"{what}: {reason}, counted from line {skipped + 1}; is it damaged?") from None
     if table.shape[1] not in columns:
         many = " or ".join(map(str, columns))
-        raise ValueError(f"{what}: has {table.shape[1]} columns of numbers: must have {many}")
+        raise ValueError(f"{what}: has {count_of(table.shape[1], 'column')} of numbers: must have {many}")
     if not np.isfinite(table).all():
         raise ValueError(f"{what}: must hold finite numbers")
     return before, table
@@ -162,7 +162,8 @@ def _labels_beside(path: Path, size: int) -> Numbers | None:
         labels = np.zeros((0, 2), dtype=np.int64)
     if labels.shape[1:] != (2,) or len(labels) < size:
         raise ValueError(
-            f"stiffness: {str(beside)!r} must have {size} lines node.direction, one for each row of {path.name}"
+            f"stiffness: {str(beside)!r} must have {count_of(size, 'line')} node.direction, one for each row of "
+            f"{path.name}"
         )
     return labels[:size]
 
@@ -180,7 +181,7 @@ def in_order_of(what: str, other: LabelledMatrix, first: LabelledMatrix, of_file
             node, direction = error.args[0]
             raise ValueError(f"{what}: has direction {direction} of node {node}, which the stiffness lacks") from None
     if place.size > size or (place.size < size and not of_file):
-        raise ValueError(f"{what}: has {place.size} rows, and the stiffness {size}")
+        raise ValueError(f"{what}: has {count_of(place.size, 'row')}, and the stiffness {size}")
     spread = sparse.csr_array((np.ones(place.size), (place, np.arange(place.size))), (size, place.size))
     return sparse.csr_array(spread @ other.matrix @ spread.T)
 

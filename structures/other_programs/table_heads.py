@@ -6,6 +6,7 @@ from math import pi
 from pathlib import Path
 from typing import NamedTuple
 
+from structures.checks import count_of
 from structures.other_programs.matrix_files import Vector, numbers_in
 
 SPELLINGS = (
@@ -60,7 +61,7 @@ def table_in(what: str, path: Path, heads: Sequence[Head], optional: Sequence[st
         known = head is not None
         if head is None:
             if not left:
-                raise ValueError(f"{what}: has {len(cells)} columns of numbers: {said}")
+                raise ValueError(f"{what}: has {count_of(len(cells), 'column')} of numbers: {said}")
             name = left.pop(0)
             head = next(one for one in reversed(heads) if one.quantity == name)
         unit = _unit(what, cell, text, head, "" if known else f"is of no column: {said}")

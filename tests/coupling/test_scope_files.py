@@ -407,7 +407,7 @@ def test_rows_without_values_at_the_ends(tmp_path: Path) -> None:
     lines[-3:] = [row.split(",")[0] + ",," for row in lines[-3:]]
     path = tmp_path / "ends.csv"
     path.write_text("\n".join([*lines, ""]))
-    with pytest.warns(hl.HertzlinkWarning, match="the first 5 and the last 3 samples hold no values"):
+    with pytest.warns(hl.HertzlinkWarning, match="samples without values, the first 5 and the last 3,"):
         data = hl.read_signal(path, {7: 1}, calibration=1.0)
     assert data.time.values == pytest.approx(TIME[5:-3], abs=1e-9)
 

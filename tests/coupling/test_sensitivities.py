@@ -50,7 +50,7 @@ def test_derivatives_are_those_of_the_run_itself(change):
 
 
 def test_what_a_measure_says_of_the_run_is_passed_on():
-    with pytest.warns(HertzlinkWarning, match="^sensor = 2: is 1 beads from the struck end"):
+    with pytest.warns(HertzlinkWarning, match="^sensor = 2: is 1 bead from the struck end"):
         change = hl.sensitivities(build, until=7e-4, sensors=[2, 6], modulus=MODULUS)
     assert change.warnings.count("sensor = ") == 1
 

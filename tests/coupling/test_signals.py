@@ -233,7 +233,7 @@ def test_a_file_for_each_sensor(tmp_path: Path) -> None:
 @pytest.mark.parametrize("last", ["0.000899,", "0.000899,3.1e-", "0.000899,3.1,", "0.00089", "0.000899,1,2"])
 def test_a_truncated_last_line(tmp_path: Path, last: str) -> None:
     path = write(tmp_path / "scope.csv", [*HEADER, *rows()[:-1], last], end="")
-    with pytest.warns(hl.HertzlinkWarning, match="line 1005|^(?!.*first).*the last 1 samples hold no values"):
+    with pytest.warns(hl.HertzlinkWarning, match="line 1005|samples without values, the last 1, were"):
         assert read_signal(path, {7: 2}, calibration=20.0).time.size == 999
 
 

@@ -59,8 +59,8 @@ def test_bad_input() -> None:
     for call, message in (
         (lambda: hl.average_taps(taps[0]), "length = None: must be given"),
         (lambda: hl.average_taps(taps[0], length=-1.0), "length = -1.0"),
-        (lambda: hl.average_taps(taps[0], length=5e-4), r"hold 1 whole tap\(s\), must hold at least 2"),
-        (lambda: hl.average_taps(taps[:1]), r"hold 1 whole tap\(s\)"),
+        (lambda: hl.average_taps(taps[0], length=5e-4), "hold 1 whole tap, must hold at least 2"),
+        (lambda: hl.average_taps(taps[:1]), "hold 1 whole tap,"),
         (lambda: hl.average_taps([]), "signals = "),
         (lambda: hl.average_taps(taps, length=1e-3), "length = 0.001: is for one long signal"),
         (lambda: hl.average_taps(taps, sensor=8), "sensor = 8: must be one that was measured: 7"),

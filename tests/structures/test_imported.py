@@ -277,7 +277,7 @@ def test_what_does_not_fit_is_refused() -> None:
     with pytest.raises(ValueError, match="mass: has 3 rows, and the stiffness 2"):
         hl.from_matrices(np.eye(3), stiffness, hl.PTFE, contact=[1.0, 0.0])
     for wrong, message in [
-        (np.eye(1), "mass: has 1 rows, and the stiffness 2"), (np.zeros((2, 2)), "mass: all its numbers are zero"),
+        (np.eye(1), "mass: has 1 row, and the stiffness 2"), (np.zeros((2, 2)), "mass: all its numbers are zero"),
         (1j * mass, "mass: must be a matrix of real numbers"), (np.diag([1.0, np.nan]), "row 2, column 2 has nan"),
         (sparse.csr_array(np.diag([np.inf, 1.0])), "mass: must hold finite numbers; row 1, column 1 has inf"),
         (DATA, "mass = .*: is a folder; give a file in it"),

@@ -451,7 +451,7 @@ def test_sets_whose_blocks_are_lost() -> None:
     """As meshio reads .inp with a block without a set before one with it."""
     mesh = cube()
     mesh.cell_sets = {"base": [np.arange(3)]}
-    with pytest.raises(ValueError, match=r"set 'base' has 1 blocks of members for 2 blocks .*path of the file"):
+    with pytest.raises(ValueError, match=r"set 'base' has 1 block of members, the cells have 2,.*path of the file"):
         BodyMesh(mesh)
 
 
