@@ -76,7 +76,12 @@ def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Reco
             raise ValueError(
                 f"{path}: is {kind}, which {error.said} reads; install it with pip install '{EXTRA}'"
             ) from None
-        reason = error.said.removeprefix("ValueError: ") or "reading it takes too long or too much memory"
+        reason = error.said.removeprefix("ValueError: ")
+        if not reason or "MemoryError" in reason:
+            reason = "reading it takes too long or too much memory"
+        elif reason == error.said:  # in the words of a library
+            other = f"is none of {SCOPES}" if kind.startswith("a binary file") else "only begins as one"
+            reason = f"it is damaged, cut off, or {other}"
         raise ValueError(
             f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV in the recorder's software"
         ) from None
@@ -86,13 +91,8 @@ def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Reco
 def _scope(path: str, segment: int) -> Recording:
     """Read a waveform of Tektronix, LeCroy, Keysight, Rigol, Siglent, Rohde & Schwarz or Yokogawa."""
     from RigolWFM import Wfm, detect_model
-    from RigolWFM.wfm import Parse_WFM_Error
 
-    try:
-        frame = segment - 1 if detect_model(path) == "Tek" else 0
-    except Parse_WFM_Error:
-        raise ValueError(f"it is no known recording: {SCOPES} were tried") from None
-    waveform = Wfm.from_file(path, frame=frame)
+    waveform = Wfm.from_file(path, frame=segment - 1 if detect_model(path) == "Tek" else 0)
     channels = [
         Channel(channel.name, _unit_of_rigolwfm(channel), np.asarray(channel.volts), np.asarray(channel.times))
         for channel in waveform.channels

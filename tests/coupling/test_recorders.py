@@ -525,13 +525,16 @@ def test_the_command_shows_the_sampling_of_each_channel(
     ("a.tdms", "is a damaged TDMS file of LabVIEW"),
     ("a.wav", "is a damaged sound file"),
     ("a.mat", r"is a file of MATLAB 4 \(.mat\) that cannot be read"),
-    ("a.bin", r"a\.bin: is a binary file \(.bin\) that .* \(it is no known recording: Keysight .* were tried\)"),
+    ("a.bin", r"a\.bin: is a binary file \(.bin\) that .* \(it is damaged, cut off, or is none of Keysight .*\)"),
+    ("rigol.wfm", r"rigol\.wfm: is a waveform of Rigol .* be read \(it is damaged, cut off, or only begins as one\)"),
+    ("keysight.bin", r"waveform of Keysight .*, or only begins as one\); export the trace as CSV in the rec"),
 ])  # fmt: skip
 @HERE
 def test_rubbish_is_named_by_its_ending(tmp_path: Path, name: str, said: str) -> None:
-    if name == "a.bin":
+    if name.endswith(("bin", "wfm")):
         pytest.importorskip("RigolWFM")
-    (tmp_path / name).write_bytes(np.random.default_rng(1).bytes(4000))
+    signature = {"rigol.wfm": b"\x01\xff\xff\xff", "keysight.bin": b"AG10"}.get(name, b"")
+    (tmp_path / name).write_bytes(signature + np.random.default_rng(1).bytes(4000))
     with pytest.raises(ValueError, match=said):
         read_volts(tmp_path / name)
 
