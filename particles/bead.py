@@ -13,6 +13,7 @@ from structures.material import Material
 from structures.quantities import Angle, Likely, OneOf
 from structures.structure import Structure
 from structures.surface import Surface
+from structures.units import readable
 
 STANDARD_GRAVITY = 9.81
 """m/s², as in the thesis."""
@@ -160,7 +161,8 @@ class HollowSphere(_Round):
 
     def __post_init__(self) -> None:
         if self.inner_radius >= self.radius:
-            raise ValueError(f"inner_radius = {self.inner_radius!r}: must be less than the radius, {self.radius} m")
+            outer = readable(self.radius, "m", 6)
+            raise ValueError(f"inner_radius = {self.inner_radius!r}: must be less than the radius, {outer}")
 
     @property
     def mass(self) -> float:

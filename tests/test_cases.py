@@ -164,6 +164,30 @@ def test_notes_on_wide_uncertainties_name_entries_with_units(path: str, spread: 
     assert any(re.search(words, note) for note in notes), notes
 
 
+def test_a_case_that_fails_near_a_value_names_it_with_its_unit() -> None:
+    """Differences take a radius that is 0.02 % smaller, less than the inner one."""
+    case = case_of("""
+        [chain]
+        beads = 10
+        bead = { shape = "hollow_sphere", radius = "4.76 mm", inner_radius = "4.7595 mm", material = "steel 440C" }
+        impact_speed = "0.3 m/s"
+        [structure]
+        kind = "half_space"
+        material = "PTFE"
+        [run]
+        until = "0.5 ms"
+        [sensitivities]
+        "chain.bead.radius" = "0.01 mm"
+    """)
+    budget = budget_of(case)
+    assert budget is not None
+    with (
+        collected(),
+        pytest.raises(ValueError, match=r"^chain\.bead\.radius: build fails at 4\.75905 mm, .* 4\.75905 mm$"),
+    ):
+        budget.of_sensor(5)
+
+
 @pytest.mark.parametrize(("path", "modulus"), [
     ("chain.bead.material.youngs_modulus", 200e9),
     ("materials.hull.youngs_modulus", 200e9),

@@ -7,7 +7,7 @@ thousands of steps and through contacts that open and close, is exact: dual numb
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from math import ceil, prod
+from math import ceil, inf, prod
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -28,8 +28,10 @@ from structures.kernels.duals import WIDTHS, Lane, Lanes
 from structures.kernels.linear import Oscillators
 from structures.moving import MovingStructure
 from structures.structure import Vector
+from structures.units import readable
 
 Build: TypeAlias = Callable[..., CoSimulation]
+"""A function of parameters; it may have `units`, the SI units of these by name, for messages."""
 
 STEP = 1e-4
 """Of a parameter, of its value: the step of the differences."""
@@ -47,8 +49,9 @@ curve, whose second difference grows with the step, explains: so a kink, a jump 
 NUDGE = 1e-9
 """Part of its value by which a parameter is moved that gives a run of another kind at this value alone."""
 
-NEGLIGIBLE = 1e-5
-"""Part of the largest change of a force, of parameters by as much as they are, below which doubts do not matter."""
+NEGLIGIBLE = 1e-3
+"""Part of a force's range by which doubts, of parameters by as much as they are, do not matter. On a plate's line of
+symmetry, where derivatives vanish, a reduction that bends there leaves doubts of 1e-6 to 4e-4."""
 
 SHARED = 7
 """What a group of directions takes to compute values, in entries of dual numbers: measured."""
@@ -111,13 +114,14 @@ def differentiate(
     _do(engine)
     force, velocity = engine.by_direction()
     slopes, doubt = dict(zip(parameters, force, strict=False)), dict.fromkeys(parameters, 0.0)
-    largest = max(float(abs(value * slopes[name]).max()) for name, value in parameters.items())
-    if abs(force[-1]).max() > NEGLIGIBLE * largest:
+    enough = NEGLIGIBLE * float(np.ptp(frames.sensors.force, axis=0).max())
+    if abs(force[-1]).max() > enough:
         engine = TangentEngine(simulation, usual, plan, Frames(simulation.interface, plan.rows, kept), around, True)
         _do(engine)
         for (name, slope), change in zip(slopes.items(), engine.by_direction()[0], strict=True):
-            size = float(abs(slope).max())
-            doubt[name] = float(abs(change).max()) / size if size > 0.0 else 0.0
+            size, most = float(abs(slope).max()), float(abs(change).max())
+            if abs(parameters[name]) * most > enough:
+                doubt[name] = most / size if size > 0.0 else inf
     facts = {runs.name: _rates_of_facts(runs, kept) for runs in around}
     return frames, Derivatives(slopes, dict(zip(parameters, velocity, strict=False)), facts, doubt)
 
@@ -180,10 +184,14 @@ def _built(build: Build, parameters: Mapping[str, float], name: str) -> CoSimula
     try:
         run: CoSimulation = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation")
     except (ArithmeticError, ValueError) as error:
-        raise ValueError(
-            f"{name}: build fails at {parameters[name]!r}, which a derivative by differences needs: {error}"
-        ) from None
+        value = readable(parameters[name], units_of(build).get(name, ""), 6)
+        raise ValueError(f"{name}: build fails at {value}, which a derivative by differences needs: {error}") from None
     return run
+
+
+def units_of(build: Build) -> dict[str, str]:
+    """Return the SI units of a builder's parameters, by name, as far as it states them."""
+    return dict(getattr(build, "units", {}))
 
 
 def numbers_of(
@@ -255,7 +263,7 @@ def gathered(runs: Sequence[Any], names: Sequence[str], columns: list[_Column]) 
         name = next(name for name, kind in zip(names, kinds[1:], strict=True) if kind != kinds[0])
         raise ValueError(
             f"{name}: what the run is made of changes its kind or its size near this value, as a mesh or a reduction "
-            "may; fix the mesh (cells), or reduce with another tolerance"
+            "may; fix the mesh (cells), reduce with another tolerance, or go 1 % off a line of symmetry"
         )
     if isinstance(here, tuple):
         return _like(here, [gathered(parts, names, columns) for parts in zip(*runs, strict=True)])

@@ -32,6 +32,9 @@ TIME, MESH, REDUCTION = "time", "mesh", "reduction"
 RICHARDSON = 4.0 / 3.0
 """An error over its change when lengths are halved, by Richardson's extrapolation: at order 2 it falls to a quarter."""
 
+REPEATED = 1e-6
+"""Part by which measures of two runs of the same parameters may differ, by rounding."""
+
 TIGHTER = 1e-2
 """Factor of the tolerance with which a reduction counts as exact."""
 
@@ -164,7 +167,8 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     Raises
     ------
     ValueError
-        If build does not take the parameters or returns something else, and for what `CoSimulation.run` refuses.
+        If build does not take the parameters, depends on chance or returns something else, and for what
+        `CoSimulation.run` refuses.
 
     Warns
     -----
@@ -198,16 +202,24 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
         finer_mesh, mesh_factor, of_mesh = _finer(MESH, usual, build, parameters)
         plan = usual.plan(until)
         shorter = _measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
-        of_finer = [
-            values if fine is usual else _measured(fine.run(until, sensors=saved), sensor)
-            for fine in (finer_mesh, finer_reduction)
-        ]
+        again = usual if finer_mesh is finer_reduction else _built(build, parameters)
+        *of_finer, repeated = (
+            values if other is usual else _measured(other.run(until, sensors=saved), sensor)
+            for other in (finer_mesh, finer_reduction, again)
+        )
     changes = {
         TIME: (RICHARDSON, shorter),
         MESH: (mesh_factor, of_finer[0]),
         REDUCTION: (reduction_factor, of_finer[1]),
     }
     present = {name: value for name, value in values.items() if not isnan(value)}
+    for name, value in present.items():
+        if not abs(repeated[name] - value) <= REPEATED * abs(value):
+            label, unit, _ = MEASURES[name]
+            raise ValueError(
+                f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and "
+                f"{repeated[name] / unit:.9g} of the next, with the same values; must return the same at each call"
+            )
     parts = {
         source: {name: factor * (values[name] - refined[name]) for name in present}
         for source, (factor, refined) in changes.items()

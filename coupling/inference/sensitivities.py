@@ -113,7 +113,8 @@ def sensitivities(
     with collected():  # of which the user is warned with the others
         findings += checked([interface], [frames], plan.interval)[0]
     findings += [_doubt(name, part) for name, part in rates.doubt.items() if part > DOUBTFUL]
-    still = [name for name in values if not (rates.force[name].any() or rates.velocity[name].any())]
+    moves = {name: rates.force[name].any() or rates.velocity[name].any() or rates.doubt[name] for name in values}
+    still = [name for name in values if not moves[name]]
     findings += [f"{name}: changes nothing in this run" for name in still]
     findings += _unfollowed(interface.chains[0].model)
     inputs = {**simulation.describe(), "until": until, **plan.describe(interface, simulation.window)}
@@ -148,7 +149,10 @@ def _unfollowed(chain: ChainModel) -> list[str]:
 def _doubt(name: str, part: float) -> str:
     """Return what the user must know of a derivative that is doubtful by a part of its size."""
     if part > NONE:
-        return f"{name}: has no derivative here; what the run is made of jumps, has a kink, or depends on chance"
+        return (
+            f"{name}: has no derivative here; what the run is made of jumps, as a reduction may on a line of symmetry, "
+            "has a kink, or depends on chance"
+        )
     return (
         f"{name}: derivatives are doubtful by {100.0 * part:.1g} %, because a mesh, a reduction or modes do not vary "
         "smoothly near this value"

@@ -12,17 +12,17 @@ from dataclasses import dataclass, field
 from inspect import Parameter, signature
 from math import isfinite, sqrt
 from textwrap import fill
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from coupling.inference.derivatives import Build
+from coupling.inference.derivatives import Build, units_of
 from coupling.inference.identification import LINE
 from coupling.inference.sensitivities import as_measures, sensitivities, waves_at
-from coupling.results.ar_and_tof import UNCERTAINTY
+from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
+from coupling.results.waves import NoWave
 from coupling.sweeps.batch import Measure, batch
 from structures.caution import collected
 from structures.checks import finite, instance, short, whole
@@ -85,22 +85,24 @@ class Uncertainty:
     warnings: list[str] = field(default_factory=list)
 
     def _shown(self, name: str, number: float, digits: int) -> str:
-        unit = self.units.get(name, "")
-        return readable(number, unit, digits) if unit not in ("", "1") else f"{number:.{digits}g}"
+        return readable(number, self.units.get(name, ""), digits)
 
     def _with_spread(self, name: str) -> str:
+        if not isfinite(self.value[name]):
+            return "no value"
         return f"{self._shown(name, self.value[name], 4)} ± {self._shown(name, self.standard[name], 2)}"
 
     def _largest_first(self, name: str) -> list[str]:
-        """Return the parameters by their share in the variance of a measure."""
-        return sorted(self.inputs, key=lambda parameter: -self.shares[parameter][name])
+        """Return the parameters by their share in the variance of a measure; none of a measure without a value."""
+        return sorted(
+            self.inputs if isfinite(self.value[name]) else (), key=lambda parameter: -self.shares[parameter][name]
+        )
 
     def _bent(self, ends: xr.Dataset) -> list[str]:
         """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
         said = list[str]()
         for name, value in self.value.items():
             if not isfinite(value):
-                said.append(f"{name}: is {value} in this run, as no such wave is in the record; lengthen until")
                 continue
             standard = self.standard[name]
             for parameter, (below, above) in zip(self.inputs, ends[name].values.reshape(-1, 2), strict=True):
@@ -226,11 +228,11 @@ def uncertainty(
 
 def propagated(
     build: Build, until: float, sensor: int, inputs: Mapping[str, tuple[float, float]], measure: Measure | None = None,
-    draws: int = 0, seed: int = SEED, units: Mapping[str, str] = MappingProxyType({}),
+    draws: int = 0, seed: int = SEED,
 ) -> Uncertainty:  # fmt: skip
-    """Return the budget of `uncertainty` for values and standard uncertainties in SI units; units: of parameters."""
-    measure = measure or _of_sensor(sensor)
-    run = sensitivities(build, until, [sensor], measure=measure, **{name: value for name, (value, _) in inputs.items()})
+    """Return the budget of `uncertainty` for values and standard uncertainties in SI units."""
+    measure, values = measure or _of_sensor(sensor), {name: value for name, (value, _) in inputs.items()}
+    run = sensitivities(build, until, [sensor], measure=measure, **values)
     names = [
         str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in ("contact_force", "velocity")
     ]
@@ -242,22 +244,28 @@ def propagated(
         value[name], standard[name] = float(run[name].values.item()), sqrt(float(parts.sum()))
         for parameter, part in zip(inputs, parts, strict=True):
             shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
-    all_units = {name: str(run[name].attrs.get("units", "1")) for name in names} | dict(units)
+    all_units = {name: str(run[name].attrs.get("units", "1")) for name in names} | units_of(build)
     notes = findings_of(run)
     budget = Uncertainty(value, standard, shares, dict(inputs), units=all_units, warnings=notes)
     sampled, samples = budget.sampled, budget.samples
+    said, lacking = list[str](), [name for name in names if not isfinite(value[name])]
+    if lacking:
+        with collected():
+            waves = reflections(build(**values).run(until), sensor)
+        reasons = (f"there is no {wave.which} wave; {wave.reason}" for wave in waves if isinstance(wave, NoWave))
+        said.append(f"{', '.join(lacking)}: has no value here, as {next(reasons, 'the measure gives none')}")
     if not draws:
-        said = budget._bent(_ends(build, until, sensor, measure, inputs))
+        said += budget._bent(_ends(build, until, sensor, measure, inputs))
     else:
         with collected() as heard:
             tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
-        said = [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
+        said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
         for name in names:
             samples[name] = tables[name].values
             usable = samples[name][np.isfinite(samples[name])]
             if usable.size < draws:
                 said.append(f"{name}: {draws - usable.size} of {draws} sampled runs failed, or have no such wave")
-            if usable.size > 1:
+            if usable.size > 1 and name not in lacking:
                 sampled[name] = float(usable.mean()), float(usable.std(ddof=1))
                 said += _curved(name, standard[name], sampled[name][1], usable.size)
     warn(said)

@@ -34,7 +34,7 @@ class Budget:
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""
         with of_run(), collected() as said:
-            budget = propagated(self, self.case.until, sensor, self.inputs, units=self.units)
+            budget = propagated(self, self.case.until, sensor, self.inputs)
         for message in said:
             if message not in findings:
                 caution(message)

@@ -145,6 +145,18 @@ def test_what_cannot_be_refined_is_named(build: Callable[[], hl.CoSimulation], s
     assert noted["margins"] == ({} if sources else estimate.margins)
 
 
+def test_a_build_that_depends_on_chance_is_refused() -> None:
+    chance = np.random.default_rng(3)
+
+    def build() -> hl.CoSimulation:
+        return on(hl.rod([hl.Layer(hl.STEEL_440C, 0.02 + 0.01 * chance.random(), 9e-3)], elements=6))
+
+    with pytest.raises(
+        ValueError, match=r"build\(\.\.\.\): depends on chance; AR = 0\.\d+ of one call and 0\.\d+ of the"
+    ):
+        hl.numerical_error(build, UNTIL, SENSOR)
+
+
 def test_a_mesh_that_would_be_too_large_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("structures.bodies.rod.MOST_ELEMENTS", 9)
     with pytest.warns(hl.HertzlinkWarning, match="mesh: not estimated; elements: 12 are too many"):
