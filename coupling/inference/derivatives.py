@@ -211,14 +211,6 @@ def numbers_of(
     )
 
 
-def aligned(piece: Any, usual: Any) -> Any:
-    """Return oscillators with the signs of others: the sign of a mode is arbitrary."""
-    if piece is usual or not isinstance(piece, Oscillators) or piece.contact.shape != usual.contact.shape:
-        return piece
-    sign = np.copysign(1.0, (piece.contact * usual.contact).sum(axis=0))
-    return piece._replace(contact=piece.contact * sign, response=piece.response * np.concatenate([sign, sign]))
-
-
 def _with_signs(moving: Any, usual: Any) -> Any:
     """Return a reduced structure with the signs of another in its modes and, by what couples them, in its arms."""
     structure, other = moving.structure, usual.structure
@@ -240,7 +232,7 @@ def _with_signs(moving: Any, usual: Any) -> Any:
     return MovingStructure(replace(structure, **changes, matrices=None), moving.stepper)
 
 
-class _Column:
+class Column:
     """A number of a run with those in its place in other runs, and what it becomes."""
 
     def __init__(self, values: Sequence[Any], begin: int) -> None:
@@ -249,7 +241,7 @@ class _Column:
         self.place = slice(begin, begin + self.rows.shape[1])
 
 
-def gathered(runs: Sequence[Any], names: Sequence[str], columns: list[_Column]) -> Any:
+def gathered(runs: Sequence[Any], names: Sequence[str], columns: list[Column]) -> Any:
     """Return a piece of the first of some runs with columns, which it adds to a list, in place of the numbers.
 
     What is the same object in all runs stays as it is. names: the parameters that the other runs change. Raises a
@@ -269,15 +261,27 @@ def gathered(runs: Sequence[Any], names: Sequence[str], columns: list[_Column]) 
         return _like(here, [gathered(parts, names, columns) for parts in zip(*runs, strict=True)])
     if not _is_number(here):
         return here
-    columns.append(_Column(runs, columns[-1].place.stop if columns else 0))
+    columns.append(Column(runs, columns[-1].place.stop if columns else 0))
     return columns[-1]
+
+
+def align(structure: Any) -> None:
+    """Give gathered oscillators the signs of those of the first run: the sign of a mode is arbitrary."""
+    modal = isinstance(structure, Oscillators)
+    if modal and isinstance(structure.contact, Column):
+        shape = len(structure.contact.rows), *structure.contact.value.shape
+        contact = structure.contact.rows.reshape(shape)
+        sign = np.copysign(1.0, (contact * contact[0]).sum(axis=1, keepdims=True))
+        contact *= sign
+        response = structure.response.rows.reshape(*shape[:2], 2, shape[2])
+        response *= sign[:, :, None]
 
 
 def _filled(piece: Any) -> Any:
     """Return a piece with what the columns in it became."""
     if isinstance(piece, tuple):
         return _like(piece, map(_filled, piece))
-    return piece.dual if isinstance(piece, _Column) else piece
+    return piece.dual if isinstance(piece, Column) else piece
 
 
 def _like(piece: Any, parts: Iterable[Any]) -> Any:
@@ -307,7 +311,7 @@ def changes_of(rows: Vector) -> Vector:
     return np.where(moves.any(axis=1).repeat(len(PLACES), axis=0), changes, 0.0)
 
 
-def _changed_bodies(chains: Sequence[Any], columns: Sequence[_Column], moves: Vector) -> tuple[int, int]:
+def _changed_bodies(chains: Sequence[Any], columns: Sequence[Column], moves: Vector) -> tuple[int, int]:
     """Return the range of bodies whose masses, or contacts ahead, parameters change; −1 twice if they change more.
 
     columns: of the chains. moves: whether parameters change each number.
@@ -379,11 +383,11 @@ class TangentEngine(Engine):
         around = [
             numbers_of(run, length, self.simulation, self.windows) for _, runs, _ in self.parameters for run in runs
         ]
-        usual, columns = numbers_of(self.simulation, length, None, self.windows), list[_Column]()
+        usual, columns = numbers_of(self.simulation, length, None, self.windows), list[Column]()
         chains, structures, *others = zip(usual, *around, strict=True)
         pieces, of_chains = [gathered(chains, names, columns)], columns.copy()
-        alike = [aligned(piece, usual.structure) for piece in structures]
-        pieces += [gathered(values, names, columns) for values in (alike, *others)]
+        pieces += [gathered(values, names, columns) for values in (structures, *others)]
+        align(pieces[1])
         rows = np.concatenate([column.rows for column in columns], axis=1)
         directions: Any = self.weights @ changes_of(rows)
         moves, lanes = directions.any(axis=0), self._zeros(len(self.groups), rows.shape[1])

@@ -175,53 +175,56 @@ def twin(windows, inverse_mass, stiffness, spring, rows, response, contact, comp
     return saved
 
 
-def slope(read, runs, step, weights=derivatives.WEIGHTS):
-    """Return the derivative of a number that is read from the numbers of runs, first those here."""
-    values = np.array(list(map(read, runs)))
-    changes = derivatives.changes_of(values.reshape(len(runs), values[0].size))
-    return (weights @ changes).reshape(values.shape[1:]) / step
+def gathered(simulation, around, length):
+    """Return the numbers of a run with those of runs around, and the signs of the first."""
+    runs = [numbers_of(run, length, simulation) for run in (simulation, *around)]
+    numbers = derivatives.gathered(runs, [""] * len(around), [])
+    derivatives.align(numbers.structure)
+    return numbers
 
 
-OF_TWIN = (
-    lambda run: run.chains[0].inverse_mass,
-    lambda run: run.chains[0].law.stiffness,
-    lambda run: run.chains[0].springs[1],
-    lambda run: run.structure.rows,
-    lambda run: run.structure.response[0],
-    lambda run: run.structure.contact[0],
-    lambda run: run.compliance[0, 0],
-    lambda run: run.y,
-    lambda run: run.v,
-)
+def slope(number, step, weights=derivatives.WEIGHTS):
+    """Return the derivative of a number; what is the same object in all runs has none."""
+    if not isinstance(number, derivatives.Column):
+        return np.zeros(np.shape(number))
+    return (weights @ derivatives.changes_of(number.rows)).reshape(np.shape(number.value)) / step
+
+
+def numbers_with_step(numbers, step):
+    """Return what the twin takes, moved by a complex step along derivatives."""
+    chain, structure, compliance = numbers.chains[0], numbers.structure, numbers.compliance
+    parts = [
+        chain.inverse_mass, chain.law.stiffness, chain.springs[1], structure.rows, structure.response,
+        structure.contact, compliance, numbers.y, numbers.v,
+    ]  # fmt: skip
+    moved = [getattr(part, "value", part) + 1j * STEP * slope(part, step) for part in parts]
+    return [*moved[:4], moved[4][0], moved[5][0], moved[6][0, 0], *moved[7:]]
 
 
 def test_what_a_run_is_made_of_has_the_derivatives_of_closed_forms():
     """Of a mass on a spring ω² = k/m and the shape 1/√m; of the first sphere its mass and Hertz's stiffness."""
     build, values = builder("mass on a spring")
     simulation, mass, spring, radius = build(**values), values["depth"], values["modulus"], values["radius"]
-    runs = {
-        name: ([numbers_of(run, WINDOW) for run in (simulation, *around)], step)
-        for name, around, step in derivatives.parameters_around(build, values)
-    }
-    (usual, *_), _ = runs["depth"]
-    for name, around in runs.items():
-        doubt = slope(lambda run: run.structure.squares, *around, derivatives.DOUBTS)
-        assert abs(doubt).max() <= 1e-6 * abs(usual.structure.squares).max() / values[name]
+    usual, rates = numbers_of(simulation, WINDOW), {}
+    for name, around, step in derivatives.parameters_around(build, values):
+        numbers = gathered(simulation, around, WINDOW)
+        chain, squares = numbers.chains[0], numbers.structure.squares
+        parts = squares, numbers.structure.contact, chain.inverse_mass, chain.law.stiffness, numbers.v
+        rates[name] = [slope(part, step).flat[0] for part in parts]
+        assert abs(slope(squares, step, derivatives.DOUBTS)) <= 1e-6 * usual.structure.squares / values[name]
+        if name == "modulus":
+            assert not slope(chain.inverse_mass, step).any()
     law, inverse = usual.chains[0].law.stiffness[0], usual.chains[0].inverse_mass[0]
     expected = [
-        (slope(lambda run: run.structure.squares[0], *runs["depth"]), -spring / mass**2),
-        (slope(lambda run: run.structure.squares[0], *runs["modulus"]), 1.0 / mass),
-        (slope(lambda run: run.structure.contact[0, 0], *runs["depth"]), -0.5 * usual.structure.contact[0, 0] / mass),
-        (slope(lambda run: run.chains[0].inverse_mass[0], *runs["radius"]), -3.0 * inverse / radius),
-        (
-            slope(lambda run: run.chains[0].law.stiffness[0], *runs["radius"]),
-            0.5 * law * 4.76e-3 / (radius * (radius + 4.76e-3)),
-        ),
-        (slope(lambda run: run.v[0], *runs["impact_speed"]), 1.0),
+        (rates["depth"][0], -spring / mass**2),
+        (rates["modulus"][0], 1.0 / mass),
+        (rates["depth"][1], -0.5 * usual.structure.contact[0, 0] / mass),
+        (rates["radius"][2], -3.0 * inverse / radius),
+        (rates["radius"][3], 0.5 * law * 4.76e-3 / (radius * (radius + 4.76e-3))),
+        (rates["impact_speed"][4], 1.0),
     ]
     for carried, exact in expected:
         assert carried == pytest.approx(exact, rel=1e-9)
-    assert not slope(lambda run: run.chains[0].inverse_mass, *runs["modulus"]).any()
 
 
 @pytest.mark.parametrize(
@@ -240,10 +243,8 @@ def test_derivatives_agree_with_complex_steps_over_20_000_steps(name, monkeypatc
     assert (plan.length, simulation.chain.steps(plan.length)) == (WINDOW, STEPS)
     _, rates = differentiate(simulation, build, values, plan, kept_at([SENSOR], BEADS))
     for parameter, around, difference in derivatives.parameters_around(build, values):
-        runs = [numbers_of(run, plan.length, simulation) for run in (simulation, *around)]
-        runs = [run._replace(structure=derivatives.aligned(run.structure, runs[0].structure)) for run in runs]
-        moved = [read(runs[0]) + 1j * STEP * slope(read, runs, difference) for read in OF_TWIN]
-        step = twin(WINDOWS, *moved).imag / STEP
+        numbers = gathered(simulation, around, plan.length)
+        step = twin(WINDOWS, *numbers_with_step(numbers, difference)).imag / STEP
         carried = rates.force[parameter][1:, :2]
         without = ("half-space", "depth"), (QUICK[-1], "impact_speed")
         assert abs(step).max() > 0.0 or (name, parameter) in without
