@@ -13,7 +13,7 @@ import hertzlink as hl
 from coupling.inference import derivatives
 from coupling.inference.derivatives import differentiate, numbers_of
 from coupling.kernels.tangents import flying
-from coupling.recording.frames import kept_at
+from coupling.recording.frames import Frames, kept_at
 from particles.kernels.laws import hertz
 from structures.kernels.duals import WIDTHS, Eight, as_duals, without_small
 from structures.kernels.kernel_cache import entry
@@ -225,6 +225,56 @@ def test_what_a_run_is_made_of_has_the_derivatives_of_closed_forms():
     ]
     for carried, exact in expected:
         assert carried == pytest.approx(exact, rel=1e-9)
+
+
+def test_signs_of_modes_are_those_here():
+    """Modes of two contacts whose signs jump change nothing that moves."""
+
+    def build(stiffness, jump):
+        sign = jump if stiffness > 1e7 else 1.0
+        contact = np.array([[1.0, -0.5], [0.3, 2.0]]) * [[1.0], [sign]]
+        wall = hl.Structure(np.eye(2), np.diag([stiffness, 3.0 * stiffness]), None, contact, 0.0, hl.Surface(hl.PTFE))
+        pushed = hl.Chain([BEAD] * BEADS, hl.PushedBead([0.0, 2e-5, 4e-5], [0.0, 50.0, 0.0]))
+        return hl.CoSimulation(pushed, hl.ContactPoint(wall, 0), behind=hl.ContactPoint(wall, 1))
+
+    def slopes(jump):
+        values = {"stiffness": 1e7, "jump": jump}
+        (_, around, step), _ = derivatives.parameters_around(build, values)
+        structure = gathered(build(**values), around, WINDOW).structure
+        return [slope(number, step) for number in (structure.contact, structure.response, structure.rows)]
+
+    usual, flipped = slopes(1.0), slopes(-1.0)
+    assert usual[1].shape == (2, 4)
+    assert abs(usual[1]).max() > 0.0
+    for here, other in zip(usual, flipped, strict=True):
+        assert other.tolist() == here.tolist()
+
+
+@pytest.mark.parametrize(
+    ("parameter", "settings", "begin"),
+    [
+        ("radius", {}, 3), ("density", {}, 4), ("depth", {}, BEADS), ("impact_speed", {}, -1), ("exponent", {}, -1),
+        ("density", {"preload": 5.0}, -1),
+    ],
+)  # fmt: skip
+def test_derivatives_wait_for_the_wave_where_a_parameter_acts(parameter, settings, begin):
+    """The radius of bead 4 changes the contact that body 3 is behind; others change the start, or all contacts."""
+
+    def build(radius, density, impact_speed, exponent, depth):
+        beads = [BEAD] * BEADS
+        beads[3] = hl.Sphere(radius, replace(BEAD.material, density=density))
+        law = hl.laws.PowerLaw(1e9, exponent) if parameter == "exponent" else None
+        struck = hl.Chain(beads, BEAD, impact_speed, law=law, **settings)
+        return hl.CoSimulation(struck, structure_of("rod", depth, 5e8))
+
+    usual = {"radius": 4.5e-3, "density": 7800.0, "impact_speed": 0.4, "exponent": 1.4, "depth": 0.05}
+    simulation = build(**usual)
+    plan = simulation.plan(1e-4)
+    around = [runs for runs in derivatives.parameters_around(build, usual) if runs.name == parameter]
+    frames = Frames(simulation.interface, plan.rows, kept_at([SENSOR], BEADS))
+    engine = derivatives.TangentEngine(simulation, simulation, plan, frames, around)
+    engine.recorder_of(plan.length)
+    assert engine.begin == begin
 
 
 @pytest.mark.parametrize(

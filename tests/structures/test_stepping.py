@@ -391,6 +391,17 @@ def test_the_midpoint_is_the_default() -> None:
     assert isinstance(hl.stepping.MovingStructure(ROD).step(1e-6), ImplicitMidpoint)
 
 
+@pytest.mark.parametrize("seats", [[0, 1], [1, 0], [-1, 0], [0, -1]])
+def test_a_structure_has_the_contacts_of_the_run_where_they_are(seats: list[int]) -> None:
+    body = hl.Structure(np.eye(2), np.diag([1e9, 3e9]), None, [[1.0, -0.5], [0.3, 2.0]], 0.0, hl.Surface(hl.PTFE))
+    part: Any = hl.stepping.MovingStructure(body).window(1e-6)
+    piece: Any = linear.joined([part], [seats], 1 + max(seats))
+    for point, seat in enumerate(seats):
+        if seat >= 0:
+            assert piece.contact[seat].tolist() == part.contact[point].tolist()
+            assert piece.response[seat].tolist() == part.response[point].tolist()
+
+
 def test_structures_of_both_kinds_move_as_alone() -> None:
     """In one piece: motion, responses, displacements and energies are those of each."""
     rod, random = [hl.Layer(hl.ACRYLIC, 0.02, 0.008)], np.random.default_rng(1)
