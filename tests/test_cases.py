@@ -183,7 +183,9 @@ def test_a_case_that_fails_near_a_value_names_it_with_its_unit() -> None:
     assert budget is not None
     with (
         collected(),
-        pytest.raises(ValueError, match=r"^chain\.bead\.radius: build fails at 4\.75905 mm, .* 4\.75905 mm$"),
+        pytest.raises(
+            ValueError, match=r'^sensitivities\."chain\.bead\.radius": build fails at 4\.75905 mm, .* 4\.75905 mm$'
+        ),
     ):
         budget.of_sensor(5)
 

@@ -146,6 +146,7 @@ def _do(engine: "TangentEngine") -> None:
         last = min(row + rows, plan.rows - 1)
         engine.advance(run, row * engine.stride, last * engine.stride)
         row = last
+    engine.frames.count_damping(engine.interface)
 
 
 def _kinds(simulation: CoSimulation) -> list[str]:

@@ -36,6 +36,9 @@ SEED = 0
 BENT = 0.3
 """Part of the standard uncertainty by which a measure at the ends may differ from what derivatives predict."""
 
+NONE = 1e-4
+"""Part of a measure that counts as no change of it: numerical errors are as large."""
+
 CURVED = 0.05
 """Part by which a sampled standard uncertainty differs from the propagated one where a measure is not linear."""
 
@@ -113,7 +116,7 @@ class Uncertainty:
                         f"{name}: has no value where {parameter} = {number} moves by its uncertainty {spread}; is that "
                         "so large?"
                     )
-                elif abs(change - predicted) > BENT * max(standard, 1e-9 * abs(value)):
+                elif abs(change - predicted) > BENT * max(standard, NONE * abs(value)):
                     said.append(
                         f"{name}: where {parameter} moves by its uncertainty, it moves by "
                         f"{self._shown(name, change, 2)}, and by its derivative {self._shown(name, predicted, 2)}; in "
@@ -252,8 +255,8 @@ def propagated(
     if lacking:
         with collected():
             waves = reflections(build(**values).run(until), sensor)
-        reasons = (f"there is no {wave.which} wave; {wave.reason}" for wave in waves if isinstance(wave, NoWave))
-        said.append(f"{', '.join(lacking)}: has no value here, as {next(reasons, 'the measure gives none')}")
+        reasons = (f"there is no {wave.which} wave: {wave.reason}" for wave in waves if isinstance(wave, NoWave))
+        said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
     if not draws:
         said += budget._bent(_ends(build, until, sensor, measure, inputs))
     else:
@@ -263,7 +266,7 @@ def propagated(
         for name in names:
             samples[name] = tables[name].values
             usable = samples[name][np.isfinite(samples[name])]
-            if usable.size < draws:
+            if usable.size < draws and name not in lacking:
                 said.append(f"{name}: {draws - usable.size} of {draws} sampled runs failed, or have no such wave")
             if usable.size > 1 and name not in lacking:
                 sampled[name] = float(usable.mean()), float(usable.std(ddof=1))

@@ -34,7 +34,13 @@ class Budget:
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""
         with of_run(), collected() as said:
-            budget = propagated(self, self.case.until, sensor, self.inputs)
+            try:
+                budget = propagated(self, self.case.until, sensor, self.inputs)
+            except ValueError as error:
+                key, _, reason = str(error).partition(": ")
+                if key in self.paths:
+                    raise Fault((SECTION, key), reason) from error
+                raise
         for message in said:
             if message not in findings:
                 caution(message)
