@@ -16,7 +16,7 @@ from particles.chain import Chain, reduced_masses
 from particles.dissipation import fastest_rate, kernel_loss
 from particles.kernels import motion as kernels
 from particles.kernels.drives import FREE, MOVED, Driven, Free
-from particles.kernels.losses import NoLoss
+from particles.kernels.losses import BodyLoss, NoLoss
 from particles.kernels.vibrations import Rigid
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, PowerLaw, unchanging
@@ -432,7 +432,7 @@ class MovingChain:
         """Return the steps in time as a piece."""
         if self.chain.integrator == "rk4":
             return kernels.RungeKutta()
-        return kernels.Verlet() if isinstance(loss, NoLoss) else kernels.DampedVerlet()
+        return kernels.DampedVerlet() if isinstance(loss, BodyLoss) else kernels.Verlet()
 
     def steps(self, window: float) -> int:
         """Return the steps in a window."""

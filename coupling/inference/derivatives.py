@@ -22,6 +22,7 @@ from coupling.recording.frames import Frames, Kept
 from coupling.run_loop import UNBROKEN, is_compiled
 from coupling.schemes.halving import Adaptive
 from particles.kernels.laws import Hertz, Partly
+from particles.kernels.losses import NoLoss
 from particles.kernels.motion import WORK_ROWS, Verlet
 from structures.checks import instance
 from structures.kernels.duals import WIDTHS, Lane, Lanes
@@ -399,7 +400,8 @@ class TangentEngine(Engine):
         (moved, *more), *rest = map(_filled, pieces)
         (first, end), chain = _changed_bodies(usual.chains, of_chains, moves), usual.chains[0]
         self.begin = first if chain.quiet and not any(isinstance(piece, Lanes) for piece in rest[2:]) else -1
-        if end > 0 and isinstance(chain.law, Hertz) and isinstance(chain.scheme, Verlet):
+        elastic = isinstance(chain.scheme, Verlet) and isinstance(chain.loss, NoLoss)
+        if end > 0 and elastic and isinstance(chain.law, Hertz):
             stiffness, inverse_mass = map(self._lanes, (moved.law.stiffness, moved.inverse_mass))
             law = Partly(stiffness, chain.law, chain.inverse_mass, first, end)
             moved = moved._replace(law=law, inverse_mass=inverse_mass)

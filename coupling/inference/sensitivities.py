@@ -15,8 +15,7 @@ from coupling.run_checks import check_before, checked
 from coupling.sweeps.batch import Measure, forces_of_runs
 from coupling.sweeps.sweep import built_at, check_build
 from particles.kernels.losses import Drag, NoLoss
-from particles.kernels.motion import ChainModel, DampedVerlet
-from particles.kernels.vibrations import Rigid
+from particles.kernels.motion import ChainModel, Verlet
 from structures.caution import collected
 from structures.checks import finite, function, instance, positive
 from structures.linear_algebra.one_thread import one_thread
@@ -136,8 +135,7 @@ def sensitivities(
 
 def _unfollowed(chain: ChainModel) -> list[str]:
     """Return what the user must know of losses that begin at other times where a parameter changes."""
-    of_contacts = isinstance(chain.scheme, DampedVerlet) and isinstance(chain.vibrations, Rigid)
-    if isinstance(chain.loss, NoLoss | Drag) or (of_contacts and not hasattr(chain.loss, "lose_on_bodies")):
+    if isinstance(chain.loss, NoLoss | Drag) or isinstance(chain.scheme, Verlet):
         return []
     return [
         "dissipation: the loss begins as a contact closes, and these derivatives do not follow when; they do by "

@@ -94,8 +94,9 @@ class OneContact(NamedTuple):
             contact.force = tried - static
             taken = surfaces(structure, compliance, run, trial)
             force, _, lost, driven = advance(chain, y, v, trial.work, t, window, before, contact.surface, steps, first)
+            trial.chain[0].lost = lost
             if first == 0:
-                trial.chain[0].lost, trial.chain[0].driven = lost, driven
+                trial.chain[0].driven = driven
             first = reach(chain, y, steps)
             residual = force - tried
             if not abs(residual) > search.tolerance or compliance[0, 0] == 0.0:

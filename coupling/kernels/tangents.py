@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 
 from coupling.kernels.newton import PIECES
 from coupling.kernels.recorders import reads_structure, record
-from particles.kernels.drives import drives
-from particles.kernels.motion import advance, bodies_per_step, contact_forces
+from particles.kernels.motion import advance, contact_forces
 from structures.kernels.arrays import solve
 from structures.kernels.duals import Lanes, as_duals, with_value
 from structures.kernels.families import of_run
@@ -200,29 +199,12 @@ def corner(surface: Any, k: int, part: float, span: Any) -> Any:
 
 
 @inner()
-def flying(chain: Any, first: int, run: Any, trial: Any) -> int:
-    """Return how many bodies of a chain, from its first on, touch nothing over a window, so that their speeds stay.
-
-    first: the coordinate of that one.
-    """
-    if drives(chain.drive) or bodies_per_step(chain.scheme) == 0 or chain.inverse_mass[0] == 0.0:
-        return 0
-    i, last = first, first + chain.inverse_mass.size - 1
-    while i < last and run.v[i] == trial.v[i] and run.y[i] <= run.y[i + 1] and trial.y[i] <= trial.y[i + 1]:
-        i += 1
-    return i - first
-
-
-@inner()
 def answer_chain(chain: Any, c: int, plan: Any, span: Any, static: Any, duals: Any, run: Any, trial: Any) -> None:
     """Move chain c against its surfaces, and put its answers into the second row of `force`."""
     first, end, ahead, behind = plan.begin[c, 0], plan.begin[c + 1, 0], plan.begin[c, 1], plan.begin[c + 1, 1] - 1
     back = behind if plan.behind[behind] else -1
     pieces, steps = PIECES if span.bends else 1, plan.steps[c, 1 if span.bends else 0]
     y, v, surface, force, window = duals.y[first:end], duals.v[first:end], duals.surface, duals.force, span.window
-    free = flying(chain, first, run, trial)
-    for i in range(free):
-        y[i] += window * v[i]
     for p in range(pieces):
         begin = corner(surface, ahead, p / pieces, span)
         place, after = corner(surface, ahead, (p + 1) / pieces, span), begin
@@ -231,7 +213,7 @@ def answer_chain(chain: Any, c: int, plan: Any, span: Any, static: Any, duals: A
             after = corner(surface, back, (p + 1) / pieces, span)
             y[0], v[0] = chain.rest - before, (before - after) * (pieces / window)
         t, part = span.t + p * window / pieces, window / pieces
-        front, rear, _, _ = advance(chain, y, v, duals.work[:, first:end], t, part, begin, place, steps, 0, free)
+        front, rear, _, _ = advance(chain, y, v, duals.work[:, first:end], t, part, begin, place, steps)
         force[1, ahead] += (front - static[ahead]) / pieces
         if back >= 0:
             y[0] = chain.rest - after

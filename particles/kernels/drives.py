@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from particles.kernels.laws import force_of_step, overlap_on_spring
+from particles.kernels.losses import Approach, move_body, press
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -39,11 +39,10 @@ def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, floa
 
 
 @by_type
-def move_first(
-    drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
-) -> tuple[float, float]:
-    """Move body 0 and push bead 1; return the force of the contact between them and that which does work, N."""
-    return 0.0, 0.0
+def move_first(drive: Any, law: Any, chain: Any, bodies: Any, t: float, pace: Any) -> tuple[float, float, float]:
+    """Move body 0; return the force of the contact between it and bead 1, what pushes the latter beside it, and the
+    force that does work, N."""
+    return 0.0, 0.0, 0.0
 
 
 @by_type
@@ -95,20 +94,18 @@ class Driven(NamedTuple):
         return drive.spring * max(drive.spring_end - place, 0.0), push + drive.preload, push
 
     @staticmethod
-    def move_first(
-        drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
-    ) -> tuple[float, float]:
-        overlap = y[0] - y[1]
-        if chain.springs[0] != 0.0:
-            overlap = overlap_on_spring(law, 0, overlap, chain.springs[0])
-        contact = force_of_step(law, 0, overlap)
+    def move_first(drive: Any, law: Any, chain: Any, bodies: Any, t: float, pace: Any) -> tuple[float, float, float]:
+        y, v, ahead = bodies.y, bodies.v, bodies.ahead
+        approach = Approach(y[0] - y[1], ahead[0] - ahead[1], pace.dt * (v[0] - v[1]))
+        contact = press(chain.loss, law, 0, approach, chain.springs[0], bodies.lost, pace.kick)
         on_striker, on_bead, push = outer_forces(drive, y[0], t)
-        v[0] += kick * (chain.inverse_mass[0] * (on_striker - contact) + chain.gravity[0])
-        v[1] += kick * chain.inverse_mass[1] * on_bead
         if moves(drive):
-            v[0], push = mean_rate(drive, t, drift), contact
-        y[0] += drift * v[0]
-        return contact, push
+            v[0], push = mean_rate(drive, t, pace.drift), contact
+            y[0] += pace.drift * v[0]
+            ahead[0] = place_and_speed(drive, t + pace.drift)[1]
+        else:
+            move_body(chain.loss, chain, bodies, 0, on_striker - contact, pace)
+        return contact, on_bead, push
 
     @staticmethod
     def replaces_contact(drive: Any) -> bool:

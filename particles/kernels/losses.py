@@ -3,10 +3,52 @@
 from math import sqrt
 from typing import Any, NamedTuple
 
-from particles.kernels.laws import NEGLIGIBLE
+from particles.kernels import laws
+from particles.kernels.laws import (
+    NEGLIGIBLE,
+    NOT_NEGATIVE,
+    elastic_overlap,
+    force,
+    force_of_step,
+    overlap_on_spring,
+    slope,
+)
+from structures.kernels.duals import value_of, where_dual
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
+
+
+class Bodies(NamedTuple):
+    """The bodies of a chain in a window."""
+
+    y: Vector
+    """m."""
+    v: Vector
+    """Half a step behind `y`, but at the ends of the window, m/s."""
+    ahead: Vector
+    """What losses see: velocities predicted for the time of `y`, m/s. Without losses it is not filled."""
+    lost: Vector
+    """The energy lost in the contact ahead of each body, and by its drag, J; likewise."""
+
+
+class Pace(NamedTuple):
+    """A step, and by how much of it velocities and positions move on: less at the ends of a window."""
+
+    dt: float
+    kick: float
+    drift: float
+
+
+class Approach(NamedTuple):
+    """The approach of a contact's bodies."""
+
+    now: float
+    """m."""
+    rate: float
+    """As losses see it, m/s."""
+    way: float
+    """By how much it grew in the last step, m."""
 
 
 @by_type
@@ -31,6 +73,126 @@ def drag_rate(loss: Any, i: int) -> float:
     return 0.0
 
 
+@by_type
+def drag(loss: Any, i: int, speed: float, inverse_mass: float) -> tuple[float, float]:
+    """Return the deceleration of body i by a drag, m/s², and the power that it takes, W."""
+    return 0.0, 0.0
+
+
+@by_type
+def loses(loss: Any) -> bool:
+    """Return whether anything loses energy but by yielding."""
+    return True
+
+
+@by_type
+def flies(loss: Any) -> bool:
+    """Return whether a body that touches nothing keeps its velocity."""
+    return True
+
+
+@by_type
+def begin_losses(loss: Any, bodies: Any, first: int, last: int) -> None:
+    """Let bodies have lost nothing in a window, and have the velocities that losses see."""
+    for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+        bodies.ahead[i], bodies.lost[i] = bodies.v[i], 0.0
+
+
+@by_type
+def energy_lost(loss: Any, bodies: Any, last: int) -> float:
+    """Return the energy that bodies have lost in a window, J."""
+    lost = 0.0
+    for i in range(last + 1):
+        lost += bodies.lost[i]
+    return lost
+
+
+@by_type
+def press(loss: Any, law: Any, i: int, approach: Any, spring: float, lost: Vector, kick: float) -> float:
+    """Return the force of contact i at an Approach that it really has, N, and remember this; add what it loses.
+
+    spring: the flexibility of a massless spring at the contact, m/N.
+    """
+    overlap = overlap_at(law, i, approach.now, spring)
+    total, power = force_and_loss(law, loss, i, overlap, approach.rate, spring)
+    force_of_step(law, i, overlap)
+    lost[i] += kick * power
+    return follow_closing(law, loss, i, approach, spring, total)
+
+
+@by_type
+def move_body(loss: Any, chain: Any, bodies: Any, i: int, force: float, pace: Any) -> None:
+    """Move a body on by the sum of its contact forces."""
+    slowing, power = drag(loss, i, bodies.ahead[i], chain.inverse_mass[i])
+    acceleration = chain.inverse_mass[i] * force + chain.gravity[i] - slowing
+    speed = bodies.v[i] + pace.kick * acceleration
+    bodies.v[i], bodies.ahead[i] = speed, speed + 0.5 * pace.dt * acceleration
+    bodies.y[i] += pace.drift * speed
+    bodies.lost[i] += pace.kick * power
+
+
+@by_type
+def move_between(loss: Any, law: Any, chain: Any, bodies: Any, behind: float, pace: Any, begin: int, end: int) -> float:
+    """Move bodies on over a step, by the force behind the first and those of their contacts; return the last force."""
+    y, v, ahead = bodies.y, bodies.v, bodies.ahead
+    for i in range(begin & NOT_NEGATIVE, end & NOT_NEGATIVE):
+        approach = Approach(y[i] - y[i + 1], ahead[i] - ahead[i + 1], pace.dt * (v[i] - v[i + 1]))
+        contact = press(loss, law, i, approach, 0.0, bodies.lost, pace.kick)
+        move_body(loss, chain, bodies, i, behind - contact, pace)
+        behind = contact
+    return behind
+
+
+@inner(forceinline=True)
+def overlap_at(law: Any, i: int, approach: float, flexibility: float) -> float:
+    """Return the part of an approach, m, that is the contact's own; the rest is that of a massless spring."""
+    return approach if flexibility == 0.0 else overlap_on_spring(law, i, approach, flexibility)
+
+
+@inner(forceinline=True)
+def force_and_loss(law: Any, loss: Any, i: int, overlap: float, rate: float, flexibility: float) -> tuple[float, float]:
+    """Return the force of a contact, N, and the power that its loss takes, W.
+
+    rate: of approach, m/s. The loss acts on the contact's own part of it, and a massless spring of this flexibility
+    (m/N) yields to the loss: to first order.
+    """
+    elastic, released = force(law, i, overlap), elastic_overlap(law, i, overlap)
+    # A striker that just touches pushes its dashpot at once. A dent that is not touched any more has no loss.
+    if released < 0.0:
+        return 0.0, 0.0
+    tangent = slope(law, i, overlap)
+    if flexibility == 0.0:
+        total = force_with_loss(loss, i, elastic, tangent, released, rate)
+    else:
+        share = 1.0 / (1.0 + flexibility * tangent)
+        lossy = force_with_loss(loss, i, elastic, tangent, released, share * rate)
+        total = elastic + share * (lossy - elastic)
+        total = 0.0 if total < 0.0 else total
+    return total, (total - elastic) * rate
+
+
+def follow_closing(law: Any, loss: Any, i: int, approach: Any, spring: float, contact: float) -> float:
+    """Let derivatives of a contact's force follow the time at which it closes: plain numbers have none."""
+    return contact
+
+
+def _follow_closing(law: Any, loss: Any, i: int, approach: Any, spring: float, contact: float) -> float:
+    """Let the force of a contact that closed in the last step have the slope of its mean force over a step.
+
+    A dashpot's force jumps where its contact closes, and other losses rise there with an infinite slope, so the slope
+    at a point is not that of the response. Over the way of a step, s, it is [F(δ + s/2) − 0] / s.
+    """
+    now, way = approach.now, value_of(approach.way)
+    if 0.0 <= value_of(elastic_overlap(law, i, now)) < way:
+        middle = value_of(now) + 0.5 * way + 0.0 * now
+        closed, _ = force_and_loss(law, loss, i, overlap_at(law, i, middle, spring), approach.rate, spring)
+        contact = value_of(contact) + value_of(closed) / way * (now - value_of(now)) + closed - value_of(closed)
+    return contact
+
+
+where_dual(follow_closing, _follow_closing, 5)
+
+
 @inner(forceinline=True)
 def power_of_rate(rate: float, exponent: float) -> float:
     """Return sign(δ̇) |δ̇|^α."""
@@ -42,6 +204,36 @@ def power_of_rate(rate: float, exponent: float) -> float:
 
 class NoLoss(NamedTuple):
     """An elastic chain."""
+
+    @staticmethod
+    def loses(loss: Any) -> bool:
+        return False
+
+    @staticmethod
+    def begin_losses(loss: Any, bodies: Any, first: int, last: int) -> None:
+        return None
+
+    @staticmethod
+    def energy_lost(loss: Any, bodies: Any, last: int) -> float:
+        return 0.0
+
+    @staticmethod
+    def press(loss: Any, law: Any, i: int, approach: Any, spring: float, lost: Vector, kick: float) -> float:
+        return force_of_step(law, i, overlap_at(law, i, approach.now, spring))
+
+    @staticmethod
+    def move_body(loss: Any, chain: Any, bodies: Any, i: int, force: float, pace: Any) -> None:
+        speed = bodies.v[i] + pace.kick * (chain.inverse_mass[i] * force + chain.gravity[i])
+        bodies.v[i] = speed
+        bodies.y[i] += pace.drift * speed
+
+    @staticmethod
+    def move_between(
+        loss: Any, law: Any, chain: Any, bodies: Any, behind: float, pace: Any, begin: int, end: int
+    ) -> float:
+        """Move bodies on as the law does, of whose numbers some may be plain and some dual."""
+        masses = chain.inverse_mass, chain.gravity
+        return laws.move_bodies(law, *masses, bodies.y, bodies.v, behind, pace.kick, pace.drift, begin, end)
 
 
 DASHPOT, TANGENT, SECANT = range(3)
@@ -76,6 +268,15 @@ class Drag(NamedTuple):
     @staticmethod
     def drag_rate(loss: Any, i: int) -> float:
         return float(loss.coefficient[i])
+
+    @staticmethod
+    def flies(loss: Any) -> bool:
+        return False
+
+    @staticmethod
+    def drag(loss: Any, i: int, speed: float, inverse_mass: float) -> tuple[float, float]:
+        slowing = loss.coefficient[i] * speed
+        return slowing, slowing * speed / inverse_mass if inverse_mass > 0.0 else 0.0 * slowing
 
     @staticmethod
     def lose_on_bodies(

@@ -11,24 +11,22 @@ from particles.kernels.drives import (
     place_and_speed,
     replaces_contact,
 )
-from particles.kernels.laws import (
-    NOT_NEGATIVE,
-    copy_limits,
-    elastic_overlap,
-    force_of_step,
-    lost_to_yielding,
-    move_bodies,
-    overlap_on_spring,
-    with_memory,
+from particles.kernels.laws import NOT_NEGATIVE, copy_limits, force_of_step, lost_to_yielding, with_memory
+from particles.kernels.losses import (
+    Approach,
+    Bodies,
+    Pace,
+    begin_losses,
+    energy_lost,
+    flies,
+    lose_on_bodies,
+    loses,
+    move_between,
+    move_body,
+    overlap_at,
+    press,
 )
-from particles.kernels.losses import lose_on_bodies
-from particles.kernels.vibrations import (
-    accelerate_modes,
-    energies_between,
-    force_and_loss,
-    forces_between,
-    forces_of_some,
-)
+from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
 from structures.kernels.duals import value_of, where_dual
 from structures.kernels.kernel_cache import entry, inner
 from structures.kernels.pieces import by_type
@@ -73,10 +71,8 @@ class Span(NamedTuple):
     steps: int
     first: int
     """0 moves all bodies. Else only body `first` and those ahead of it are moved, see `reach`: they begin where the
-    last window with 0 left them after its first half-kick, and the body behind `first` follows its positions in that
-    window. The work space holds both."""
-    free: int
-    """How many bodies touch nothing: they stay where they are."""
+    last window with 0 began, and the body behind `first` follows its positions in that window. The work space holds
+    both."""
 
 
 def integrate(
@@ -108,11 +104,11 @@ def bodies_per_step(scheme: Any) -> int:
 def reach(chain: Any, y: Vector, steps: int) -> int:
     """Return the first body that the motion of the surface can reach within a window; 0 for all.
 
-    All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks.
-    Contacts that yield remember what a trial did to them, so that all are moved again, and a drive moves the first two
-    bodies together. Dual numbers have one trial.
+    All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks;
+    its velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that
+    all are moved again, and a drive moves the first two bodies together. Dual numbers have one trial.
     """
-    bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * steps
+    bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * (steps + loses(chain.loss))
     first, least = bodies - passed, 2 if drives(chain.drive) else 1
     return first if passed > 0 and first >= least and bodies == y.size else 0
 
@@ -123,20 +119,31 @@ where_dual(reach, lambda chain, y, steps: 0, 1)
 @inner()
 def advance(
     chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int,
-    first: int = 0, free: int = 0,
+    first: int = 0,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Move y, v on by one window from time t in place, see `integrate`.
 
     Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
     the drive's work, J.
     """
-    span = Span(t, wall, (wall_end - wall) / window, window / steps, steps, first, free)
+    span = Span(t, wall, (wall_end - wall) / window, window / steps, steps, first)
     ahead, behind, lost, driven = integrate_span(chain.scheme, chain, y, v, work, span)
     return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
 
 
+@inner(forceinline=True)
+def stays_apart(chain: Any, bodies: Any, i: int, window: float) -> bool:
+    """Return whether contact i stays open over a window in which no force acts on its bodies."""
+    y, v = bodies.y, bodies.v
+    approach, change = y[i] - y[i + 1], window * (v[i] - v[i + 1])
+    return chain.gravity[i] == 0.0 and approach < 0.0 and approach + change < 0.0
+
+
 class Verlet(NamedTuple):
-    """Velocity Verlet for forces that depend on positions only, its inner half-kicks joined; second order."""
+    """Velocity Verlet for forces between neighbours, its inner half-kicks joined; second order.
+
+    Losses depend on the velocities that the last accelerations predict for the end of a step.
+    """
 
     @staticmethod
     def bodies_per_step(scheme: Any) -> int:
@@ -147,55 +154,66 @@ class Verlet(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        """Move the bodies on in one pass a step, which the compiler turns into vector instructions."""
-        t, wall, rate, dt, steps, first, free = span
-        inverse_mass, gravity, drive, spring = chain.inverse_mass, chain.gravity, chain.drive, chain.springs[1]
-        law, past, limits, kept_y, kept_v = with_memory(chain.law, y), work[0], work[1], work[2], work[3]
-        last, reached, impulse = inverse_mass.size - 1, reach(chain, y, steps), 0.0
-        if first == 0:
-            copy_limits(law, limits)
-        else:
-            impulse = work[4, 0]
+        """Move the bodies on in one pass a step, which the compiler turns into vector instructions without losses."""
+        t, wall, rate, dt, steps, first = span
+        law, loss, drive, last = with_memory(chain.law, y), chain.loss, chain.drive, chain.inverse_mass.size - 1
+        past, limits, kept_y, kept_v, past_ahead = work[0], work[1], work[2], work[3], work[6]
+        bodies, reached = Bodies(y, v, work[4], work[5]), reach(chain, y, steps)
+        if first > 0:
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 y[i], v[i] = kept_y[i], kept_v[i]
+        else:
+            copy_limits(law, limits)
+            for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+                kept_y[i], kept_v[i] = y[i], v[i]
+        begin_losses(loss, bodies, first, last)
+        if loses(loss) and moves(drive):
+            bodies.ahead[0] = place_and_speed(drive, t)[1]
+        # Bodies up to `rear` − 1 touch nothing and fly on; they wait where they were until something touches them.
+        if first == 0:
+            rear = 0
+            while flies(loss) and not drives(drive) and rear < last and stays_apart(chain, bodies, rear, steps * dt):
+                rear += 1
+            work[7, 0] = rear
+        rear = max(first, int(value_of(work[7, 0])))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
         front, source = last, 0 if moves(drive) else 1
         quiet = chain.quiet and not (wall < 0.0 or wall + steps * dt * rate < 0.0)
         while quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
-        impulse_behind, driven = 0.0, 0.0
-        for step in range(1 if first > 0 else 0, steps + 1):
-            kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
+        impulse, impulse_behind, driven = 0.0, 0.0, 0.0
+        for step in range(steps + 1):
+            pace = Pace(dt, dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0)
             # Before the pass: after it, the scalar load would wait for the pass's vector stores.
-            overlap = y[last] - (wall + step * dt * rate)
-            if spring != 0.0:
-                overlap = overlap_on_spring(law, last, overlap, spring)
-            wall_force = force_of_step(law, last, overlap)
-            impulse += kick * wall_force
-            behind, begin, end = 0.0, max(first, free), front + 1 if front < last else last
-            if first > 0:
-                behind = force_of_step(law, first - 1, past[step] - y[first])
-            elif reached > 0:
-                past[step] = y[reached - 1]
+            approach = Approach(y[last] - (wall + step * dt * rate), bodies.ahead[last] - rate, dt * (v[last] - rate))
+            wall_force = press(loss, law, last, approach, chain.springs[1], bodies.lost, pace.kick)
+            impulse += pace.kick * wall_force
+            while rear > first and y[rear - 1] + step * dt * v[rear - 1] >= y[rear]:
+                rear -= 1
+                y[rear] += step * dt * v[rear]
+            behind, begin, end = 0.0, rear, front + 1 if front < last else last
+            if first > 0 and rear == first:
+                approach = Approach(past[step] - y[first], past_ahead[step] - bodies.ahead[first], 0.0)
+                behind = press(loss, law, first - 1, approach, 0.0, work[8], 0.0)
+            elif reached > 0 and first == 0:
+                past[step] = y[reached - 1] + (step * dt * v[reached - 1] if reached <= rear else 0.0)
+                if loses(loss):
+                    past_ahead[step] = bodies.ahead[reached - 1]
             push, before = 0.0, 0.0
             if drives(drive) and first == 0:
                 before = dt * v[source] if step > 0 else 0.0
-                behind, push = move_first(drive, chain, law, y, v, t + step * dt, kick, drift)
-                impulse_behind += kick * behind
-                begin = 1
-            behind = move_bodies(law, inverse_mass, gravity, y, v, behind, kick, drift, begin, end)
-            speed = v[end] + kick * (inverse_mass[end] * (behind - wall_force) + gravity[end])
-            v[end] = speed
-            y[end] += drift * speed
-            front = end if speed != 0.0 else front
-            if step == 0 and reached > 0:
-                work[4, 0] = impulse
-                for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
-                    kept_y[i], kept_v[i] = y[i], v[i]
+                contact, on_bead, push = move_first(drive, law, chain, bodies, t + step * dt, pace)
+                impulse_behind += pace.kick * contact
+                behind, begin = contact + on_bead, 1
+            behind = move_between(loss, law, chain, bodies, behind, pace, begin, end)
+            move_body(loss, chain, bodies, end, behind - wall_force, pace)
+            front = end if v[end] != 0.0 else front
             if drives(drive):
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
-                driven += 0.5 * push * (before + drift * v[source])
-        return impulse, impulse_behind, lost_to_yielding(law, limits), driven
+                driven += 0.5 * push * (before + pace.drift * v[source])
+        for i in range(first & NOT_NEGATIVE, rear & NOT_NEGATIVE):
+            y[i] += steps * dt * v[i]
+        return impulse, impulse_behind, energy_lost(loss, bodies, last) + lost_to_yielding(law, limits), driven
 
 
 @inner()
@@ -228,48 +246,7 @@ def remember(chain: Any, law: Any, y: Vector, wall: float) -> None:
         overlap, spring = y[i] - (y[i + 1] if i < last else wall), 0.0
         if i == last or i == 0:
             spring = chain.springs[1 if i == last else 0]
-        force_of_step(law, i, overlap_on_spring(law, i, overlap, spring) if spring != 0.0 else overlap)
-
-
-def follow_closings(
-    chain: Any, law: Any, y: Vector, v: Vector, half: Vector, ends: Any, begins: bool, a: Vector, forces: Vector
-) -> None:
-    """Let derivatives of forces and accelerations follow the times at which contacts close: plain numbers have none.
-
-    half: velocities of the last step. ends: displacement and velocity of the wall, and the step. begins: whether this
-    is where the steps of a window begin.
-    """
-
-
-def _follow_closings(
-    chain: Any, law: Any, y: Vector, v: Vector, half: Vector, ends: Any, begins: bool, a: Vector, forces: Vector
-) -> None:
-    """Let a contact that closed on the way here have the slope of its mean force over a step.
-
-    A dashpot's force jumps where its contact closes, and other losses rise there with an infinite slope, so the slope
-    at a point is not that of the response. Over the way of a step, s, it is [F(δ + s/2) − 0] / s.
-    """
-    wall, rate, dt = ends
-    last = forces.size - 1
-    if begins:
-        for i in range(last + 1):
-            half[i] = v[i] - 0.5 * dt * a[i]
-    for i in range(last + 1):
-        ahead, speed, before = (wall, rate, rate) if i == last else (y[i + 1], v[i + 1], half[i + 1])
-        approach, way = y[i] - ahead, dt * value_of(half[i] - before)
-        if 0.0 <= value_of(elastic_overlap(law, i, approach)) < way:
-            spring = chain.springs[1] if i == last else chain.springs[0] if i == 0 else 0.0
-            middle = value_of(approach) + 0.5 * way + 0.0 * approach
-            closed, _ = force_and_loss(law, chain.loss, i, middle, v[i] - speed, spring)
-            change = value_of(closed) / way * (approach - value_of(approach))
-            change += closed - value_of(closed) + value_of(forces[i]) - forces[i]
-            forces[i] += change
-            a[i] -= chain.inverse_mass[i] * change
-            if i < last:
-                a[i + 1] += chain.inverse_mass[i + 1] * change
-
-
-where_dual(follow_closings, _follow_closings, 2)
+        force_of_step(law, i, overlap_at(law, i, overlap, spring))
 
 
 class DampedVerlet(NamedTuple):
@@ -279,7 +256,7 @@ class DampedVerlet(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        t, wall, rate, dt, steps, _, _ = span
+        t, wall, rate, dt, steps, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, half, limits = work[0], work[3], work[4], work[5]
         copy_limits(law, limits)
@@ -302,7 +279,6 @@ class DampedVerlet(NamedTuple):
                 on_striker, on_bead, push = outer_forces(drive, y[0], now)
             wall_now = wall + step * dt * rate
             lost += weight * accelerations(chain, law, y, v, wall_now, rate, on_striker, on_bead, a, work)
-            follow_closings(chain, law, y, v, half, (wall_now, rate, dt), step == 0, a, forces)
             remember(chain, law, y, wall_now)
             if step > 0:
                 for i in range(y.size):
@@ -323,7 +299,7 @@ class RungeKutta(NamedTuple):
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
-        t, wall, rate, dt, steps, _, _ = span
+        t, wall, rate, dt, steps, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, limits = work[0], work[3], work[5]
         stage_y, stage_v, sum_v, sum_a = work[4], work[6], work[7], work[8]

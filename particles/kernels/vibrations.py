@@ -3,8 +3,8 @@
 from functools import partial
 from typing import Any, NamedTuple
 
-from particles.kernels.laws import elastic_overlap, energy, force, overlap_on_spring, slope, with_memory
-from particles.kernels.losses import drag_rate, force_with_loss
+from particles.kernels.laws import energy, force, overlap_on_spring, slope, with_memory
+from particles.kernels.losses import drag_rate, force_and_loss, force_with_loss, overlap_at
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -57,31 +57,6 @@ def energies_between(
     raise NotImplementedError
 
 
-@inner(forceinline=True)
-def force_and_loss(
-    law: Any, loss: Any, i: int, approach: float, rate: float, flexibility: float
-) -> tuple[float, float]:
-    """Return the force of a contact, N, and the power that its loss takes, W.
-
-    The loss acts on the contact's own part of the approach rate, and a massless spring of this flexibility (m/N) yields
-    to the loss: to first order.
-    """
-    overlap = approach if flexibility == 0.0 else overlap_on_spring(law, i, approach, flexibility)
-    elastic, released = force(law, i, overlap), elastic_overlap(law, i, overlap)
-    # A striker that just touches pushes its dashpot at once. A dent that is not touched any more has no loss.
-    if released < 0.0:
-        return 0.0, 0.0
-    tangent = slope(law, i, overlap)
-    if flexibility == 0.0:
-        total = force_with_loss(loss, i, elastic, tangent, released, rate)
-    else:
-        share = 1.0 / (1.0 + flexibility * tangent)
-        lossy = force_with_loss(loss, i, elastic, tangent, released, share * rate)
-        total = elastic + share * (lossy - elastic)
-        total = 0.0 if total < 0.0 else total
-    return total, (total - elastic) * rate
-
-
 class Rigid(NamedTuple):
     """Bodies that do not vibrate."""
 
@@ -96,7 +71,8 @@ class Rigid(NamedTuple):
             power += taken
         for end in range(2):
             i, ahead, speed = (0, y[1], v[1]) if end == 0 else (last, wall, rate)
-            forces[i], taken = force_and_loss(law, loss, i, y[i] - ahead, v[i] - speed, springs[end])
+            overlap = overlap_at(law, i, y[i] - ahead, springs[end])
+            forces[i], taken = force_and_loss(law, loss, i, overlap, v[i] - speed, springs[end])
             power += taken
         return power
 
@@ -110,7 +86,8 @@ class Rigid(NamedTuple):
             i = contacts[j]
             ahead, speed = (wall, rate) if i == last else (y[i + 1], v[i + 1])
             spring = chain.springs[1] if i == last else chain.springs[0] if i == 0 else 0.0
-            forces[j], _ = force_and_loss(law, chain.loss, i, y[i] - ahead, v[i] - speed, spring)
+            overlap = overlap_at(law, i, y[i] - ahead, spring)
+            forces[j], _ = force_and_loss(law, chain.loss, i, overlap, v[i] - speed, spring)
 
     @staticmethod
     def accelerate_modes(vibrations: Any, y: Vector, v: Vector, loss: Any, forces: Vector, a: Vector) -> float:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 from math import atan, cos, exp, log, sin, sqrt, tanh
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from numba import njit
 import hertzlink as hl
 from coupling.inference import derivatives
 from coupling.inference.derivatives import differentiate, numbers_of
-from coupling.kernels.tangents import flying
 from coupling.recording.frames import Frames, kept_at
 from particles.kernels.laws import hertz
 from structures.kernels.duals import WIDTHS, Eight, as_duals, without_small
@@ -314,26 +312,6 @@ def of_duals(memory, other, made, width):
         total += sin(x[i]) * cos(a[i]) + tanh(x[i]) + atan(a[i]) + log(1.0 + x[i])
     result[0] = total
     result[1] = without_small(result[1] + 3.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("y", "v", "count"),
-    [
-        ([0.0, 1e-6, 2e-6, 2e-6], [-0.1, 0.0, 0.1, 0.1], 3),
-        ([0.0, 1e-6, 2e-6, 2e-6], [-0.1, 0.0, 0.2, 0.1], 2),
-        ([0.0, 1e-6, 2e-6, 2e-6], [-0.2, 0.0, 0.1, 0.1], 0),
-        ([0.0, 1e-6, 1e-6 - 1e-15, 2e-6], [-0.1, 0.0, 0.1, 0.1], 1),
-    ],
-    ids=["all but the last", "one that is pushed", "the first is pushed", "a contact too weak to change a speed"],
-)
-def test_bodies_that_touch_nothing_are_told_from_the_others(y, v, count):
-    before, after = (SimpleNamespace(y=np.array(y), v=np.array(speeds)) for speeds in ([-0.1, 0.0, 0.1, 0.1], v))
-    chain = hl.stepping.MovingChain(hl.Chain([BEAD] * 3, BEAD, 0.4), hl.Surface(hl.STEEL_316)).model
-    assert flying(chain, 0, before, after) == flying(chain, 0, after, before) == count
-    assert flying(chain._replace(inverse_mass=np.zeros(4)), 0, before, after) == 0
-    loaded = hl.Chain([BEAD] * 3, BEAD, 0.4, preload=5.0), hl.Chain([BEAD] * 3, BEAD, 0.4, integrator="rk4")
-    for other in loaded:
-        assert flying(hl.stepping.MovingChain(other, hl.Surface(hl.STEEL_316)).model, 0, before, after) == 0
 
 
 @pytest.mark.parametrize("width", WIDTHS)

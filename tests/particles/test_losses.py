@@ -273,6 +273,41 @@ def test_the_pass_without_losses_is_the_general_one(law: hl.ContactLaw | None, f
     assert opened
 
 
+PASS_LOSSES = {
+    "none": None,
+    "dashpot": hl.LinearDashpot(5.0),
+    "power": hl.PowerDashpot(3.0, 1.6),
+    "tangent": hl.KuwabaraKono(2e-6),
+    "secant": hl.Tsuji(0.2),
+    "drag": hl.MassProportional(3e3),
+}
+
+
+@pytest.mark.parametrize("loss", PASS_LOSSES)
+@pytest.mark.parametrize("flexibility", [0.0, 2e-9])
+def test_bodies_that_touch_nothing_fly_on_until_something_touches_them(loss: str, flexibility: float) -> None:
+    """From random places and velocities, in long windows, as the scheme does that moves all bodies at each step."""
+    rng, met = np.random.default_rng(3), 0
+    row = hl.Chain([STEEL, SMALL, STEEL, LARGE, STEEL, SMALL], STEEL, 0.5, dissipation=PASS_LOSSES[loss])
+    fast, general = (hl.stepping.MovingChain(row, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
+    assert isinstance(fast.model.scheme, Verlet)
+    general.__dict__["model"] = general.model._replace(scheme=DampedVerlet())
+    for _ in range(30):
+        gaps = 4e-6 * rng.random(7) - 0.4e-6
+        state = other = ChainState(np.append(np.cumsum(gaps[:-1]), 0.0) - gaps.sum(), 0.6 * rng.random(7) - 0.3)
+        for k in range(4):
+            motion = (1e-8 * k, 1e-8 * (k + 1))
+            (state, force), (other, force_too) = (
+                moving.advance(old, motion, 6e-6) for moving, old in ((fast, state), (general, other))
+            )
+            met += int((abs(state.velocity - other.velocity) > 0.0).any())
+            assert state.position == pytest.approx(other.position, abs=1e-11 * abs(other.position).max())
+            assert state.velocity == pytest.approx(other.velocity, abs=1e-10)
+            assert force == pytest.approx(force_too, abs=1e-10 * fast.force_scale)
+            assert state.lost == pytest.approx(other.lost, rel=1e-9, abs=1e-12 * row.impact_energy)
+    assert met > 30
+
+
 @pytest.mark.parametrize(("mass", "coefficient"), [(1e-2, 5e3), (1e-3, 2e3)])
 def test_a_force_that_jumps_as_a_contact_opens_creates_no_energy(mass: float, coefficient: float) -> None:
     """No mean force of a window is that of a bead with so strong a dashpot on so light a body: it has to be halved."""

@@ -348,27 +348,47 @@ def test_the_pass_over_the_beads_has_vector_instructions() -> None:
     chain = hl.stepping.MovingChain(hl.Chain([STEEL] * 8, STEEL, 0.4), WALL.surface)
     state, work = chain.start(), chain.work_space()
     types = [typeof(one) for one in (chain.model, state.position, state.velocity, work)]
-    span = typeof(Span(0.0, 0.0, 0.0, 1e-7, 3, 0, 0))
+    span = typeof(Span(0.0, 0.0, 0.0, 1e-7, 3, 0))
     kernel = njit(Verlet.integrate)
     kernel.compile((typeof(Verlet()), *types, span))
     assert "sqrtpd" in "".join(kernel.inspect_asm().values())
 
 
+PASS_LOSSES = {
+    "none": None,
+    "dashpot": hl.LinearDashpot(5.0),
+    "power": hl.PowerDashpot(3.0, 1.6),
+    "tangent": hl.KuwabaraKono(2e-6),
+    "secant": hl.Tsuji(0.2),
+    "drag": hl.MassProportional(3e3),
+}
+
+
+@pytest.mark.parametrize("loss", PASS_LOSSES)
+@pytest.mark.parametrize(("gap", "slowest"), [(-4e-6, -0.1), (2e-7, -0.1), (2e-7, 0.3)])
 @pytest.mark.parametrize("steps", [1, 2, 3])
-def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(steps: int) -> None:
+def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(
+    steps: int, gap: float, slowest: float, loss: str
+) -> None:
     """The last bodies, moved again against another surface, are where all bodies moved against it would be."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    chain = hl.stepping.MovingChain(hl.Chain([bead] * 8, bead, 0.4), hl.Surface(hl.STEEL_316))
-    places, speeds, window = np.linspace(4e-5, 0.0, 9), np.linspace(0.3, -0.1, 9), 4e-6
+    row = hl.Chain([bead] * 8, bead, 0.4, dissipation=PASS_LOSSES[loss])
+    chain = hl.stepping.MovingChain(row, hl.Surface(hl.STEEL_316))
+    places, speeds, window = gap * np.arange(9.0) - 8.0 * min(gap, 0.0), np.linspace(0.3, slowest, 9), 4e-6
+    speeds = -speeds if slowest > 0.0 else speeds
+    places[6:] = places[6] - 4e-6 * np.arange(3.0)
 
-    def moved(wall: float, first: int, *trial: Vector) -> tuple[Vector, Vector, float]:
+    def moved(wall: float, first: int, *trial: Vector) -> tuple[Vector, Vector, tuple[float, float]]:
         y, v, work = trial
         y[first:], v[first:] = places[first:], speeds[first:]
-        return y, v, advance(chain.model, y, v, work, 0.0, window, -1e-6, wall, steps, first)[0]
+        force, _, lost, _ = advance(chain.model, y, v, work, 0.0, window, -1e-6, wall, steps, first)
+        return y, v, (force, lost)
 
     trial = np.zeros(9), np.zeros(9), chain.work_space()
     moved(-4e-5, 0, *trial)
-    again = moved(1e-5, reach(chain.model, trial[0], steps), *trial)
+    first = reach(chain.model, trial[0], steps)
+    assert first == 9 - steps - (loss != "none")
+    again = moved(1e-5, first, *trial)
     whole = moved(1e-5, 0, np.zeros(9), np.zeros(9), chain.work_space())
     assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))
 
