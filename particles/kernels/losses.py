@@ -275,8 +275,9 @@ class Drag(NamedTuple):
 
     @staticmethod
     def drag(loss: Any, i: int, speed: float, inverse_mass: float) -> tuple[float, float]:
-        slowing = loss.coefficient[i] * speed
-        return slowing, slowing * speed / inverse_mass if inverse_mass > 0.0 else 0.0 * slowing
+        # Not of a body with a prescribed motion.
+        slowing = loss.coefficient[i] * (speed if inverse_mass > 0.0 else 0.0 * speed)
+        return slowing, slowing * speed / inverse_mass if inverse_mass > 0.0 else slowing
 
     @staticmethod
     def lose_on_bodies(

@@ -132,6 +132,8 @@ def test_losses_of_single_bodies() -> None:
     )
     assert a == pytest.approx([0.0, -0.8, 0.5])
     assert losses.drag_rate(drag, 2) == 5.0
+    assert losses.drag(drag, 1, 0.2, 50.0) == pytest.approx((0.8, 0.8 * 0.2 / 50.0))
+    assert losses.drag(drag, 0, 0.5, 0.0) == (0.0, 0.0)
     body, a = losses.BodyLoss(np.array([2.0] * 3), 1.5, np.ones(3)), np.zeros(3)
     # The approach rates are 0.3 and 0.3 behind and ahead of bead 1; 0.3 and −0.1 of bead 2, which touches the wall.
     force = 2.0 * (0.3 + 0.1) ** 1.5
