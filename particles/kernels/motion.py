@@ -164,7 +164,7 @@ class Verlet(NamedTuple):
                 y[i], v[i] = kept_y[i], kept_v[i]
         else:
             copy_limits(law, limits)
-            for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+            for i in range(reached & NOT_NEGATIVE, (last + 1 if reached > 0 else 0) & NOT_NEGATIVE):
                 kept_y[i], kept_v[i] = y[i], v[i]
         begin_losses(loss, bodies, first, last)
         if loses(loss) and moves(drive):
@@ -188,7 +188,7 @@ class Verlet(NamedTuple):
             approach = Approach(y[last] - (wall + step * dt * rate), bodies.ahead[last] - rate, dt * (v[last] - rate))
             wall_force = press(loss, law, last, approach, chain.springs[1], bodies.lost, pace.kick)
             impulse += pace.kick * wall_force
-            while rear > first and y[rear - 1] + step * dt * v[rear - 1] >= y[rear]:
+            while rear > first and value_of(y[rear - 1]) + step * dt * value_of(v[rear - 1]) >= value_of(y[rear]):
                 rear -= 1
                 y[rear] += step * dt * v[rear]
             behind, begin, end = 0.0, rear, front + 1 if front < last else last
