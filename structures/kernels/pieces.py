@@ -55,6 +55,7 @@ def by_type(function: Function, small: bool = True) -> Function:
 
     def of(piece: type) -> Function:
         method: Function | None = getattr(piece, name, default)
+        method = method if callable(method) else default  # a field may have the name
         if method is None:
             raise TypeError(f"{piece.__name__}: needs a static method {name}{parameters}")
         return method

@@ -234,20 +234,20 @@ class Conical(hl.ContactLaw):
 
 
 class Soft(NamedTuple):
-    """A user's piece: a dashpot whose force saturates."""
+    """A user's piece: a dashpot whose force saturates. One of its numbers has the name of a function of the kernels."""
 
     coefficient: Any
-    scale: float
+    drag: float
 
     @staticmethod
     def force_with_loss(loss, i, elastic, slope, overlap, rate):  # type: ignore[no-untyped-def]
-        return max(elastic + loss.coefficient[i] * rate / (1.0 + abs(rate) / loss.scale), 0.0)
+        return max(elastic + loss.coefficient[i] * rate / (1.0 + abs(rate) / loss.drag), 0.0)
 
 
 @dataclass(frozen=True)
 class Saturating(hl.Dissipation):
     viscosity: float
-    scale: float
+    drag: float
     piece = Soft
 
     def coefficients(self, mass: Vector) -> Vector:
@@ -329,12 +329,12 @@ def test_a_field_that_the_law_lacks_is_named() -> None:
     ("members", "message"),
     [
         ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of dashpot, .* method force_with_loss\(loss"),
-        ({"scale": "x"}, r"Own\.scale, a field of its piece Soft, = 'x': must be a finite number"),
+        ({"drag": "x"}, r"Own\.drag, a field of its piece Soft, = 'x': must be a finite number"),
         ({"piece": Other}, r"Own\.piece = Other: its first field must be coefficient, not hardness"),
     ],
 )  # fmt: skip
 def test_a_piece_that_is_no_loss_is_named(members: dict[str, Any], message: str) -> None:
-    loss = type("Own", (Saturating,), members)(5.0, members.get("scale", 1.0))
+    loss = type("Own", (Saturating,), members)(5.0, members.get("drag", 1.0))
     with pytest.raises(ValueError, match=message):
         hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, dissipation=loss), None).run(1e-5)
 
