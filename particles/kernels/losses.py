@@ -86,9 +86,14 @@ def loses(loss: Any) -> bool:
 
 
 @by_type
-def flies(loss: Any) -> bool:
-    """Return whether a body that touches nothing keeps its velocity."""
-    return True
+def flying(loss: Any, chain: Any, bodies: Any, window: float) -> int:
+    """Return how many bodies, from the first on, keep their velocities over a window: their contacts stay open."""
+    last = chain.inverse_mass.size - 1
+    for i in range(last):
+        approach, change = bodies.y[i] - bodies.y[i + 1], window * (bodies.v[i] - bodies.v[i + 1])
+        if chain.gravity[i] != 0.0 or approach >= 0.0 or approach + change >= 0.0:
+            return i
+    return last
 
 
 @by_type
@@ -270,8 +275,8 @@ class Drag(NamedTuple):
         return float(loss.coefficient[i])
 
     @staticmethod
-    def flies(loss: Any) -> bool:
-        return False
+    def flying(loss: Any, chain: Any, bodies: Any, window: float) -> int:
+        return 0
 
     @staticmethod
     def drag(loss: Any, i: int, speed: float, inverse_mass: float) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from particles.kernels.losses import (
     Pace,
     begin_losses,
     energy_lost,
-    flies,
+    flying,
     lose_on_bodies,
     loses,
     move_between,
@@ -131,14 +131,6 @@ def advance(
     return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
 
 
-@inner(forceinline=True)
-def stays_apart(chain: Any, bodies: Any, i: int, window: float) -> bool:
-    """Return whether contact i stays open over a window in which no force acts on its bodies."""
-    y, v = bodies.y, bodies.v
-    approach, change = y[i] - y[i + 1], window * (v[i] - v[i + 1])
-    return chain.gravity[i] == 0.0 and approach < 0.0 and approach + change < 0.0
-
-
 class Verlet(NamedTuple):
     """Velocity Verlet for forces between neighbours, its inner half-kicks joined; second order.
 
@@ -171,10 +163,7 @@ class Verlet(NamedTuple):
             bodies.ahead[0] = place_and_speed(drive, t)[1]
         # Bodies up to `rear` − 1 touch nothing and fly on; they wait where they were until something touches them.
         if first == 0:
-            rear = 0
-            while flies(loss) and not drives(drive) and rear < last and stays_apart(chain, bodies, rear, steps * dt):
-                rear += 1
-            work[7, 0] = rear
+            work[7, 0] = 0 if drives(drive) else flying(loss, chain, bodies, steps * dt)
         rear = max(first, int(value_of(work[7, 0])))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
         front, source = last, 0 if moves(drive) else 1
