@@ -239,7 +239,7 @@ def remember(chain: Any, law: Any, y: Vector, wall: float) -> None:
 
 
 class DampedVerlet(NamedTuple):
-    """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
+    """The same for beads that vibrate, and for a loss that depends on both contacts of a body."""
 
     @staticmethod
     def integrate(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numba import njit, typeof
 from scipy.integrate import quad
+from test_losses import PASS_LOSSES
 
 import hertzlink as hl
 from particles.kernels import drives, laws, losses, vibrations
@@ -354,16 +355,6 @@ def test_the_pass_over_the_beads_has_vector_instructions() -> None:
     kernel = njit(Verlet.integrate)
     kernel.compile((typeof(Verlet()), *types, span))
     assert "sqrtpd" in "".join(kernel.inspect_asm().values())
-
-
-PASS_LOSSES = {
-    "none": None,
-    "dashpot": hl.LinearDashpot(5.0),
-    "power": hl.PowerDashpot(3.0, 1.6),
-    "tangent": hl.KuwabaraKono(2e-6),
-    "secant": hl.Tsuji(0.2),
-    "drag": hl.MassProportional(3e3),
-}
 
 
 @pytest.mark.parametrize("loss", PASS_LOSSES)
