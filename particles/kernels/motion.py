@@ -161,7 +161,7 @@ class Verlet(NamedTuple):
         begin_losses(loss, bodies, first, last)
         if loses(loss) and moves(drive):
             bodies.ahead[0] = place_and_speed(drive, t)[1]
-        # Bodies up to `rear` − 1 touch nothing and fly on; they wait where they were until something touches them.
+        # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
         if first == 0:
             work[7, 0] = 0 if drives(drive) else flying(loss, chain, bodies, steps * dt)
         rear = max(first, int(value_of(work[7, 0])))
@@ -177,15 +177,14 @@ class Verlet(NamedTuple):
             approach = Approach(y[last] - (wall + step * dt * rate), bodies.ahead[last] - rate, dt * (v[last] - rate))
             wall_force = press(loss, law, last, approach, chain.springs[1], bodies.lost, pace.kick)
             impulse += pace.kick * wall_force
-            while rear > first and value_of(y[rear - 1]) + step * dt * value_of(v[rear - 1]) >= value_of(y[rear]):
+            while rear > first and y[rear - 1] >= y[rear]:
                 rear -= 1
-                y[rear] += step * dt * v[rear]
             behind, begin, end = 0.0, rear, front + 1 if front < last else last
             if first > 0 and rear == first:
                 approach = Approach(past[step] - y[first], past_ahead[step] - bodies.ahead[first], 0.0)
                 behind = press(loss, law, first - 1, approach, 0.0, work[8], 0.0)
             elif reached > 0 and first == 0:
-                past[step] = y[reached - 1] + (step * dt * v[reached - 1] if reached <= rear else 0.0)
+                past[step] = y[reached - 1]
                 if loses(loss):
                     past_ahead[step] = bodies.ahead[reached - 1]
             push, before = 0.0, 0.0
@@ -194,14 +193,14 @@ class Verlet(NamedTuple):
                 contact, on_bead, push = move_first(drive, law, chain, bodies, t + step * dt, pace)
                 impulse_behind += pace.kick * contact
                 behind, begin = contact + on_bead, 1
+            for i in range(first & NOT_NEGATIVE, rear & NOT_NEGATIVE):
+                y[i] += pace.drift * v[i]
             behind = move_between(loss, law, chain, bodies, behind, pace, begin, end)
             move_body(loss, chain, bodies, end, behind - wall_force, pace)
             front = end if v[end] != 0.0 else front
             if drives(drive):
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
                 driven += 0.5 * push * (before + pace.drift * v[source])
-        for i in range(first & NOT_NEGATIVE, rear & NOT_NEGATIVE):
-            y[i] += steps * dt * v[i]
         return impulse, impulse_behind, energy_lost(loss, bodies, last) + lost_to_yielding(law, limits), driven
 
 
