@@ -78,7 +78,7 @@ def sensitivities(
 
     Notes
     -----
-    Forward mode suits up to some twenty parameters; one takes as long as 2.3 to 2.7 runs, twenty as 7 to 8.5. Where a
+    Forward mode suits up to some twenty parameters; one takes as long as 2.2 to 2.5 runs, twenty as 7. Where a
     contact just opens, or yields further, the derivative is that of the side on which the run is.
 
     References
