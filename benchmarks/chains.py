@@ -4,8 +4,7 @@
 
 All chains are 20 spheres of 440C. Either they are struck at 0.44 m/s, or they are pressed together by 10 µm at each
 contact between two end beads that are too heavy to move, and vibrate at random. Rates are particle-steps/s of wall
-time; ratios are medians over rounds in which the cases alternate. The last lines time the fit of a power-law loss on
-eight sensors of a chain of 70.
+time; ratios are medians over rounds in which the cases alternate.
 """
 
 import argparse
@@ -166,21 +165,6 @@ def batches(rounds: int) -> None:
     )
 
 
-def fit() -> None:
-    """Coefficient and exponent from noisy signals of eight sensors."""
-    bead = hl.Sphere(2.38e-3, hl.STEEL_316)
-    chain = hl.Chain([bead] * 70, bead, 1.77)
-    run = hl.CoSimulation(replace(chain, dissipation=hl.PowerDashpot(6.0, 1.8)), None).run(6e-4, save_every=2e-7)
-    random = np.random.default_rng(1)
-    forces = {n: hl.sensor_force(run, n).values for n in (9, 16, 24, 31, 40, 50, 56, 63)}
-    signals = hl.as_signal(run.time.values, {n: f + random.standard_normal(f.size) for n, f in forces.items()})
-    begin = perf_counter()
-    found = hl.fit_dissipation(signals, chain)
-    spent = perf_counter() - begin
-    print(f"fit of a power-law loss, 8 sensors of 70 beads: {spent:.2f} s (≤ 10, {'met' if spent <= 10 else 'MISSED'})")
-    print(f"    {found.loss} from PowerDashpot(coefficient=6.0, exponent=1.8) with noise of 1 N")
-
-
 def main() -> None:
     """Print everything."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
@@ -195,7 +179,6 @@ def main() -> None:
     compare("losses, impact", {"none": impact(), **{n: impact(loss=loss) for n, loss in LOSSES.items()}}, rounds)
     compare("a user's loss as a piece, impact", {n: impact(loss=loss) for n, loss in OWN_LOSSES.items()}, rounds)
     batches(3 if rounds == 3 else 5)
-    fit()
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from coupling.cosimulation import CoSimulation as CoSimulation
 from coupling.explicit_chain import explicit_chain as explicit_chain
-from coupling.inference.fitting import fit_dissipation as fit_dissipation
 from coupling.inference.identify import identify as identify
 from coupling.inference.information import best_sensors as best_sensors
 from coupling.inference.information import identifiability as identifiability

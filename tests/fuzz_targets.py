@@ -856,16 +856,6 @@ def _measures() -> dict[str, Target]:
             LONG,
             infinite=True,
         ),
-        "fit_dissipation": Target(
-            hl.fit_dissipation,
-            {
-                **{"signals": run, "chain": hl.Chain([BEAD] * 8, BEAD, 0.3), "law": hl.LinearDashpot},
-                **{"form": "pairwise", "sensors": [2, 4], "structure": WALL, "compare": "peaks"},
-            },
-            None,
-            {**of_run, "law": (hl.Tsuji, hl.KuwabaraKono, hl.Dissipation), "sensors": ([1], [99], [4, 4], [0])},
-            infinite=True,
-        ),
         "plots.motion": Target(
             plots.motion,
             {"run": shaken, "body": DEFORMABLE, "times": [5e-6], "beads": [1], "structure": None, "behind": None},

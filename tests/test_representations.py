@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 import hertzlink as hl
-from coupling.inference.fitting import DissipationFit
 from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -25,7 +24,6 @@ def shown() -> dict[str, Any]:
     plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, hl.Supports(*4 * ["clamped"]))
     struck = plate.at([0.05, 0.15], [0.07, 0.07])
     two = hl.CoSimulation([CHAIN, CHAIN], [hl.ContactPoint(struck, 0), hl.ContactPoint(struck, 1)])
-    dashpot = hl.LinearDashpot(5.0)
     return {
         r"Chain\(16 Sphere, struck by Sphere at 0.44 m/s, gravity=9.81, preload=1.5\)": CHAIN,
         r"Structure\(rod, unknowns: \d+, contacts: 1, damping: none, reduced for: 0.001 s\)": rod,
@@ -37,12 +35,6 @@ def shown() -> dict[str, Any]:
         r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
         r"NoWave\(which='primary', reason='the record is short'\)": NoWave("primary", "the record is short"),
         r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.follow_waves(run)[0],
-        r"DissipationFit\(LinearDashpot\(coefficient=5.0\); coefficient \(95 %\): 4.8 to 5.2; .*\)": DissipationFit(
-            dashpot, {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01}
-        ),
-        r"DissipationFit\(.*; not identifiable: only their sum\)": DissipationFit(
-            dashpot, {}, 0.1, {}, False, 1.0, "only their sum"
-        ),
     }
 
 

@@ -561,14 +561,11 @@ def identification() -> Mapping[str, Any]:
     found = {
         f"{how} {name}": [one.value, *one.interval] for how, fit in by.items() for name, one in fit.unknowns.items()
     }
-    lossy = chain(16, dissipation=hl.PowerDashpot(5.0, 1.2))
-    loss = hl.fit_dissipation(hl.CoSimulation(lossy, None).run(4e-4), lossy, sensors=[3, 7, 11])
     design = hl.identifiability(facing, 0.02, [4, 7], 5e-4, modulus=3e9, impact_speed=0.3)
     best = hl.best_sensors(facing, "modulus", 2, until=5e-4, candidates=[2, 4, 6], modulus=3e9, impact_speed=0.3)
     return {
         **found,
         "misfit": [fit.misfit for fit in by.values()],
-        "loss": [loss.loss.coefficient, loss.loss.exponent, loss.amplitude_difference],
         "information": [design.bounds[name] for name in sorted(design.bounds)],
         **dataset("best sensors", best),
     }
