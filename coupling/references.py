@@ -25,7 +25,7 @@ from structures.structure import Vector
 FORMAT, VERSION = "hertzlink reference", 1
 
 UPDATE = "HERTZLINK_UPDATE_REFERENCES"
-"""The environment variable that `pytest --update-references` sets."""
+"""The environment variable with which references are written."""
 
 MOST_INPUTS = 8
 """So many differences of the input are listed."""
@@ -75,7 +75,7 @@ def assert_same_waves(
         middle of the chain, or all sensors of a signal.
     update : bool, optional
         True writes the reference, whole or not at all, and compares nothing. By default the environment variable
-        HERTZLINK_UPDATE_REFERENCES decides, which `pytest --update-references` sets.
+        HERTZLINK_UPDATE_REFERENCES decides.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def _complaint(old: xr.Dataset, now: xr.Dataset, run: xr.Dataset, tolerances: An
     return [f"  {line}" for line in [*lines, *record]] + [
         _who_wrote(old, run),
         _input(old, run),
-        "If the change is meant, write the reference again: update=True, or pytest --update-references.",
+        f"If the change is meant, write the reference again: update=True, or {UPDATE}=1.",
     ]
 
 
@@ -200,9 +200,7 @@ def _write(path: Path, waves: xr.Dataset) -> None:
 
 def _read(path: Path) -> xr.Dataset:
     if not path.is_file():
-        raise ValueError(
-            f"reference: {path} does not exist; write it with update=True, or with pytest --update-references"
-        )
+        raise ValueError(f"reference: {path} does not exist; write it with update=True, or with {UPDATE}=1")
     content = BytesIO(path.read_bytes())
     check_hdf5(content, f"reference: {path}")
     try:

@@ -38,7 +38,7 @@ def imported() -> set[str]:
                     found |= {one.name.partition(".")[0] for one in node.names}
                 elif isinstance(node, ast.ImportFrom) and not node.level:
                     found.add(str(node.module).partition(".")[0])
-    return found - set(sys.stdlib_module_names) - {*ROOMS, "hertzlink_pytest"}
+    return found - set(sys.stdlib_module_names) - {*ROOMS}
 
 
 def test_what_is_imported_is_declared() -> None:
@@ -69,7 +69,6 @@ def test_nothing_else_lies_at_the_top() -> None:
     top = {name.partition("/")[0] for name in listed.stdout.splitlines()}
     files = {
         "pyproject.toml",
-        "hertzlink_pytest.py",
         "README.md",
         "CHANGELOG.md",
         "LICENSE",

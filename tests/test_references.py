@@ -1,9 +1,7 @@
-"""hl.testing: what differs is found and reported, what does not is not; and the pytest plugin that goes with it."""
+"""hl.testing: what differs is found and reported, what does not is not."""
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +11,6 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.testing import assert_same_waves
-
-pytest_plugins = ["pytester"]
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 
@@ -201,91 +197,17 @@ def test_other_sensors_than_those_of_the_reference(run: xr.Dataset, reference: P
     assert "force at bead 8" in complaint(run, reference, sensors=[6, 7, 8])
 
 
-PROJECT = """
-import pytest
-import hertzlink as hl
-
-SPEED = {speed}
-
-
-@pytest.mark.parametrize("drop", [1, 2])
-def test_wall(same_waves, drop):
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    chain = hl.Chain([bead] * 12, bead, impact_speed=SPEED * drop)
-    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=4e-4)
-    same_waves(run)
-    same_waves(run, "loose", rtol=0.5)
-    if drop == 2:
-        with pytest.raises(ValueError, match="has used it already"):
-            same_waves(run)
-    hl.testing.assert_same_waves(run, f"direct{{drop}}.nc", rtol=0.5)
-"""
-
-
-OPTIONS = ("-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest")
-
-
-def pytest_in(folder: Path, *options: str) -> "subprocess.CompletedProcess[str]":
-    """In a process of its own."""
-    command = [sys.executable, "-m", "pytest", *OPTIONS, *options]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
-
-
-@pytest.mark.thorough
-@pytest.mark.usefixtures("reference")
-def test_the_fixture_writes_and_compares(pytester: pytest.Pytester) -> None:
-    """Without a reference a test fails; with the option all are written, and then compared.
-
-    pytester forgets what a run imports, and numba bears no second import: the fixture has loaded all that a run needs.
-    """
-
-    def pytest_here(*options: str) -> tuple[int, str]:
-        done = pytester.runpytest_inprocess(*OPTIONS, *options)
-        return done.ret, done.stdout.str()
-
-    test = pytester.path / "test_own.py"
-    test.write_text(PROJECT.format(speed=0.2))
-    code, said = pytest_here()
-    assert code == 1
-    assert "does not exist; write it with update=True, or with pytest --update-references" in said
-    code, said = pytest_here("--update-references")
-    assert code == 0, said
-    assert "references were written, and nothing was compared" in said
-    names = {path.name for path in (pytester.path / "references" / "test_own").iterdir()}
-    stems = ("test_wall-1", "test_wall-2", "test_wall-1-loose", "test_wall-2-loose")
-    assert names == {f"{stem}.nc" for stem in stems}
-    assert pytest_here()[0] == 0
-    test.write_text(PROJECT.format(speed=0.21))
-    code, said = pytest_here()
-    assert code == 1
-    assert "chain.impact_speed = 0.2 there and 0.21 here" in said
-    assert "-loose.nc" not in said.split("short test summary")[0].replace('"loose"', "")
-
-
-def test_the_plugin_imports_nothing_heavy(tmp_path: Path) -> None:
-    heavy = ["hertzlink", "numpy", "numba", "xarray", "scipy", "coupling"]
-    (tmp_path / "test_light.py").write_text(
-        "import sys\n\n\ndef test_light(request):\n"
-        "    assert request.config.pluginmanager.hasplugin('hertzlink_pytest')\n"
-        f"    assert [name for name in {heavy} if name in sys.modules] == []\n"
-    )
-    done = pytest_in(tmp_path)
-    assert done.returncode == 0, done.stdout
-
-
 def test_the_lines_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = (Path(__file__).parent.parent / "docs" / "regression_tests.md").read_text(encoding="utf-8")
-    direct, by_fixture, published = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    direct, in_pytest, published = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     monkeypatch.chdir(tmp_path)
-    exec(direct, {})
-    exec(published, {})
-    (tmp_path / "test_wall.py").write_text(by_fixture)
-    assert pytest_in(tmp_path, "--update-references").returncode == 0
-    assert (tmp_path / "references" / "test_wall" / "test_wall.nc").is_file()
-
-
-def test_the_plugin_reads_the_variable_that_the_package_reads() -> None:
-    import hertzlink_pytest
-    from coupling import references
-
-    assert hertzlink_pytest.UPDATE == references.UPDATE
+    for lines in (direct, published):
+        exec(lines, {})
+    test: dict[str, Any] = {"__file__": str(tmp_path / "own" / "test_wall.py")}
+    exec(in_pytest, test)
+    with pytest.raises(ValueError, match="does not exist; write it with update=True, or with HERTZLINK_UPDATE"):
+        test["test_wall"]()
+    monkeypatch.setenv("HERTZLINK_UPDATE_REFERENCES", "1")
+    test["test_wall"]()
+    monkeypatch.delenv("HERTZLINK_UPDATE_REFERENCES")
+    test["test_wall"]()

@@ -1,5 +1,1 @@
-"""Tests of a participant of your own: `pytest --pyargs hertzlink.conformance --participant yours:make`.
-
-Without `--participant` the suite checks hertzlink's own participants. `checks` holds the same as functions. Everything
-random has a seed.
-"""
+"""Checks of a participant of your own: `checks.check_structure(make)`. Everything random has a seed."""

@@ -2,8 +2,6 @@
 
 import json
 import runpy
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import cache
 from itertools import count
@@ -15,7 +13,8 @@ import pytest
 
 import hertzlink as hl
 from hertzlink.conformance import checks
-from hertzlink.conformance.built_in import FLAT
+
+FLAT = hl.Surface(hl.STEEL_440C)
 
 
 class Sound:
@@ -263,30 +262,6 @@ def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> No
         CHECKS[name](broken)
 
 
-def asked_for(name: str, folder: Path, *options: str) -> Any:
-    """The suite by its option, from a folder."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest"]
-    suite = ["--pyargs", "hertzlink.conformance", "--participant", name, *options]
-    return subprocess.run([*command, *suite], cwd=folder, capture_output=True, text=True)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("plant", "must be module:function"),
-        ("plant:nosuch", "plant has no function nosuch"),
-        ("plant:number", "plant has no function number"),
-        ("nosuch:make", "cannot import nosuch from this folder: No module named 'nosuch'"),
-    ],
-)
-def test_what_the_option_does_not_find_is_reported_in_a_line(name: str, message: str, tmp_path: Path) -> None:
-    (tmp_path / "plant.py").write_text("number = 3\n")
-    done = asked_for(name, tmp_path)
-    assert done.returncode == pytest.ExitCode.USAGE_ERROR
-    assert done.stderr.strip() == f"ERROR: --participant {name}: {message}"
-
-
 @pytest.mark.parametrize("returned", [None, (0.0, 0.0, 0.0)])
 @pytest.mark.parametrize("name", CHECKS)
 def test_what_is_no_answer_is_told_as_in_a_run(name: str, returned: Any) -> None:
@@ -296,31 +271,6 @@ def test_what_is_no_answer_is_told_as_in_a_run(name: str, returned: Any) -> None
 
     with pytest.raises(AssertionError, match=r"Mute\.advance returned .*: must be \(state, displacement in m\)"):
         CHECKS[name](Mute)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("damping", "options", "code"),
-    [(40.0, [], 0), (-40.0, [], 1), (40.0, ["--mass", "0.02", "--stiffness=1e7"], 0), (40.0, ["--mass", "10"], 1)],
-)
-def test_a_users_participant_by_the_option(damping: float, options: list[str], code: int, tmp_path: Path) -> None:
-    """From the folder of the module that makes it."""
-    here = Path(__file__).parent
-    (tmp_path / "plant.py").write_text(
-        f"import sys\nsys.path.insert(0, {str(here)!r})\nfrom test_broken_participants import Sound\n\n\n"
-        f"def make():\n    made = Sound()\n    made.damping = {damping}\n    return made\n"
-    )
-    done = asked_for("plant:make", tmp_path, *options)
-    assert done.returncode == code, done.stdout
-    assert ("gives back more than it was given" in done.stdout) == (damping < 0.0)
-    assert ("like 0.01 kg, not 10 kg; check the units" in done.stdout) == ("10" in options)
-    assert ("9 passed" in done.stdout) != bool(code)
-    if code == 0:
-        assert (
-            "hertzlink: plant:make moves in the first 100 ns like 0.01 kg, and has a compliance of 5.09e-08 m/N"
-            in done.stdout
-        )
-    assert "skipped" not in done.stdout
 
 
 def test_random_answers_are_neither_repeatable_nor_deterministic() -> None:
