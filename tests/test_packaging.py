@@ -20,7 +20,6 @@ DECLARED_AS = {
     "pyNastran": "pynastran",
     "pyuff": "pyuff",
     "precice": "pyprecice",
-    "imageio_ffmpeg": "imageio-ffmpeg",
 }
 """Packages that need not be installed here, by the modules that they bring."""
 

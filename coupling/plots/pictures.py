@@ -2,10 +2,9 @@
 
 import re
 from base64 import b64encode
-from collections.abc import Callable, Iterable
-from importlib.util import find_spec
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
@@ -30,7 +29,7 @@ would replace them.
 LISTING = "motion.pvd"
 OWN_FILES = re.compile(r"motion(_\d+)?\.(vtu|pvd)")
 
-KINDS = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml", ".mp4": "video/mp4"}
+KINDS = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 """Media types by suffix."""
 
 if TYPE_CHECKING:
@@ -48,8 +47,6 @@ class NotebookPath(System):
         if kind is None or not self.is_file():
             return None
         source = f"data:{kind};base64,{b64encode(self.read_bytes()).decode()}"
-        if kind.startswith("video"):
-            return f'<video controls style="max-width:100%" src="{source}"></video>'
         return f'<img style="max-width:100%" alt="{self.stem}" src="{source}">'
 
 
@@ -74,8 +71,7 @@ def picture(
     motion : xarray.Dataset
         From `motion`.
     path : str or Path
-        A .png, .pdf or .svg file of one time; or an animation of all times, a .gif, or an .mp4 (pip install
-        "hertzlink[movie]").
+        A .png, .pdf or .svg file of one time; or a .gif, an animation of all times.
     time : float, optional
         Time of a picture, s; the nearest time of the motion is drawn. By default that of the largest displacement.
     show : {"von_mises", "displacement", "deflection"}
@@ -100,7 +96,7 @@ def picture(
     Raises
     ------
     ValueError
-        For a time outside the motion, a wrong name, a time for an animation, or an .mp4 without its package.
+        For a time outside the motion, a wrong name, or a time for an animation.
     OSError
         If the machine has no OpenGL for drawing.
 
@@ -120,22 +116,20 @@ def picture(
     """
     known_motion(motion)
     target, rate = file_to_write("path", path, SUFFIXES), positive("frame_rate", frame_rate, "1/s")
-    write, dots = WRITERS.get(target.suffix.lower()), ANIMATION_DPI
-    if write is None:
+    animated, dots = target.suffix.lower() == ".gif", ANIMATION_DPI
+    if not animated:
         size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
         number = int(size.argmax()) if time is None else _nearest(motion, time)
         motion, dots = motion.isel(time=[number]), PICTURE_DPI
     elif time is not None:
         raise ValueError(f"time = {time!r}: must be None for an animation, {target.suffix}, which shows all times")
-    if write is _write_mp4 and find_spec("imageio_ffmpeg") is None:
-        raise ValueError(f'path = {str(path)!r}: .mp4 needs pip install "hertzlink[movie]"; .gif needs nothing')
     from coupling.plots.drawing import Drawing
 
     with Drawing(motion, show, factor, highest, dots, run) as drawing, whole_file_by_name(target) as part:
-        if write is None:
-            drawing.draw(0).savefig(part, dpi=dots)
+        if animated:
+            _write_gif(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
         else:
-            write(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
+            drawing.draw(0).savefig(part, dpi=dots)
     return NotebookPath(path)
 
 
@@ -154,24 +148,7 @@ def _write_gif(path: Path, images: Images, rate: float) -> None:
     flat[0].save(path, save_all=True, append_images=flat[1:], duration=round(1e3 / rate), loop=0, optimize=False)
 
 
-def _write_mp4(path: Path, images: Images, rate: float) -> None:
-    import imageio_ffmpeg  # type: ignore[import-not-found,import-untyped,unused-ignore]
-
-    writer: Any = None
-    for image in images:
-        even = np.ascontiguousarray(image[: image.shape[0] // 2 * 2, : image.shape[1] // 2 * 2])
-        if writer is None:
-            size = even.shape[1], even.shape[0]
-            writer = imageio_ffmpeg.write_frames(str(path), size, fps=rate, quality=8, macro_block_size=2)
-            writer.send(None)
-        writer.send(even)
-    writer.close()
-
-
-WRITERS: dict[str, Callable[[Path, Images, float], None]] = {".gif": _write_gif, ".mp4": _write_mp4}
-"""What writes the frames of an animation."""
-
-SUFFIXES = (".png", ".pdf", ".svg", *WRITERS)
+SUFFIXES = (".png", ".pdf", ".svg", ".gif")
 
 
 def _nearest(motion: xr.Dataset, time: float) -> int:

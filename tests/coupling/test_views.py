@@ -1,6 +1,5 @@
 """Pictures, animations and ParaView files: whole or not there, of what was computed, at the times that were asked."""
 
-import importlib.util
 from base64 import b64encode
 from pathlib import Path
 from typing import Any
@@ -160,16 +159,6 @@ def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Pat
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.usefixtures("screen")
-def test_movies_need_an_extra(motion: xr.Dataset, tmp_path: Path) -> None:
-    if importlib.util.find_spec("imageio_ffmpeg") is None:
-        with pytest.raises(ValueError, match=r"wave\.mp4'.*hertzlink\[movie\]"):
-            hl.plots.picture(motion, tmp_path / "wave.mp4")
-        assert not list(tmp_path.iterdir())
-    else:
-        assert hl.plots.picture(motion, tmp_path / "wave.mp4").stat().st_size > 1000
-
-
 @pytest.mark.parametrize("kind", ["motion", "solid_motion"])
 def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     """Read back by meshio, and by VTK, which finds its own order of points: the right area or volume."""
@@ -303,9 +292,6 @@ def test_a_notebook_shows_what_is_drawn(tmp_path: Path) -> None:
     assert path._repr_html_() is None
     path.write_bytes(b"drawn")
     assert f"data:image/png;base64,{b64encode(b'drawn').decode()}" in (path._repr_html_() or "")
-    movie = NotebookPath(tmp_path / "body.mp4")
-    movie.write_bytes(b"moving")
-    assert (movie._repr_html_() or "").startswith("<video controls")
     paper = NotebookPath(tmp_path / "body.pdf")
     paper.write_bytes(b"paper")
     assert paper._repr_html_() is None
