@@ -11,7 +11,6 @@ from coupling.inference.tap_maps import map_taps as map_taps
 from coupling.inference.uncertainty import uncertainty as uncertainty
 from coupling.interface import ContactPoint as ContactPoint
 from coupling.participant import Participant as Participant
-from coupling.ports.fmu import write_fmu as write_fmu
 from coupling.ports.precice import run_in_precice as run_in_precice
 from coupling.results.ar_and_tof import amplitude_ratio as amplitude_ratio
 from coupling.results.ar_and_tof import reflections as reflections

@@ -630,18 +630,6 @@ def _runs() -> dict[str, Target]:
             LONG,
             infinite=True,
         ),
-        "write_fmu": Target(
-            hl.write_fmu,
-            {
-                "chain": CHAIN,
-                "surface": FLAT,
-                "path": "x.fmu",
-                "flexibility": 1e-9,
-                "dt": None,
-                "trust": False,
-                "fmi": 2,
-            },
-        ),
         "from_matrices": Target(
             hl.from_matrices,
             {

@@ -64,18 +64,15 @@ def write(file: BinaryIO, tree: Any, types: Types, trust: bool = False) -> None:
         np.lib.format.write_array(file, array, allow_pickle=False)
 
 
-def read(file: BinaryIO, size: int, types: Types, trust: bool = False, checked: bool = False) -> Any:
-    """Read the tree in the next `size` bytes. Raises Unreadable, and Untrusted for a pickle without trust.
-
-    checked: dataclasses are made by their constructors, which check their fields.
-    """
+def read(file: BinaryIO, size: int, types: Types, trust: bool = False) -> Any:
+    """Read the tree in the next `size` bytes. Raises Unreadable, and Untrusted for a pickle without trust."""
     begin = file.tell()
     try:
         record = json.loads(file.readline(size))
         arrays = [np.lib.format.read_array(file, allow_pickle=False) for _ in range(record["arrays"])]
         if file.tell() != begin + size:
             raise Unreadable(f"holds {size} bytes instead of {file.tell() - begin}")
-        return _Reader(types, trust, checked, arrays).value(record["tree"])
+        return _Reader(types, trust, arrays).value(record["tree"])
     except Unreadable:
         raise
     except NO_DATA as error:
@@ -89,9 +86,9 @@ def to_bytes(tree: Any, types: Types, trust: bool = False) -> bytes:
     return file.getvalue()
 
 
-def from_bytes(data: bytes, types: Types, trust: bool = False, checked: bool = False) -> Any:
+def from_bytes(data: bytes, types: Types, trust: bool = False) -> Any:
     """Return the tree in bytes; see `read`."""
-    return read(BytesIO(data), len(data), types, trust, checked)
+    return read(BytesIO(data), len(data), types, trust)
 
 
 def check(tree: Any, types: Types) -> None:
@@ -186,8 +183,8 @@ class _Writer:
 
 
 class _Reader:
-    def __init__(self, types: Types, trust: bool, checked: bool, arrays: list[NDArray[Any]]) -> None:
-        self.types, self.trust, self.checked, self.arrays = types, trust, checked, arrays
+    def __init__(self, types: Types, trust: bool, arrays: list[NDArray[Any]]) -> None:
+        self.types, self.trust, self.arrays = types, trust, arrays
 
     def value(self, node: Any) -> Any:
         if isinstance(node, list):
@@ -195,7 +192,7 @@ class _Reader:
         if not isinstance(node, dict):
             return node
         if "type" in node:
-            return _made(self.types[node["type"]], [self.value(field) for field in node["fields"]], self.checked)
+            return _made(self.types[node["type"]], [self.value(field) for field in node["fields"]])
         ((kind, inner),) = node.items()
         if kind == "pickle":
             return self._unpickled(self._numbered(inner).tobytes())
@@ -258,15 +255,13 @@ def _holds_only(value: Any, names: tuple[str, ...]) -> bool:
     return computed and all(hasattr(value, name) for name in names)
 
 
-def _made(kind: type, values: list[Any], checked: bool) -> Any:
-    """Return an object with these fields; unless checked, without a call of its own code."""
+def _made(kind: type, values: list[Any]) -> Any:
+    """Return an object with these fields, without a call of its own code."""
     names = _fields(kind) or ()
     if len(names) != len(values):
         raise Unreadable(f"holds a {kind.__qualname__} of {len(values)} fields instead of {len(names)}")
     if issubclass(kind, tuple):
         return tuple.__new__(kind, values)
-    if checked:
-        return kind(**dict(zip(names, values, strict=True)))
     result = object.__new__(kind)
     for name, value in zip(names, values, strict=True):
         object.__setattr__(result, name, value)

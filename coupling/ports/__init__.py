@@ -1,1 +1,1 @@
-"""Couplings to other programs: FMI and preCICE."""
+"""The coupling to other programs by preCICE."""

@@ -1,4 +1,4 @@
-"""The chain as a guest: another program, through an FMU or preCICE, controls the time and moves the surface."""
+"""The chain as a guest: another program, through preCICE, controls the time and moves the surface."""
 
 from typing import NamedTuple
 

@@ -17,7 +17,6 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.files import plain, writing
-from coupling.ports import fmu
 from coupling.recording import checkpoint
 from coupling.state import Node
 from coupling.sweeps.store import HEAD, describe_point
@@ -210,36 +209,6 @@ def test_a_link_that_lies_where_a_file_is_made_is_not_followed(tmp_path: Path, m
     (tmp_path / ".kept.lock").symlink_to(marker)
     with pytest.raises(ValueError, match=r"kept': cannot be written .*symbolic link"):
         run(tmp_path / "kept")
-    assert not marker.exists()
-
-
-def test_an_fmus_chain_is_data(marker: Path) -> None:
-    """Neither a pickle nor plain data with a pickle in it is opened, nor a chain that could not be built."""
-    good = fmu.pack(CHAIN, hl.Surface(hl.PTFE), 0.0, None, trust=False)
-    assert fmu.unpack(good, trust=False)[0] == CHAIN
-    version = good.split(b"\n")[0] + b"\n"
-    inside = version + plain.to_bytes({"chain": Evil(marker)}, fmu.TYPES, trust=True)
-    impossible = good.replace(b"0.31", b"-9e9")
-    for data in (
-        pickle.dumps(Evil(marker)),
-        version + pickle.dumps(Evil(marker)),
-        inside,
-        good.replace(b'"Sphere"', b'"os.mkdir"'),
-        impossible,
-        b"",
-        good[:-2],
-    ):
-        with pytest.raises(
-            ValueError, match=r"the FMU's chain (is no plain|was written by)|impact_speed = -9000000000"
-        ):
-            fmu.unpack(data, trust=False)
-    assert not marker.exists()
-
-
-def test_an_fmus_state_is_data(marker: Path) -> None:
-    for data in (pickle.dumps(Evil(marker)), plain.to_bytes(Evil(marker), {}, trust=True), b"", b"{}\n", b"[1, 2]\n"):
-        with pytest.raises(ValueError, match=r"is no plain data|holds a pickle|holds .* bytes"):
-            fmu.state_from(data)
     assert not marker.exists()
 
 
