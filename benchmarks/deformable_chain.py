@@ -1,6 +1,6 @@
-"""Deformable beads on one core: a law of finite elements, a chain of a few modes, and explicit elements for comparison.
+"""Deformable beads on one core: a law of finite elements, and a chain of a few modes.
 
-    python benchmarks/deformable_chain.py [--quick]
+    python benchmarks/deformable_chain.py
 
 Laws are those of two hollow spheres, by default and in 120 load steps, with their errors from two coarser meshes; and
 in 120 equal load steps on one mesh.
@@ -9,7 +9,6 @@ give 20.55 N at contacts 15 and 16, and 569.1 m/s. Its set-up, law and modes, ru
 later work uses compiled kernels. Times are processor times, s.
 """
 
-import argparse
 import resource
 import sys
 from statistics import median
@@ -34,15 +33,13 @@ APPROACH, LOAD_STEPS = 20e-6, 120
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_316)
 RIGID = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.5)
 DEFORMABLE = hl.DeformableChain([BEAD] * 20, striker=BEAD, impact_speed=0.5)
-UNTIL, SHORT = 200e-6, 20e-6
-"""s; the second is that of the quick explicit run, whose time is scaled to the first."""
+UNTIL = 200e-6  # s
 
-SPACINGS = (40e-6, 20e-6, 10e-6)
 SENSORS = (7, 16)
 CONTACTS = (15, 16)
 ROUNDS = 15
 
-LONGEST_LAW, LONGEST_SETUP, LONGEST_RUN, LEAST_SPEEDUP, MOST_MEMORY = 3.0, 5.0, 0.1, 1000.0, 2e9
+LONGEST_LAW, LONGEST_SETUP, LONGEST_RUN, MOST_MEMORY = 3.0, 5.0, 0.1, 2e9
 
 
 def laws() -> None:
@@ -89,8 +86,8 @@ def even_steps(shell: hl.HollowSphere, widest: float) -> int:
     return int(gap.size)
 
 
-def by_modes() -> float:
-    """Print set-up and run of the chain of a few modes; the run's seconds."""
+def by_modes() -> None:
+    """Print set-up and run of the chain of a few modes."""
     setup, simulation = timed(hl.CoSimulation, DEFORMABLE, None)
     first, run = timed(simulation.run, UNTIL)
     seconds = median(timed(simulation.run, UNTIL)[0] for _ in range(ROUNDS))
@@ -99,7 +96,6 @@ def by_modes() -> float:
     print(f"  set-up {setup:.2f} s (≤ {LONGEST_SETUP:.0f}, {verdict(setup <= LONGEST_SETUP)})")
     print(f"  run {seconds * 1e3:.1f} ms (≤ {LONGEST_RUN * 1e3:.0f}, {verdict(seconds <= LONGEST_RUN)})")
     print(f"  {measures(run)}", flush=True)
-    return seconds
 
 
 def with_losses() -> None:
@@ -138,35 +134,14 @@ def measures(run: xr.Dataset) -> str:
     return f"{peaks}, {speed:.2f} m/s, energy to {hl.energy_error(run):.0e}, momentum to {momentum_error(run):.0e}"
 
 
-def by_elements(modes: float, quick: bool) -> None:
-    """Print the explicit chain over the size of its cells, compared with the time of the run with modes."""
-    until, spacings = (SHORT, SPACINGS[-1:]) if quick else (UNTIL, SPACINGS)
-    hl.explicit_chain(RIGID, 1e-7, SPACINGS[0])
-    for spacing in spacings:
-        spent, run = timed(hl.explicit_chain, RIGID, until, spacing)
-        seconds = spent * UNTIL / until
-        ratio = seconds / modes
-        target = f" (≥ {LEAST_SPEEDUP:.0f}, {verdict(ratio >= LEAST_SPEEDUP)})" if spacing == SPACINGS[-1] else ""
-        print(
-            f"explicit elements, {spacing * 1e6:.3g} µm cells, {run.degrees_of_freedom} degrees of freedom, steps of "
-            f"{run.step * 1e9:.3f} ns: {seconds:.1f} s, {ratio:.0f} times that of modes{target}"
-        )
-        summary = f"time scaled from {until * 1e6:.0f} µs, in which no wave has formed" if quick else measures(run)
-        print(f"  {summary}", flush=True)
-
-
 def main() -> None:
     """Print everything."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="the finest explicit mesh alone, and that shortened")
-    quick = parser.parse_args().quick
     one_thread()
     # Kernels of a chain of other beads, with laws by formulas.
     other = hl.Sphere(3e-3, hl.PTFE)
     hl.CoSimulation(hl.DeformableChain([other], other, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
-    modes = by_modes()
+    by_modes()
     with_losses()
-    by_elements(modes, quick)
     laws()
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     print(f"memory, greatest {most / 1e9:.2f} GB (≤ {MOST_MEMORY / 1e9:.0f}, {verdict(most <= MOST_MEMORY)})")

@@ -55,7 +55,7 @@ def yields(
 ) -> Iterator[tuple[int, str]]:
     """Yield the number of a run and a finding on its contact that is pressed farthest beyond yield, where that matters.
 
-    chains: of each motion, one for each run. Beads that take no law of contacts have motions without velocity.
+    chains: of each motion, one for each run.
     """
     worst, words = np.ones(len(chains[0])), [""] * len(chains[0])
     for number, (of_runs, motion) in enumerate(zip(chains, motions, strict=True)):
@@ -96,7 +96,7 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
 def _changes(chain: MovingChain, motion: Motion, times: Vector, runs: Numbers) -> list[str | None]:
     """Return what yielding would change in runs, and the cure; empty where little, None where no law applies."""
     limits = chain.once("yield forces", lambda: _yield_forces(chain))
-    if motion.velocity is None or limits is None or not runs.size:
+    if limits is None or not runs.size:
         return [None] * runs.size
     beyond, sensor = motion.peaks[runs] / limits, middle_of(chain)
     ordered = np.sort(beyond[:, 1 : sensor + 1], axis=1)
@@ -128,7 +128,6 @@ def _of_wall(chain: MovingChain, motion: Motion, beyond: Vector, times: Vector, 
     """
     if chain.behind is not None or not runs.size:
         return [None] * runs.size
-    assert motion.velocity is not None
     # The contacts beyond the sensor, as far as they are known without a gap, show where a wave comes from.
     sensor = middle_of(chain)
     contacts = [*takewhile(motion.contacts.__contains__, count(sensor - 1))]

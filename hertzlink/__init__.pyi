@@ -1,7 +1,6 @@
 """The public names and where they are defined: the one list of them, for type checkers, editors and __init__.py."""
 
 from coupling.cosimulation import CoSimulation as CoSimulation
-from coupling.explicit_chain import explicit_chain as explicit_chain
 from coupling.inference.identify import identify as identify
 from coupling.inference.information import best_sensors as best_sensors
 from coupling.inference.information import identifiability as identifiability

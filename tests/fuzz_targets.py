@@ -572,15 +572,6 @@ def _runs() -> dict[str, Target]:
         "IQN_ILS": Target(hl.IQN_ILS, {**iterated, "reuse": 2, "filtering": 1e-3}, with_scheme),
         "Condensed": Target(hl.Condensed, {"tolerance": 1e-11}, with_scheme),
         "Explicit": Target(hl.Explicit, {"predictor": 1, "parallel": False, "tolerance": 0.5}, with_scheme),
-        "explicit_chain": Target(
-            hl.explicit_chain,
-            {
-                "chain": hl.Chain([BEAD], BEAD, impact_speed=0.44),
-                **{"until": 5e-7, "spacing": 300e-6, "save_every": 1e-7, "rigid_wall": False},
-            },
-            None,
-            {"until": (1.0, 1e6), "spacing": (1e-9, 1e-6, 1.0), "save_every": (1e-18, 1.0)},
-        ),
         "batch": Target(
             hl.batch,
             {

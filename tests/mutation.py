@@ -43,7 +43,7 @@ import pytest
 from nearest_tests import NearestTests, assigned
 
 CHECKOUT = Path(__file__).resolve().parents[1]
-KERNELS = ("*/kernels/*.py", "particles/deformable/explicit_kernels.py")
+KERNELS = ("*/kernels/*.py",)
 SOURCES = {
     "kernels": KERNELS,
     "particles": ("particles/**/*.py",),

@@ -69,13 +69,7 @@ def test_types_in_signatures_are_those_of_the_code() -> None:
     assert str(inspect.signature(Own)) == "(count: int) -> None"
 
 
-COMPILED_ALONE = ("explicit_chain",)
-"""Kernels that take long to compile, and that no quick test needs otherwise."""
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.thorough if name in COMPILED_ALONE else ()) for name in PUBLIC]
-)
+@pytest.mark.parametrize("name", PUBLIC)
 def test_examples_run(name: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each public function and class has an example that runs as it stands, after `import hertzlink as hl`."""
     value = PUBLIC[name]

@@ -515,7 +515,6 @@ def measures() -> Mapping[str, Any]:
         **dataset("conditioned", hl.clean_signal(tap)),
         **dataset("average", hl.average_taps([noisy(seed) for seed in (1, 2, 3)])),
         **dataset("as seen by a sensor", sensor.apply(run, [5, 9])),
-        **dataset("impactless", hl.explicit_chain(chain(10), until=2e-4, save_every=1e-6)),
         **dataset("motion", hl.plots.motion(*shown(), np.linspace(1e-4, 3e-4, 4))),
     }
 

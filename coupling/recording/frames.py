@@ -66,13 +66,13 @@ class Motion(NamedTuple):
     """The motion of a chain in some runs that differ in its speed only, as the checks after them see it.
 
     contacts: the numbers of some contacts, from zero; force: runs × these × saved times, N. velocity: of the bead in
-    the middle, runs × saved times, m/s, None where the beads take no law of contacts. peaks: the greatest force of each
-    contact, runs × contacts, N; deepest: its greatest approach, m.
+    the middle, runs × saved times, m/s. peaks: the greatest force of each contact, runs × contacts, N; deepest: its
+    greatest approach, m.
     """
 
     contacts: Sequence[int]
     force: Vector
-    velocity: Vector | None
+    velocity: Vector
     peaks: Vector
     deepest: Vector
 

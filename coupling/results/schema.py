@@ -88,18 +88,16 @@ VARIABLES = {
     "evaluations": Variable("1", "chain windows tried since the last saved time"),
     "substeps": Variable("1", "substeps since the last saved time; more than usual where a window was halved"),
     "residual": Variable("N", "greatest disagreement on a mean force since the last saved time"),
-    "closing_loss": Variable("J", "energy that nodes lost as they closed, since the start"),
     "sensor_force": Variable("N", "force at bead", bodies=("sensor",)),
 }
-"""All variables of runs, batches and signals. Those of deformable beads exist where a run has such beads, closing_loss
-in runs of `explicit_chain`."""
+"""All variables of runs, batches and signals. Those of deformable beads exist where a run has such beads."""
 
 COORDINATES = (
     "time", "bead", "contact", "mode", "sensor", "chain", "interface", "structure", "centre", "static_force",
     "impact_energy", *(f"interface_{name}" for name in Contact._fields),
 )  # fmt: skip
 
-OF_RUNS = frozenset({*COORDINATES, *VARIABLES} - {"sensor", "sensor_force", "closing_loss"})
+OF_RUNS = frozenset({*COORDINATES, *VARIABLES} - {"sensor", "sensor_force"})
 """Names that every run uses for itself: no axis of a sweep may have one of them."""
 
 RUN, SIGNAL, BATCH, SWEEP, MOTION = "run", "signal", "batch", "sweep", "motion"

@@ -1,7 +1,7 @@
 """Thesis sections 3.3.2 and 3.4: a wave in a chain of deformable beads, of point masses and by theory; its convergence.
 
-The thesis models its beads with finite elements. Here this is done in two ways: with a few modes for each bead, and
-explicitly, which is slow. A rigid wall ends the thesis's chain; waves are read before its echo arrives.
+The thesis models its beads with finite elements, here each has a few modes. A rigid wall ends the thesis's chain; waves
+are read before its echo arrives.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from numpy.polynomial import Polynomial
 import hertzlink as hl
 from hertzlink.studies import candidates, draw, waves
 from hertzlink.studies.results import named, over, scalars, with_units
-from hertzlink.studies.table import SIMULATED, Row, Rows
+from hertzlink.studies.table import Row, Rows
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.solitary import HERTZ
@@ -39,53 +39,31 @@ FITTED_TOP = 0.9  # The top of a pulse, which is fitted, begins at this fraction
 MODES, MODES_TRIED = 8, (1, 2, 3, 4, 6, 8, 12, 16)
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
 LAW_APPROACH = 4e-6  # m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s.
-# m, size of the explicit elements at the contacts, whose radius is 49 µm at the peak of the wave.
-SPACINGS = (80e-6, 40e-6, 20e-6, 10e-6)
-# In addition to explicit elements, which are named after their size: `explicit_name`.
 MODELS, NAMES = ("point masses", "modes"), ("point masses", "deformable beads")
 LABELS = ("peak force at contact 16 (N)", "wave speed (m/s)")
-SERIES = (("explicit", "spacing", "explicit elements"), ("law", "law_spacing", "modes, cells of the contact's law"))
-THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}  # s, of the thesis's coarsest and finest mesh (section 3.4).
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return the forces at both speeds, speed over force, and convergence over meshes and modes, each with its time.
 
-    Times are processor times, because other users of the machine influence these little. quick: only the coarsest
-    explicit mesh, and fewer of everything else. jobs: processes of the explicit runs, by default one for each core.
+    Times are processor times, because other users of the machine influence these little. quick: fewer of everything.
+    jobs: always one process, because all runs take seconds.
     """
     every = 4 if quick else 1
     # Compile here, so that no time below includes it.
     hl.CoSimulation(hl.DeformableChain([BEAD], BEAD, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
     spacings, modes = LAW_SPACINGS[::every], MODES_TRIED[::every]
-    # The longest run starts first.
-    explicit = over(by_elements, jobs, spacing=SPACINGS[::every][::-1])
-    explicit = explicit.sortby("spacing", ascending=False)
     by_law = over(by_modes, law_spacing=spacings)
     tried = over(partial(by_modes, spacings[-1]), modes=modes)
     points = timed(lambda: hl.CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
-    outer = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in (-1, 0)}
-    ends = [points, by_law.isel(law_spacing=-1, drop=True), *outer.values()]
-    models = xr.concat(ends, "model").assign_coords(model=[*MODELS, *outer])
-    # The explicit chain counts the contacts' strain as vibration.
+    ends = [points, by_law.isel(law_spacing=-1, drop=True)]
+    models = xr.concat(ends, "model").assign_coords(model=list(MODELS))
     models["vibration_share"] = models.vibration_share.sel(model="modes", drop=True)
-    kept = ["peak_force", "wave_speed", "seconds", "cells"]
-    series = [named(s[kept], name) for s, name in ((explicit, "explicit"), (by_law, "law"), (tried, "modes"))]
+    kept = ["peak_force", "wave_speed", "seconds"]
+    series = [named(s[kept], name) for s, name in ((by_law, "law"), (tried, "modes"))]
     data = xr.merge([models, *series, shape(), over_speed(IMPACT_SPEEDS[::every])])
     data["tried_wave_speed"] = candidates.at_higher_speed(BEAD, SHAPE_SPEED, UNTIL, UNTIL / INTERVALS)
-    return with_units(data, spacing="m", law_spacing="m", impact_speed="m/s", shape_time="s")
-
-
-def explicit_name(spacing: float) -> str:
-    """Return the name of the model whose elements have this size, m, where beads touch."""
-    return f"explicit, {spacing * 1e6:.3g} µm"
-
-
-def by_elements(spacing: float) -> xr.Dataset:
-    """Return the explicit chain at 0.5 m/s, elements of this size, m."""
-    struck = chain("point masses", MESH_SPEED)
-    hl.explicit_chain(struck, 1e-8, SPACINGS[0], 1e-8)  # A first step compiles.
-    return timed(lambda: hl.explicit_chain(struck, UNTIL, spacing, UNTIL / INTERVALS))
+    return with_units(data, law_spacing="m", impact_speed="m/s", shape_time="s")
 
 
 def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
@@ -119,7 +97,6 @@ def timed(computed: Callable[[], xr.Dataset]) -> xr.Dataset:
         seconds=(seconds, "s", "time of the processor"),
         inertia=(inertia(run), "1", "kinetic over potential energy of the deformation, at most"),
         section_apart=(apart, "1", "difference of the section's force from the contacts' mean, bead 10"),
-        cells=(run.attrs.get("cells", 0), "1", "explicit elements in all beads"),
     ))  # fmt: skip
     return data.drop_vars(["impact_energy", "static_force", "centre"], errors="ignore")
 
@@ -141,8 +118,8 @@ def inertia(run: xr.Dataset) -> float:
 def measure(run: xr.Dataset) -> xr.Dataset:
     """Return peak force at the second contact, N, and speed between the two contacts, m/s, of the only wave in a run.
 
-    Explicit elements touch node by node, so their forces scatter. Therefore, for all models, the peak is that of a
-    polynomial of fourth order through the top of the pulse, and the time of a wave is the centroid of its force.
+    The peak is that of a polynomial of fourth order through the top of the pulse, and the time of a wave that of the
+    centroid of its force: so they do not depend on the saved times.
     """
     force = run.contact_force.sel(contact=list(CONTACTS)).reset_coords(drop=True)
     first, second = ((force * force.time).sum("time") / force.sum("time")).values
@@ -201,7 +178,7 @@ def theory(time: Vector, crest: float, speed: float) -> Vector:
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of sections 3.3.2 and 3.4, compared with those of hertzlink."""
-    return [*_waves_shown(data), *_converged(data), *_meshes(data), *_inside(data)]
+    return [*_waves_shown(data), *_converged(data), *_inside(data)]
 
 
 def _waves_shown(data: xr.Dataset) -> list[Row]:
@@ -221,59 +198,18 @@ def _waves_shown(data: xr.Dataset) -> list[Row]:
 
 
 def _converged(data: xr.Dataset) -> list[Row]:
-    """Return the waves of section 3.4 with the smallest cells of the run."""
-    size = float(data.spacing[-1])
-    models = [*MODELS, explicit_name(size)]
-    (rigid, soft, force), (slow, slower, speed) = (
-        data[name].sel(model=models).values.tolist() for name in ("peak_force", "wave_speed")
-    )
+    """Return the waves of section 3.4, and the time that they need."""
+    (rigid, soft), (slow, slower) = (data[name].values.tolist() for name in ("peak_force", "wave_speed"))
     expected = float(by_force(np.array(rigid)))
     one_mode, slow_mode = (float(data[f"modes_{name}"].sel(modes=1)) for name in ("peak_force", "wave_speed"))
-    cells, otherwise = f"explicit, {size * 1e6:.3g} µm cells", {"by equation 1.10 at this force": expected}
+    otherwise = {"by equation 1.10 at this force": expected}
     return [
         row("peak force, discrete particles", rigid),
         row("peak force, finite elements", soft, one_mode),
-        row("peak force, explicit elements", force, cells),
         row("wave speed, discrete particles", slow, expected, otherwise=otherwise),
         row("wave speed, finite elements", slower, slow_mode),
-        row("wave speed, explicit elements", speed, cells),
-    ]
-
-
-def _meshes(data: xr.Dataset) -> list[Row]:
-    """Return figures 3.7 and 3.8, and the times that they needed."""
-    rows = []
-    # A quick run has only the coarsest mesh.
-    for place, name in ((0, "coarsest"), (-1, "finest"))[: data.spacing.size]:
-        mesh = data.isel(spacing=place)
-        rows += [
-            row(f"elements, {name} mesh", _spaced(int(mesh.explicit_cells)), float(mesh.spacing) * 1e6),
-            row(f"time, {name} mesh", _clock(float(mesh.explicit_seconds)), UNTIL * 1e6),
-        ]
-    coarse, forces = data.isel(spacing=0), data.explicit_peak_force.values
-    halved = ""
-    if forces.size > 1:
-        halved = f"; the last halving of the cells changes it by {100.0 * (forces[-1] / forces[-2] - 1.0):+z.1f} %"
-    elements, size = _spaced(int(data.explicit_cells[-1])), float(data.spacing[-1]) * 1e6
-    force, speed = float(coarse.explicit_peak_force), float(coarse.explicit_wave_speed)
-    return [
-        row("elements (thesis, section 3.3.2)", elements, size, MODES),
-        *rows,
         row("time with modes", _clock(float(data.law_seconds[-1]))),
-        row("peak force, coarsest mesh", force, halved, holds=_deviates(data, "peak_force")),
-        row("wave speed, coarsest mesh", speed, holds=_deviates(data, "wave_speed")),
     ]
-
-
-def _deviates(data: xr.Dataset, name: str) -> bool:
-    """Return whether the coarsest mesh differs from the finest one, or, if there is no other, from modes."""
-    values = data[f"explicit_{name}"]
-    fine = values[-1] if values.size > 1 else data[name].sel(model="modes")
-    return abs(float(values[0] / fine) - 1.0) > SIMULATED
-
-
-def _spaced(number: int) -> str:
-    return f"{number:,}".replace(",", " ")
 
 
 def _clock(seconds: float) -> str:
@@ -284,16 +220,14 @@ def _clock(seconds: float) -> str:
 def _inside(data: xr.Dataset) -> list[Row]:
     """Return the quantities that point masses lack: the section of figure 3.3, and the energy of vibrations."""
     mean, section, expected, centre = (curve.values for curve in at_first_sensor(data))
-    size = float(data.spacing[-1])
-    shaken, apart = 100.0 * float(data.section_apart.sel(model=explicit_name(size))), np.abs(section - mean).max()
-    said, inertia = (100.0 * float(apart / mean.max()), size * 1e6, shaken), float(data.inertia.sel(model="modes"))
+    apart, inertia = float(np.abs(section - mean).max() / mean.max()), float(data.inertia.sel(model="modes"))
     passing = data.vibration_share.sum("bead").sel(time=PASSING)
     behind = float(data.vibration_share.isel(time=-1).sel(bead=slice(1, 8)).sum())
     fastest = 100.0 * MESH_SPEED / pressure_speed(hl.STEEL_316)
     return [
         row("fastest motion over dilatational speed", fastest, MESH_SPEED),
         row("kinetic over potential energy", 100.0 * inertia, holds=inertia < 0.01),
-        row("force at the central section over contacts' mean", float(section.max() / mean.max()), *said),
+        row("force at the central section over contacts' mean", float(section.max() / mean.max()), 100.0 * apart),
         row("theory over contacts' mean", float(expected.max() / mean.max()), centre.max() / mean.max()),
         row("energy in vibrations while the wave passes", 100.0 * float(passing.mean())),
         row("energy that beads 1 to 8 keep", 100.0 * behind),
@@ -369,15 +303,13 @@ def _figure_of_speeds(data: xr.Dataset) -> draw.Figure:
 
 
 def _figure_of_contacts(data: xr.Dataset) -> draw.Figure:
-    """Return the forces of all contacts, one of them marked; a quick study has one mesh."""
+    """Return the forces of all contacts, one of them marked."""
     marked = CONTACTS[1]
     label = f"contact {marked}, between beads {marked - 1} and {marked}"
-    shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
-    shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
     labels = draw.Look(xlabel="time (µs)", ylabels=["contact force (N)"])
-    figure, axes = draw.panels(len(shown), width=2.9, titles=shown.values(), **labels)
+    figure, axes = draw.panels(len(MODELS), width=2.9, titles=NAMES, **labels)
     time, look = data.time * 1e6, draw.Look(linestyle="-", marker="")
-    for axis, model in zip(axes, shown, strict=True):
+    for axis, model in zip(axes, MODELS, strict=True):
         forces = data.contact_force.sel(model=model).transpose("time", "contact")
         axis.plot(time, forces, color=draw.COLOURS[0], linewidth=0.6, **look)
         axis.plot(time, forces.sel(contact=marked), color=draw.COLOURS[1], linewidth=1.2, label=label, **look)
@@ -388,26 +320,14 @@ def _figure_of_contacts(data: xr.Dataset) -> draw.Figure:
 
 
 def _figure_of_meshes(data: xr.Dataset) -> draw.Figure:
-    """Return the peak force and wave speed over the size of the cells, and the error of the force over its time."""
-    figure, axes = draw.panels(3, width=3.3, height=3.6, sharey=False)
-    for axis, what, label in zip(axes[:2], ("peak_force", "wave_speed"), LABELS, strict=True):
+    """Return the peak force and wave speed over the size of the cells from which the contact's law is computed."""
+    figure, axes = draw.panels(2, width=3.4, xlabel="cells where beads touch (µm)", ylabels=LABELS, sharey=False)
+    for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
         _level(axis, data[what].sel(model="point masses"), "-", "black", "point masses")
-        for kind, size, name in SERIES:
-            axis.plot(data[size].values * 1e6, data[f"{kind}_{what}"].values, label=name)
+        axis.plot(data.law_spacing.values * 1e6, data[f"law_{what}"].values, label="deformable beads")
         draw.log_x(axis)
         axis.invert_xaxis()
-        axis.set(xlabel="cells where beads touch (µm)", ylabel=label)
-    settled = float(data.modes_peak_force[-1])
-    for kind, _, name in SERIES:
-        off = 100.0 * abs(data[f"{kind}_peak_force"].values / settled - 1.0)
-        axes[2].plot(data[f"{kind}_seconds"].values, off, label=name)
-    for name, seconds in THESIS_TIMES.items():
-        draw.marked(axes[2], seconds, f"thesis\n{name}")
-    converged = f"peak force off that of {int(data.modes[-1])} modes (%)"
-    axes[2].set(xscale="log", yscale="log", xlabel="time of the processor (s)", ylabel=converged)
-    axes[2].set_xlim(right=2e6)
-    axes[2].yaxis.set_major_formatter("{x:g}")
-    draw.legend_above(figure, axes[0], 3)
+    draw.legend_above(figure, axes[0], 2)
     return figure
 
 
@@ -419,11 +339,9 @@ def _figure_of_modes(data: xr.Dataset) -> draw.Figure:
     """Return the peak force and wave speed over the number of modes."""
     xlabel = "modes of a bead, with the rigid one"
     figure, axes = draw.panels(2, width=3.4, sharey=False, xlabel=xlabel, ylabels=LABELS)
-    explicit = f"explicit, {float(data.spacing[-1]) * 1e6:.3g} µm cells"
     for axis, what in zip(axes, ("peak_force", "wave_speed"), strict=True):
         _level(axis, data[what].sel(model="point masses"), "-", "black", "point masses")
-        _level(axis, data[f"explicit_{what}"][-1], "--", "grey", explicit)
         axis.plot(data.modes, data[f"modes_{what}"], "s-", color=draw.COLOURS[1], label="deformable beads")
         axis.set_xticks([1, 2, 4, 6, 8, 12, 16])
-    draw.legend_above(figure, axes[0], 3)
+    draw.legend_above(figure, axes[0], 2)
     return figure

@@ -168,17 +168,14 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
     assert case.run().identical(run)
 
 
-def test_batches_and_explicit_chains_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_batches_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("coupling.run_loop.Work.do", None)
-    monkeypatch.setattr("coupling.explicit_chain.explicit_bead", None)
-    short = hl.Chain([BEAD] * 2, BEAD, 0.4)
-    for run in (lambda: hl.batch([short], 1.5, save_every=1e-3), lambda: hl.explicit_chain(short, 1.5)):
-        with (
-            pytest.warns(hl.HertzlinkWarning, match="you mean until = 0.0015") as caught,
-            pytest.raises((TypeError, RuntimeError), match="not callable"),
-        ):
-            run()
-        assert len(caught) == 1
+    with (
+        pytest.warns(hl.HertzlinkWarning, match="you mean until = 0.0015") as caught,
+        pytest.raises((TypeError, RuntimeError), match="not callable"),
+    ):
+        hl.batch([hl.Chain([BEAD] * 2, BEAD, 0.4)], 1.5, save_every=1e-3)
+    assert len(caught) == 1
 
 
 def test_a_long_record_is_no_mistake() -> None:

@@ -253,10 +253,6 @@ BAD = [
     (lambda: chain(0.02), "damping = 0.02: must be"),
     (lambda: hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=1, damping=hl.damping.Modal(0.1)), "modes = 1"),
     (lambda: hl.CoSimulation(chain(lambda bead: 0.1), None), "damping: gives 0.1"),
-    (
-        lambda: hl.explicit_chain(hl.DeformableChain([BEAD] * 2, BEAD, 0.3, damping=hl.damping.Modal(0.1)), 1e-5),
-        "damping = Modal",
-    ),
 ]
 
 

@@ -100,7 +100,6 @@ def test_the_section_carries_what_the_contacts_bring(quick: xr.Dataset) -> None:
     assert float(abs(section - mean).max()) > 1e-4 * mean.max().item()
     apart = quick.section_apart
     assert 0.0 == apart.sel(model="point masses") < apart.sel(model="modes") < 5e-3
-    assert apart.sel(model="modes") < apart.sel(model=study.explicit_name(study.SPACINGS[0])) < 0.2
 
 
 def test_vibrations_stiffen_the_chain(quick: xr.Dataset) -> None:
@@ -119,24 +118,10 @@ def test_the_table_has_every_fact(quick: xr.Dataset) -> None:
         ("peak force, finite elements", 20.53),
         ("wave speed, discrete particles", 560.0),
         ("wave speed, finite elements", 552.8),
-        ("elements, coarsest mesh", "12 070"),
-        ("time, coarsest mesh", "7 min 2 s"),
         ("time with modes", "19 h 11 min 2 s"),
-        ("elements (thesis, section 3.3.2)", "120 000"),
     }
     assert printed <= {(row.quantity, row.thesis) for row in rows}
     check("deformable-chain", rows)
-
-
-def test_a_quick_run_calls_no_mesh_of_its_own_the_finest(quick: xr.Dataset) -> None:
-    assert not [name for name in quick.model.values if "finest" in name]
-    for row in study.table(quick):
-        assert "finest" not in row.quantity
-        assert "finest" not in row.reason.replace("the thesis's finest mesh", "")
-    for figure in study.figures(quick).values():
-        for axis in figure.axes:
-            shown = [axis.get_title(), *(line.get_label() for line in axis.lines)]
-            assert not [label for label in shown if "finest" in str(label)]
 
 
 def test_the_deformation_is_static(quick: xr.Dataset) -> None:
