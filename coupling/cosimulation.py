@@ -2,15 +2,12 @@
 
 import logging
 from collections.abc import Iterable, Sequence
-from contextlib import nullcontext
-from pathlib import Path
 from typing import Annotated, Any
 
 import xarray as xr
 
 from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.plan import ACCURACIES, WAVEFORMS, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
-from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
 from coupling.recording.trace import Trace
@@ -150,9 +147,7 @@ class CoSimulation:
         self,
         until: Interval,
         save_every: Interval | None = None,
-        checkpoint: str | Path | None = None,
         trace: bool = False,
-        trust: bool = False,
         sensors: Iterable[int] | None = None,
     ) -> xr.Dataset:
         """Simulate up to a time and return what was saved.
@@ -164,16 +159,8 @@ class CoSimulation:
         save_every : float, optional
             The interval between saved times, s. By default every substep of a given window, else `until` divided by a
             power of two, with at least 64 saved times in the shortest contact.
-        checkpoint : path, optional
-            A file that keeps the complete state. It is written some seconds apart and at the end. If it exists, the run
-            continues from it and ends with the same bits as an uninterrupted run; a finished run is read. The state of
-            a user's participant must hold all that changes, as numbers, text, arrays, and lists, tuples, dictionaries,
-            named tuples and dataclasses of these. A second run that names the file of a running one is refused.
         trace : bool
             Whether to store the seconds that each part took in the attribute "trace".
-        trust : bool
-            Whether the checkpoint may hold any other state of a user's participant as a pickle. A pickle may run any
-            code when it is opened: continue only from a file of your own.
         sensors : sequence of int, optional
             Numbers of the beads to keep, each with its velocity and its two contact forces; of several chains, of each.
             The run is then faster and its result far smaller. Measures of waves work on it; energies, displacements
@@ -188,8 +175,7 @@ class CoSimulation:
         Raises
         ------
         ValueError
-            For times that do not fit, for a checkpoint of another run, for a state that needs trust, and for sensors
-            that are no beads of each chain.
+            For times that do not fit, and for sensors that are no beads of each chain.
         NotConverged
             If both sides do not agree on the forces of a window.
         FloatingPointError
@@ -203,16 +189,9 @@ class CoSimulation:
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
         inputs = {**self.describe(), "until": until, **plan.describe(self.interface, self.window)}
         clock = Trace() if trace else None
-        if trust and checkpoint is None:
-            raise ValueError("trust = True: needs a checkpoint, whose pickles it allows")
-        with nullcontext() if checkpoint is None else locked(checkpoint):
-            keeper = None
-            if checkpoint is not None:
-                asked = inputs if selection is None else {**inputs, "sensors": selection.bodies}
-                keeper = Keeper(checkpoint, asked, self.interface, plan.length, plan.stride, self.scheme.repeats, trust)
-            frames = Frames(self.interface, plan.rows, selection)
-            filled, file = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
-            Work(self.interface, self.scheme, self.window, plan, filled, file, clock).do()
+        frames = Frames(self.interface, plan.rows, selection)
+        filled = frames if clock is None else clock.watch(frames)
+        Work(self.interface, self.scheme, self.window, plan, filled, clock).do()
         findings += checked([self.interface], [frames], plan.interval)[0]
         run = dataset(self.interface, frames, plan.interval, inputs, findings)
         if log.isEnabledFor(logging.INFO):

@@ -8,7 +8,6 @@ from coupling.compiled_run import Engine, StructureWindows, check_finite
 from coupling.interface import Interface
 from coupling.participant import CheckedParticipant
 from coupling.plan import Plan
-from coupling.recording.checkpoint import Keeper
 from coupling.recording.frames import Frames
 from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
@@ -23,9 +22,6 @@ LARGEST_GAIN = 0.01
 PROBE = 0.01
 """Part of the greatest force with which a user's participant is tested: whether it repeats a window."""
 
-CHUNK = 4096
-"""Windows after which the compiled loop looks whether a checkpoint is due; at least one saved interval."""
-
 UNBROKEN = 3e7
 """Steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second, as each window is
 tried a few times."""
@@ -39,7 +35,6 @@ class Work(NamedTuple):
     window: float | Adaptive | None
     plan: Plan
     frames: Frames
-    keeper: Keeper | None
     clock: Trace | None
     known: StructureWindows | None = None
 
@@ -63,7 +58,7 @@ def is_compiled(interface: Interface, scheme: Scheme) -> bool:
 
 def run_windows(work: Work) -> None:
     """Run window by window, by the scheme."""
-    _, scheme, window, plan, frames, keeper, clock, _ = work
+    _, scheme, window, plan, frames, clock, _ = work
     interface = work.interface if clock is None else clock.watch_interface(work.interface)
     windows = Windows(interface, scheme, window.tolerance if isinstance(window, Adaptive) else None)
     state, done, counts = work.interface.start(scheme.start(work.interface)), 0, Counts()
@@ -71,8 +66,6 @@ def run_windows(work: Work) -> None:
         for black_box in interface.black_boxes:
             black_box.check(PROBE * interface.force_scale, plan.length, PROBE * interface.indentation_scale)
     frames.record(work.interface, 0, state, counts, plan.length)
-    if keeper is not None:
-        state, done, counts = keeper.begin(frames, (state, done, counts))
     while done < plan.total:
         many = min(plan.substeps, plan.total - done) if scheme.whole_window else 1
         ends = _advanced(work, windows, state, done, many)
@@ -85,8 +78,6 @@ def run_windows(work: Work) -> None:
                 frames.record(work.interface, done // plan.stride, state, counts, plan.length)
                 counts = Counts()
         _check(work.interface, state)
-        if keeper is not None:
-            keeper.keep(frames, done // plan.stride, (state, done, counts), done == plan.total)
 
 
 def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many: int) -> list[CoupledState]:
@@ -105,25 +96,18 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 def run_compiled(work: Work) -> None:
     """Run all windows in compiled code, for linear structures and structures whose gaps close."""
-    interface, scheme, window, plan, frames, keeper, clock, known = work
+    interface, scheme, window, plan, frames, clock, known = work
     assert isinstance(scheme, Condensed)
     tolerance = window.tolerance if isinstance(window, Adaptive) else None
     engine = Engine(interface, scheme, plan, frames.saved, tolerance, clock, known)
     run, row, end = engine.start(), 0, plan.rows - 1
-    if keeper is not None:
-        # Row 0 is in the file before the run begins.
-        engine.save(run, 0)
-        run, row = keeper.begin(frames, (run, row))
     effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
-    windows = min(UNBROKEN / effort, plan.total if keeper is None else CHUNK)
-    rows = max(1, int(windows) // plan.stride)
+    rows = max(1, int(min(UNBROKEN / effort, plan.total)) // plan.stride)
     while row < end:
         last = min(row + rows, end)
         move = engine.advance if engine.adaptive is None else engine.adapt
         move(run, row * engine.stride, last * engine.stride)
         row = last
-        if keeper is not None:
-            keeper.keep(frames, row, (run, row), row == end)
     frames.count_damping(interface)
 
 

@@ -3,7 +3,6 @@
 import dataclasses
 from functools import cache
 from math import pi, sqrt
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -256,18 +255,6 @@ def test_the_amplitude_decides_whether_a_crack_looks_open_or_bonded() -> None:
     assert 0.1 < between[0] < 0.35
     assert 0.5 < between[1] < 0.7
     assert 0.75 < between[2] < 0.9
-
-
-def test_a_checkpoint_continues_with_the_same_bits(tmp_path: Path) -> None:
-    body = Closing(hl.reduce(hl.rod([HALF, HALF], cracks=[0]), until=1e-4), [0.0])
-    simulation = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), body, scheme=hl.Aitken())
-    file = tmp_path / "run.checkpoint"
-    whole = simulation.run(until=1e-4)
-    first = simulation.run(until=1e-4, checkpoint=file)
-    again = simulation.run(until=1e-4, checkpoint=file)
-    for name in ("velocity", "surface_displacement"):
-        assert np.array_equal(whole[name], first[name])
-        assert np.array_equal(whole[name], again[name])
 
 
 THIRDS = hl.rod([NEAR, NEAR, FAR], cracks=[0, 1])

@@ -1,7 +1,6 @@
 """Locks between processes, also on machines that share a folder. They end with their process, also by kill -9."""
 
 import os
-import socket
 import stat
 import sys
 import time
@@ -10,9 +9,6 @@ from pathlib import Path
 
 INTERVAL = 0.1
 """Seconds between two looks at a lock that another process holds."""
-
-LONGEST_OWNER = 300
-"""Bytes of a lock file that are read: the process and its host."""
 
 NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 """Flags of os.open: no link is followed, no pipe awaited, and no program that is started takes the handle along."""
@@ -51,7 +47,7 @@ else:
 
 
 class Lock:
-    """A lock file that says who holds it. It is deleted when it is released.
+    """A lock file. It is deleted when it is released.
 
     The operating system holds the lock, not the file: a file that a killed process left does no harm.
     """
@@ -74,20 +70,12 @@ class Lock:
                     time.sleep(INTERVAL)
                 elif _names(self.path, handle):
                     self._handle, handle = handle, -1
-                    self._sign()
                     return True
             except NoLocks as error:
                 raise NoLocks(error.errno, error.strerror, str(self.path.parent)) from None
             finally:
                 if handle >= 0:
                     os.close(handle)
-
-    def owner(self) -> str:
-        """Return who holds the lock, in words."""
-        text = ""
-        with suppress(OSError), os.fdopen(os.open(self.path, os.O_RDONLY | NO_LINK), "rb") as file:
-            text = file.read(LONGEST_OWNER).decode("utf-8", "replace")
-        return text if text.isprintable() and text else "another process"
 
     def release(self) -> None:
         """Release the lock, and delete its file while it is still held: who waits for it takes a new one."""
@@ -100,12 +88,6 @@ class Lock:
     def __del__(self) -> None:
         if self._handle >= 0:
             self.release()
-
-    def _sign(self) -> None:
-        """Say in the file who holds it; one that belongs to another user keeps its words."""
-        with suppress(OSError):
-            os.ftruncate(self._handle, 0)
-            os.write(self._handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
 
 
 def _opened(path: Path) -> int:

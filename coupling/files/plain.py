@@ -1,18 +1,17 @@
 """Plain data as bytes, and back: trees of numbers, text and arrays as a line of JSON and the arrays in numpy's format.
 
 Nothing in the bytes names code. Named tuples and dataclasses are rebuilt only if the reader gives their types, without
-a call of their constructors. A pickle is written and opened only if the caller says `trust`.
+a call of their constructors.
 """
 
 import dataclasses
 import json
 import math
-import pickle
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from io import BytesIO
 from tokenize import TokenError
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,17 +26,11 @@ LARGEST_INTEGER = 2**63
 BUILT_IN = (list, dict, set, frozenset, str, bytes, int, float, complex, np.ndarray)
 """Types that hold something in addition to the fields of a dataclass."""
 
-WHAT = "numbers, text, arrays, and lists, tuples, sets and dictionaries of these"
-
 NO_DATA = (
     *(ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, SyntaxError, TokenError, TypeError),
     ValueError,
 )
 """What readers of JSON and of arrays raise for other bytes."""
-
-NOT_TO_PICKLE = pickle.PicklingError, AttributeError, TypeError, RecursionError
-
-NOT_TO_UNPICKLE = pickle.UnpicklingError, AttributeError, EOFError, ImportError, IndexError, TypeError, ValueError
 
 
 class NotPlain(ValueError):
@@ -48,55 +41,33 @@ class Unreadable(ValueError):
     """Bytes that are no plain data of the known types."""
 
 
-class Untrusted(Unreadable):
-    """Bytes that hold a pickle, although the caller did not say `trust`."""
-
-
-def write(file: BinaryIO, tree: Any, types: Types, trust: bool = False) -> None:
-    """Write a tree. Raises NotPlain for what is neither plain nor one of the types; trust: pickle it instead."""
-    writer = _Writer(types, trust)
+def to_bytes(tree: Any, types: Types) -> bytes:
+    """Return a tree as bytes. Raises NotPlain for what is neither plain nor one of the types."""
+    writer = _Writer(types)
     try:
         text = json.dumps({"tree": writer.node(tree, ""), "arrays": len(writer.arrays)}, allow_nan=False)
     except RecursionError:
         raise NotPlain("is nested too deeply, or contains itself") from None
+    file = BytesIO()
     file.write(text.encode("ascii") + b"\n")
     for array in writer.arrays:
         np.lib.format.write_array(file, array, allow_pickle=False)
+    return file.getvalue()
 
 
-def read(file: BinaryIO, size: int, types: Types, trust: bool = False) -> Any:
-    """Read the tree in the next `size` bytes. Raises Unreadable, and Untrusted for a pickle without trust."""
-    begin = file.tell()
+def from_bytes(data: bytes, types: Types) -> Any:
+    """Return the tree in bytes. Raises Unreadable."""
+    file = BytesIO(data)
     try:
-        record = json.loads(file.readline(size))
+        record = json.loads(file.readline())
         arrays = [np.lib.format.read_array(file, allow_pickle=False) for _ in range(record["arrays"])]
-        if file.tell() != begin + size:
-            raise Unreadable(f"holds {size} bytes instead of {file.tell() - begin}")
-        return _Reader(types, trust, arrays).value(record["tree"])
+        if file.tell() != len(data):
+            raise Unreadable(f"holds {len(data)} bytes instead of {file.tell()}")
+        return _Reader(types, arrays).value(record["tree"])
     except Unreadable:
         raise
     except NO_DATA as error:
         raise Unreadable(f"is no plain data ({type(error).__name__}: {error})") from None
-
-
-def to_bytes(tree: Any, types: Types, trust: bool = False) -> bytes:
-    """Return a tree as bytes; see `write`."""
-    file = BytesIO()
-    write(file, tree, types, trust)
-    return file.getvalue()
-
-
-def from_bytes(data: bytes, types: Types, trust: bool = False) -> Any:
-    """Return the tree in bytes; see `read`."""
-    return read(BytesIO(data), len(data), types, trust)
-
-
-def check(tree: Any, types: Types) -> None:
-    """Raises NotPlain as `write` does."""
-    try:
-        _Writer(types, False).node(tree, "")
-    except RecursionError:
-        raise NotPlain("is nested too deeply, or contains itself") from None
 
 
 def own_types(*types: type) -> dict[str, type]:
@@ -104,27 +75,9 @@ def own_types(*types: type) -> dict[str, type]:
     return {kind.__name__: kind for kind in types}
 
 
-def types_of(*trees: Any) -> dict[str, type]:
-    """Return the named tuples and dataclasses in trees that a program made itself, under names with a dot."""
-    return {f"{kind.__module__}.{kind.__qualname__}": kind for tree in trees for kind in _types_in(tree)}
-
-
-def fits(value: Any, like: Any) -> bool:
-    """Return whether numbers, arrays and tuples from a file have the form of others: compiled loops check no bounds."""
-    if isinstance(like, np.ndarray):
-        same = isinstance(value, np.ndarray) and (value.dtype, value.shape) == (like.dtype, like.shape)
-        return bool(same and value.flags.c_contiguous)
-    if isinstance(like, tuple):
-        same = type(value) is type(like) and len(value) == len(like)
-        return same and all(fits(*pair) for pair in zip(value, like, strict=True))
-    if isinstance(like, int):
-        return isinstance(value, int | np.integer) and bool(value >= 0)
-    return isinstance(value, int | float | np.integer | np.floating)
-
-
 class _Writer:
-    def __init__(self, types: Types, trust: bool) -> None:
-        self.names, self.trust = {kind: name for name, kind in types.items()}, trust
+    def __init__(self, types: Types) -> None:
+        self.names = {kind: name for name, kind in types.items()}
         self.arrays: list[NDArray[Any]] = []
         self.places: dict[int, int] = {}
 
@@ -159,7 +112,8 @@ class _Writer:
         if fields is not None and kind in self.names and _holds_only(value, fields):
             parts = [self.node(getattr(value, name), f"{where}.{name}") for name in fields]
             return {"type": self.names[kind], "fields": parts}
-        return self._pickled(value, where)
+        there = f" at {where}" if where else ""
+        raise NotPlain(f"holds{there} {short(value)} ({kind.__qualname__}), which is no plain data")
 
     def _items(self, values: Iterable[Any], where: str) -> list[Any]:
         return [self.node(item, f"{where}[{i}]") for i, item in enumerate(values)]
@@ -171,20 +125,10 @@ class _Writer:
             self.arrays.append(array)
         return self.places[id(array)]
 
-    def _pickled(self, value: Any, where: str) -> dict[str, int]:
-        if not self.trust:
-            there = f" at {where}" if where else ""
-            raise NotPlain(f"holds{there} {short(value)} ({type(value).__qualname__}), which is no plain data")
-        try:
-            data = pickle.dumps(value, protocol=5)
-        except NOT_TO_PICKLE as error:
-            raise NotPlain(f"cannot be pickled either ({error})") from error
-        return {"pickle": self._array(np.frombuffer(data, np.uint8))}
-
 
 class _Reader:
-    def __init__(self, types: Types, trust: bool, arrays: list[NDArray[Any]]) -> None:
-        self.types, self.trust, self.arrays = types, trust, arrays
+    def __init__(self, types: Types, arrays: list[NDArray[Any]]) -> None:
+        self.types, self.arrays = types, arrays
 
     def value(self, node: Any) -> Any:
         if isinstance(node, list):
@@ -194,8 +138,6 @@ class _Reader:
         if "type" in node:
             return _made(self.types[node["type"]], [self.value(field) for field in node["fields"]])
         ((kind, inner),) = node.items()
-        if kind == "pickle":
-            return self._unpickled(self._numbered(inner).tobytes())
         if kind == "dict":
             return {self.value(key): self.value(item) for key, item in inner}
         return _MAKERS[kind](self, inner)
@@ -204,14 +146,6 @@ class _Reader:
         if type(number) is not int or number < 0:
             raise Unreadable("refers to an array that is not there")
         return self.arrays[number]
-
-    def _unpickled(self, data: bytes) -> Any:
-        if not self.trust:
-            raise Untrusted("holds a pickle, which may run any code when it is opened")
-        try:
-            return pickle.loads(data)
-        except NOT_TO_UNPICKLE as error:
-            raise Unreadable(f"holds a pickle that this program cannot read ({error})") from error
 
 
 _MAKERS: dict[str, Any] = {
@@ -225,18 +159,6 @@ _MAKERS: dict[str, Any] = {
     "array": lambda reader, inner: reader._numbered(inner),
     "number": lambda reader, inner: reader._numbered(inner)[()],
 }
-
-
-def _types_in(tree: Any) -> Iterator[type]:
-    if _fields(type(tree)) is not None:
-        yield type(tree)
-        parts: Iterable[Any] = (getattr(tree, name, None) for name in _fields(type(tree)) or ())
-    elif isinstance(tree, Mapping):
-        parts = tree.values()
-    else:
-        parts = tree if type(tree) in (list, tuple, set, frozenset) else ()
-    for part in parts:
-        yield from _types_in(part)
 
 
 def _fields(kind: type) -> tuple[str, ...] | None:

@@ -163,11 +163,6 @@ def remove_if_old(path: Path, age: float = LEFT_OVER_AGE) -> None:
             path.unlink(missing_ok=True)
 
 
-def companion(target: Path, ending: str) -> Path:
-    """Return the hidden file of a fixed name that belongs to a target."""
-    return target.with_name(f".{_stem(target)}{ending}")
-
-
 def read_regular(path: Path) -> bytes:
     """Return the content of a file that lies there itself: not behind a link, no device, no pipe. Raises OSError."""
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))

@@ -1,1 +1,1 @@
-"""The records of a run: frames, the Dataset, checkpoints, the trace of iterations."""
+"""The records of a run: frames, the Dataset, the trace of iterations."""

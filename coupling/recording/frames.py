@@ -192,20 +192,6 @@ class Frames:
             work = self.ledger.contact["work"][interface.touching[place]].sum(axis=0)
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
-    def upto(self, row: int) -> list[Vector]:
-        """Return everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
-        (*_, force, velocity, deepest, highest), (every, position, *wide, time) = self.saved
-        end = row // every + 1
-        tall = force[: row + 1], velocity[: row + 1], position[:end], time[:end]
-        return [*tall, deepest, highest, *(array[:, :end] for array in wide)]
-
-    def restore(self, row: int, stored: list[Vector]) -> None:
-        """Restore what `upto` returned for a row; a ValueError where it does not fit."""
-        for place, values in zip(self.upto(row), stored, strict=True):
-            if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
-                raise ValueError("frames: have another shape")
-            place[...] = values
-
 
 def _columns(chain: MovingChain, selection: Kept | None) -> Kept:
     """Return the contacts and bodies of a chain that are recorded."""

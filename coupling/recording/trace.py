@@ -8,7 +8,6 @@ from typing import Any
 
 from coupling.interface import Interface
 from coupling.participant import CheckedParticipant
-from coupling.recording.checkpoint import Keeper
 from coupling.recording.frames import Frames
 from particles.moving import MovingChain
 from structures.moving import MovingStructure
@@ -18,7 +17,6 @@ PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "window")),
     CheckedParticipant: ("structures", ("move", "window")),
     Frames: ("saving", ("record",)),
-    Keeper: ("checkpoint", ("begin", "keep")),
 }
 """The part that each kind of object belongs to, and its methods that take time. None of them calls another one's."""
 
@@ -39,9 +37,7 @@ class Trace:
         return watched
 
     def watch(self, participant: Any) -> Any:
-        """Return the same object, timed by this clock; None, as where no checkpoint is kept, stays None."""
-        if participant is None:
-            return None
+        """Return the same object, timed by this clock."""
         part, methods = next(PARTS[kind] for kind in type(participant).__mro__ if kind in PARTS)
         return _Watched(participant, {name: self.timed(part, getattr(participant, name)) for name in methods})
 

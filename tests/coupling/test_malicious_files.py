@@ -5,7 +5,6 @@ import json
 import os
 import pickle
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +15,11 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.files import plain, writing
-from coupling.recording import checkpoint
-from coupling.state import Node
+from coupling.files import plain
 from coupling.sweeps.store import HEAD, describe_point
 from structures.meshes.mesh_files import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
-CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
-ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=4)
-REDUCED = hl.reduce(ROD, until=2e-5)
 
 
 class Evil:
@@ -44,61 +38,9 @@ def marker(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("elsewhere") / "marker"
 
 
-def run(path: Path, structure: Any = ROD, scheme: Any = None, **keywords: Any) -> Any:
-    simulation = hl.CoSimulation(CHAIN, structure, scheme or hl.Condensed(), window=2e-6, substeps=1)
-    return simulation.run(2e-5, 4e-6, checkpoint=path, **keywords)
-
-
 def with_sum(head: bytes, rest: bytes) -> bytes:
-    """A checkpoint whose sum is right, as anyone can compute it."""
+    """A file whose sum is right, as anyone can compute it."""
     return head + hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
-
-
-def crafted(path: Path, change: Callable[[dict[str, Any]], Any], structure: Any = ROD, scheme: Any = None) -> None:
-    """A finished run's checkpoint with another tree, and the right sum."""
-    run(path, structure, scheme)
-    rest = path.read_bytes()[len(checkpoint.HEAD) + checkpoint.SUM :]
-    given, data = rest.split(b"\n", 1)
-    kept = plain.from_bytes(data, checkpoint.OWN_TYPES)
-    path.write_bytes(with_sum(checkpoint.HEAD, given + b"\n" + change(kept)))
-
-
-@pytest.mark.parametrize("trust", [False, True])
-def test_a_checkpoint_of_the_version_before_is_refused(tmp_path: Path, marker: Path, trust: bool) -> None:
-    """It was a pickle, and this one makes a folder."""
-    path = tmp_path / "kept"
-    path.write_bytes(with_sum(b"hertzlink checkpoint 1\n", b"{}\n" + pickle.dumps(Evil(marker))))
-    with pytest.raises(ValueError, match="kept': is no checkpoint of this version of hertzlink"):
-        run(path, trust=trust)
-    assert not marker.exists()
-
-
-def test_a_pickle_in_a_checkpoint_is_not_opened_without_trust(tmp_path: Path, marker: Path) -> None:
-    path = tmp_path / "kept"
-
-    def change(kept: dict[str, Any]) -> bytes:
-        return plain.to_bytes({**kept, "progress": Evil(marker)}, checkpoint.OWN_TYPES, trust=True)
-
-    crafted(path, change)
-    before = path.read_bytes()
-    with pytest.raises(ValueError, match=r"kept': holds a pickle, which may run any code .*say trust=True"):
-        run(path)
-    assert not marker.exists()
-    assert path.read_bytes() == before
-
-
-@pytest.mark.parametrize("name", ["os.mkdir", "subprocess.Popen", "builtins.eval", "pathlib.PosixPath"])
-def test_a_checkpoint_cannot_name_code(tmp_path: Path, marker: Path, name: str) -> None:
-    path = tmp_path / "kept"
-
-    def change(_: Any) -> bytes:
-        tree = {"dict": [["row", 0], ["progress", {"type": name, "fields": [str(marker)]}]]}
-        return json.dumps({"tree": tree, "arrays": 0}).encode() + b"\n"
-
-    crafted(path, change)
-    with pytest.raises(ValueError, match=r"kept': holds a participant's state that this program cannot read"):
-        run(path)
-    assert not marker.exists()
 
 
 HEADERS = [
@@ -114,102 +56,6 @@ HEADERS = [
 def array_with(header: str) -> bytes:
     """Eight bytes behind a header of numpy's format."""
     return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(8)
-
-
-@pytest.mark.parametrize("header", HEADERS)
-def test_a_checkpoint_with_arrays_that_cannot_be(tmp_path: Path, header: str) -> None:
-    """Of objects, of more numbers than the file has, and of what is no header."""
-    path = tmp_path / "kept"
-    tree = json.dumps({"tree": {"array": 0}, "arrays": 1}).encode() + b"\n"
-    crafted(path, lambda _: tree + array_with(header))
-    with pytest.raises(ValueError, match=r"kept': holds a participant's state that this program cannot read"):
-        run(path)
-
-
-Progress = tuple[Any, ...]
-
-
-def _shorter_chain(row: int, progress: Progress) -> tuple[int, Progress]:
-    (y, *rest), done = progress
-    return row, ((y[:1], *rest), done)
-
-
-def _other_count(name: str, value: int) -> Callable[[int, Progress], tuple[int, Progress]]:
-    """A number of the compiled loop's state is another."""
-
-    def change(row: int, progress: Progress) -> tuple[int, Progress]:
-        progress[0].totals[name] = value
-        return row, progress
-
-    return change
-
-
-def _replaced(**fields: Any) -> Callable[[int, Progress], tuple[int, Progress]]:
-    """The state of the loop in Python has another field."""
-    return lambda row, progress: (row, (progress[0]._replace(**fields), *progress[1:]))
-
-
-LEADS_ASTRAY = [
-    (hl.Condensed(), _shorter_chain),
-    (hl.Condensed(), lambda row, progress: (0, (progress[0], -9))),
-    (hl.Condensed(), lambda row, progress: (10**9, progress)),
-    (hl.Condensed(), lambda row, progress: (row, (progress[0], 10**9))),
-    *[(hl.Condensed(), _other_count("remembered", many)) for many in (10**9, 4, -1)],
-    *[(hl.Condensed(), _other_count(name, -(10**9))) for name in ("tried", "windows")],
-    (hl.Condensed(), lambda row, progress: (row, (progress[0]._replace(totals=np.zeros(5)), *progress[1:]))),
-    (hl.Explicit(), lambda row, progress: (row, (progress[0], 10**9, *progress[2:]))),
-    (hl.Explicit(), _replaced(time=1j)),
-    (hl.Explicit(), _replaced(piece=-1)),
-    (hl.Explicit(), _replaced(past=(Node(0.0, 1e-6, np.zeros(9), np.zeros(1)),))),
-    (hl.Explicit(), _replaced(past=(Node(0.0, 1e-6, np.zeros(1), np.zeros(1)),) * 9)),
-    (hl.Explicit(), _replaced(chains=())),
-]
-
-
-@pytest.mark.parametrize(("scheme", "change"), LEADS_ASTRAY)
-def test_a_checkpoint_that_would_lead_a_compiled_loop_beyond_its_arrays(
-    tmp_path: Path, scheme: Any, change: Any
-) -> None:
-    """Compiled loops check no bounds: what does not fit the run never reaches them."""
-    path = tmp_path / "kept"
-
-    def changed(kept: dict[str, Any]) -> bytes:
-        row, progress = change(kept["row"], kept["progress"])
-        frames = [a[..., : row + 1] for a in kept["frames"]] if row == 0 else kept["frames"]
-        return plain.to_bytes({"row": row, "frames": frames, "progress": progress}, checkpoint.OWN_TYPES)
-
-    crafted(path, changed, REDUCED, scheme)
-    with pytest.raises(ValueError, match=r"kept': does not fit this run; remove it to begin anew"):
-        run(path, REDUCED, scheme)
-
-
-@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.IQN_ILS(), hl.Explicit()])
-def test_a_checkpoint_with_other_frames_does_not_fit(tmp_path: Path, scheme: Any) -> None:
-    """The same file with its own frames is read."""
-    path = tmp_path / "kept"
-    crafted(path, lambda kept: plain.to_bytes(kept, checkpoint.OWN_TYPES), REDUCED, scheme)
-    assert run(path, REDUCED, scheme).sizes["time"] == 6
-
-    def other(kept: dict[str, Any]) -> bytes:
-        frames = [np.zeros(1)] * len(kept["frames"])
-        return plain.to_bytes({**kept, "frames": frames}, checkpoint.OWN_TYPES)
-
-    crafted(path, other, REDUCED, scheme)
-    with pytest.raises(ValueError, match=r"kept': does not fit this run; remove it to begin anew"):
-        run(path, REDUCED, scheme)
-
-
-def test_a_link_that_lies_where_a_file_is_made_is_not_followed(tmp_path: Path, monkeypatch: Any, marker: Path) -> None:
-    """The names of temporary files cannot be guessed; even where one is, what the link names is not made."""
-    monkeypatch.setattr(writing, "token_hex", lambda _: "0" * 16)
-    monkeypatch.setattr(checkpoint, "remove_left", lambda *_, **__: None)
-    (tmp_path / ".kept.0000000000000000.part").symlink_to(marker)
-    with pytest.raises(ValueError, match=r"kept': cannot be written .*exists"):
-        run(tmp_path / "kept")
-    (tmp_path / ".kept.lock").symlink_to(marker)
-    with pytest.raises(ValueError, match=r"kept': cannot be written .*symbolic link"):
-        run(tmp_path / "kept")
-    assert not marker.exists()
 
 
 def build(radius: float) -> hl.CoSimulation:
@@ -274,7 +120,6 @@ def secret(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 POINTS = {
-    "holds a pickle, which may run any code": lambda marker, text: plain.to_bytes((text, Evil(marker)), {}, trust=True),
     "is no plain data": lambda marker, text: pickle.dumps((text, Evil(marker))),
     "'os.mkdir'": lambda marker, text: _tree([text, {"type": "os.mkdir", "fields": [str(marker)]}]),
     "an array of objects": lambda marker, text: _tree([text, {"array": 0}], array_with(HEADERS[0])),
@@ -379,12 +224,3 @@ def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
         ):
             hl.read_signal(path, sensors={7: 1}, calibration=1.0)
     assert not marker.exists()
-
-
-@pytest.mark.parametrize("rest", [b"", b"[" * 200_000, b"1" * 20_000, b"\xff\xfe", b"[]\n[]\n", b"{}\n", b"null\n"])
-def test_a_checkpoint_with_another_head_is_damaged(tmp_path: Path, rest: bytes) -> None:
-    """Its sum is right, but it does not say to which run it belongs."""
-    path = tmp_path / "kept"
-    path.write_bytes(with_sum(checkpoint.HEAD, rest))
-    with pytest.raises(ValueError, match=r"kept': is damaged; remove it to begin anew"):
-        run(path)

@@ -139,38 +139,6 @@ def test_the_contact_of_the_last_bead_is_measured_at_it() -> None:
     assert hl.contact_time(run(7, 14)) == hl.contact_time(every)
 
 
-def test_a_checkpoint_of_sensors_continues_and_belongs_to_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file, simulation = tmp_path / "run.checkpoint", hl.CoSimulation(chain(), ROD)
-    whole = simulation.run(UNTIL, sensors=[7])
-    monkeypatch.setattr("coupling.run_loop.CHUNK", 256)
-    monkeypatch.setattr("coupling.recording.checkpoint.INTERVAL", 0.0)
-    monkeypatch.setattr("coupling.recording.checkpoint.PAUSE", 0.0)
-    with monkeypatch.context() as cut:
-        cut.setattr("coupling.recording.checkpoint.Keeper.keep", interrupted(3))
-        with pytest.raises(KeyboardInterrupt):
-            simulation.run(UNTIL, checkpoint=file, sensors=[7])
-    xr.testing.assert_identical(simulation.run(UNTIL, checkpoint=file, sensors=[7]), whole)
-    xr.testing.assert_identical(simulation.run(UNTIL, checkpoint=file, sensors=[7]), whole)
-    for other in ([6], None):
-        with pytest.raises(ValueError, match=r"belongs to another run: .*sensors"):
-            simulation.run(UNTIL, checkpoint=file, sensors=other)
-
-
-def interrupted(after: int) -> Callable[..., None]:
-    """What keeps a checkpoint, and then is interrupted."""
-    from coupling.recording.checkpoint import Keeper
-
-    keep, left = Keeper.keep, [after]
-
-    def kept(self: Keeper, *given: Any) -> None:
-        keep(self, *given)
-        left[0] -= 1
-        if not left[0]:
-            raise KeyboardInterrupt
-
-    return kept
-
-
 def test_the_trace_of_a_run_with_sensors_changes_nothing() -> None:
     timed = hl.CoSimulation(chain(), ROD).run(UNTIL, sensors=[7], trace=True)
     assert "compiled loop" in timed.attrs.pop("trace")
@@ -184,7 +152,7 @@ def test_the_deepest_approach_of_a_contact_on_a_spring_is_its_part(sensors: Any)
     simulation = hl.CoSimulation(chain(3), soft)
     interface, plan = simulation.interface, simulation.plan(1e-4)
     frames = Frames(interface, plan.rows, None if sensors is None else kept_at(sensors, 3))
-    Work(interface, simulation.scheme, None, plan, frames, None, None).do()
+    Work(interface, simulation.scheme, None, plan, frames, None).do()
     motion = motion_of(interface.chains[0], frames.chains)
     own = interface.chains[0].laws[-1]
     assert own is not None

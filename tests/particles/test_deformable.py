@@ -229,18 +229,6 @@ def test_vibration_left_behind_is_small() -> None:
     assert float(run.vibration_energy.max("time").sum() / run.impact_energy) > 10.0 * left
 
 
-def test_a_participant_goes_on_from_a_checkpoint(tmp_path: Any) -> None:
-    rod = hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)])
-    straight = hl.CoSimulation(deformable(), rod).run(until=1e-4)
-    kept = hl.CoSimulation(deformable(), rod).run(until=1e-4, checkpoint=tmp_path / "run.ck")
-    again = hl.CoSimulation(deformable(), rod).run(until=1e-4, checkpoint=tmp_path / "run.ck")
-    for name in straight.data_vars:
-        assert np.array_equal(straight[name], kept[name], equal_nan=True), name
-        assert np.array_equal(straight[name], again[name], equal_nan=True), name
-    with pytest.raises(ValueError, match="another run"):
-        hl.CoSimulation(deformable(7), rod).run(until=1e-4, checkpoint=tmp_path / "run.ck")
-
-
 def test_chains_of_both_kinds_share_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """Window by window; tests/coupling/test_cosimulation.py compares the compiled loop with that, which takes 20 s to
     compile for such chains."""

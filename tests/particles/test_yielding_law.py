@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -241,15 +240,6 @@ def test_a_window_repeats_to_the_bit() -> None:
     assert all(np.array_equal(a, b) for a, b in zip(first[0], second[0], strict=True))
     assert all(np.array_equal(a, b) for a, b in zip(kept, state[:2], strict=True))
     assert np.all(first[0].position[9:] >= state.position[9:])
-
-
-@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.IQN_ILS()])
-def test_a_checkpoint_changes_no_number(scheme: hl.Scheme, tmp_path: Path) -> None:
-    simulation = hl.CoSimulation(chain(LAWS[0]), hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), 3e-4), scheme)
-    straight = simulation.run(3e-4)
-    part = simulation.run(3e-4, checkpoint=tmp_path / "kept")
-    same(straight, part)
-    same(straight, simulation.run(3e-4, checkpoint=tmp_path / "kept"))
 
 
 def test_schemes_and_waveforms_agree() -> None:
