@@ -39,7 +39,6 @@ from coupling.schemes.scheme import Scheme as Scheme
 from coupling.state import NotConverged as NotConverged
 from coupling.sweeps.batch import batch as batch
 from coupling.sweeps.critical_search import critical_distance_search as critical_distance_search
-from coupling.sweeps.family import vary as vary
 from coupling.sweeps.sweep import sweep as sweep
 from hertzlink import damping as damping
 from hertzlink import laws as laws

@@ -103,11 +103,8 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     )
 
 
-def factors(old: Section, thickness: Any, youngs_modulus: Any, density: Any) -> tuple[Any, Any]:
-    """Return the factors of mass and of stiffness of a plate with another thickness (m), modulus (Pa) and density.
-
-    Numbers, or arrays with a value for each of many plates.
-    """
+def factors(old: Section, thickness: float, youngs_modulus: float, density: float) -> tuple[float, float]:
+    """Return the factors of mass and of stiffness of a plate with another thickness (m), modulus (Pa) and density."""
     heavier = density * thickness / (old.struck.density * old.thickness)
     stiffer = youngs_modulus * thickness**3 / (old.struck.youngs_modulus * old.thickness**3)
     return heavier, stiffer

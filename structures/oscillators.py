@@ -2,8 +2,6 @@
 form.
 """
 
-from typing import Any
-
 import numpy as np
 
 from structures.stepping import StructureState
@@ -29,9 +27,20 @@ class Oscillators:
         square = structure.stiffness.diagonal()
         rate = np.zeros_like(square) if structure.damping is None else structure.damping.diagonal()
         self.window, self.square, self.rate = window, square, rate
-        self.rows, lag, self.push, self.fast = propagators(square, rate, window, exact)
+        phase, drag = window**2 * square, window / 2.0 * rate
+        fast = phase > (1.0 if exact else -1.0)
+        lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
+        lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
+        # The implicit midpoint is stable for any ωH and conserves the energy of undamped oscillators, which no window
+        # resolves.
+        push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
+        lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
+        # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
+        decay = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
+        self.rows = np.array([decay, window * push, -window * square * push, left])
+        self.push, self.fast = window * push, fast
         vectors = structure.contact_vectors
-        self.response = StructureState(lag[:, None] * vectors, self.push[:, None] * vectors)
+        self.response = StructureState((window**2 * lag)[:, None] * vectors, self.push[:, None] * vectors)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""
@@ -56,40 +65,6 @@ class Oscillators:
         fast = 0.25 * self.window * self.rate * (v + end_v) ** 2
         taken = np.where(self.fast, fast, force * (end_u - u) - gain)
         return float(taken[self.rate > 0.0].sum())
-
-
-def propagators(square: Vector, rate: Vector, window: float, exact: bool = True) -> tuple[Vector, Vector, Vector, Any]:
-    """Return how oscillators move over a window, see `Oscillators`.
-
-    Parameters
-    ----------
-    square : array
-        Squares of the angular frequencies, 1/s², of any shape.
-    rate : array
-        Damping rates, 1/s, of the same shape.
-    window : float
-        Length of the window, s.
-    exact : bool
-        Whether slow oscillators move exactly.
-
-    Returns
-    -------
-    rows, lag, push, fast : arrays
-        4 × the shape: the 2 × 2 propagators. Displacement (m) and velocity (m/s) at the end after a constant unit force
-        from rest; and which oscillators use the implicit midpoint.
-    """
-    phase, drag = window**2 * square, window / 2.0 * rate
-    fast = phase > (1.0 if exact else -1.0)
-    lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
-    lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
-    # The implicit midpoint is stable for any ωH and conserves the energy of undamped oscillators, which no window
-    # resolves.
-    push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
-    lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
-    # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
-    decay = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
-    rows = np.array([decay, window * push, -window * square * push, left])
-    return rows, window**2 * lag, window * push, fast
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:

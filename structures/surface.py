@@ -2,7 +2,6 @@
 
 from functools import lru_cache
 from math import cos, exp, inf, log, pi, sqrt
-from typing import Any
 
 import numpy as np
 from scipy.special import ellipe, ellipkm1
@@ -123,12 +122,8 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") 
             f"curvature: {flat:.3g} in one direction, so bead and surface touch along a line; see contact_law"
         )
     compliance = 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
-    return float(round_stiffness((flat * sharp) ** 0.5, compliance) / _elliptic_factor(sharp / flat, axis_ratio) ** 1.5)
-
-
-def round_stiffness(curvature: Any, compliance: Any) -> Any:
-    """Return k of round contacts, N/m^1.5, from relative curvatures (1/m) and sums of 1/contact_modulus (1/Pa)."""
-    return 4.0 / 3.0 / curvature**0.5 / compliance
+    round_stiffness = 4.0 / 3.0 / ((flat * sharp) ** 0.5) ** 0.5 / compliance
+    return float(round_stiffness / _elliptic_factor(sharp / flat, axis_ratio) ** 1.5)
 
 
 def hertz_pressure(first: Surface, second: Surface, force: float) -> float:

@@ -592,20 +592,6 @@ def _runs() -> dict[str, Target]:
             {"save_every": (1e-18, 1e-12), "threads": HUGE},
             LONG,
         ),
-        "vary": Target(
-            hl.vary,
-            {
-                **{"simulation": against(0.3), "until": UNTIL, "quantities": {"chain.impact_speed": [0.2, 0.3]}},
-                **{"sensors": [1], "keep": "waves", "save_every": 1e-6, "threads": 1, "device": "cpu"},
-            },
-            None,
-            {
-                "save_every": (1e-18, 1e-12),
-                "threads": HUGE,
-                "quantities": ({"chain": [1.0]}, {"chain.bead.radius": [1e9]}),
-            },
-            LONG,
-        ),
         "sweep": Target(
             hl.sweep,
             {"build": against, "until": UNTIL, "jobs": 1, "measure": None, "store": None, "speed": [0.2, 0.3]},

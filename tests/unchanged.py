@@ -541,7 +541,6 @@ def sweeps() -> Mapping[str, Any]:
         "critical": hl.critical_distance(swept.AR.sel(speed=0.4)),
         **dataset("search", hl.critical_distance_search(near, 6e-4, 5, scan, jobs=1)),
         **dataset("batch", hl.batch(near, 6e-4, save_every=2e-6, distance=[0.01, 0.02])),
-        **dataset("vary", hl.vary(near(0.02), 6e-4, {"chain.impact_speed": [0.2, 0.3]}, sensors=[5])),
     }
 
 

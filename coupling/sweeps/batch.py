@@ -313,17 +313,12 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[s
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
     columns = {name: _column(name, value) for name, value in parameters.items()}
-    count = count_of_runs("parameters", {name: column for name, column in columns.items() if column is not None})
-    return {name: [parameters[name]] * count if column is None else column for name, column in columns.items()}
-
-
-def count_of_runs(name: str, columns: Mapping[str, Any]) -> int:
-    """Return how many values each column has; raise a ValueError that names the argument where that differs."""
-    lengths = {column: len(values) for column, values in columns.items()}
+    lengths = {name: len(column) for name, column in columns.items() if column is not None}
     if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{column} {length}" for column, length in lengths.items())
-        raise ValueError(f"{name}: have different numbers of values ({shown}); must have one for each run")
-    return next(iter(lengths.values()), 1)
+        shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"parameters: have different numbers of values ({shown}); must have one for each run")
+    count = next(iter(lengths.values()), 1)
+    return {name: [parameters[name]] * count if column is None else column for name, column in columns.items()}
 
 
 def _column(name: str, given: Any) -> list[Any] | None:
@@ -549,22 +544,11 @@ def _together(
     inputs = {"first": next(iter(family.known.values())).describe(), "count": family.number, "until": until}
     findings = gathered({f"run {i}": run.findings for i, run in enumerate(done) if run.findings}, len(done), "runs")
     reasons = [str(run.failure or "") for run in done]
-    return finished("batch", data, reasons, inputs, before, findings)
-
-
-def finished(
-    what: str, data: xr.Dataset, reasons: list[str], inputs: dict[str, Any], before: list[str], findings: Sequence[str]
-) -> xr.Dataset:
-    """Return runs with the reason why each failed, the input, and findings; raise a RuntimeError where all failed.
-
-    what: the function that did them. before: findings of which the user was warned already.
-    """
-    failed = sum(map(bool, reasons))
+    failed, of = sum(map(bool, reasons)), count_of(len(reasons), "run")
     if failed == len(reasons):
         raise RuntimeError(f"all {count_of(failed, 'run')} failed; the first with {reasons[0]}")
     data[ERROR_VARIABLE] = "run", reasons, {"long_name": "why the run failed, empty where it did not"}
     if failed:
-        of = count_of(len(reasons), "run")
-        findings = [*findings, f"{what}: {failed} of {of} failed, see the variable error"]
+        findings = [*findings, f"batch: {failed} of {of} failed, see the variable error"]
     warn(findings)
-    return with_warnings(data.assign_attrs(provenance({what: inputs})), [*before, *findings])
+    return with_warnings(data.assign_attrs(provenance({"batch": inputs})), [*before, *findings])

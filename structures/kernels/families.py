@@ -1,45 +1,15 @@
 """Families of runs: numbers with a value for each run, and the piece of a single run."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from numba.extending import overload
 
 from structures.kernels.duals import Lane, Lanes, as_duals
 from structures.kernels.pieces import OPTIONS, Function
-from structures.structure import Vector
-
-
-class Rows(NamedTuple):
-    """Numbers of each run, which lie together: for a processor."""
-
-    values: Vector
-    """Runs × the shape of a run; a single row serves all runs."""
-    step: int
-    """From a run's row to the next one's: 1, or 0 where there is a single row."""
-
-
-class Columns(NamedTuple):
-    """Numbers of each run; those of neighbouring runs lie together: for a GPU, whose threads read them at once."""
-
-    values: Vector
-    """The shape of a run × runs."""
 
 
 def of_run(family: Any, run: int) -> Any:
-    """Return the piece of one run: Rows and Columns, however deep they lie in a piece, become the numbers of that run.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from structures.kernels.families import Rows, of_run
-    >>> masses, radii = Rows(np.array([[1.0, 2.0], [3.0, 4.0]]), 1), np.zeros(3)
-    >>> of_run((masses, radii), 1)[0]
-    array([3., 4.])
-    """
-    if isinstance(family, Rows):
-        return family.values[run * family.step]
-    if isinstance(family, Columns):
-        return family.values[(slice(None),) * (len(family.values.shape) - 1) + (run,)]
+    """Return the piece of one run: Lanes, however deep they lie in a piece, become its dual numbers."""
     if isinstance(family, tuple):
         parts = [of_run(part, run) for part in family]
         return type(family)(*parts) if hasattr(family, "_fields") else tuple(parts)
@@ -49,10 +19,6 @@ def of_run(family: Any, run: int) -> Any:
 def _text(kind: Any, place: str, pieces: dict[str, Any]) -> str:
     """Return how the source of a function builds the piece of one run from the family's part at a place."""
     piece = getattr(kind, "instance_class", None)
-    if piece is Rows:
-        return f"{place}.values[run * {place}.step]"
-    if piece is Columns:
-        return f"{place}.values[{':, ' * (kind.types[0].ndim - 1)}run]"
     if piece in (Lanes, Lane):
         return f"as_duals({place}.values, run, {place}.width){'[0]' if piece is Lane else ''}"
     if not hasattr(kind, "types"):
