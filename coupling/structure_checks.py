@@ -27,9 +27,6 @@ shells, graded by their own sizes, are within 0.0001 from 0.1 on (docs/numerics.
 ENOUGH_CYCLES = 2.0
 """What the cure asks for."""
 
-BANDS = {"from_modes": "modes", "from_frequency_response": "a response"}
-"""What reaches up to a frequency, in structures of other programs and of tests."""
-
 GRADED = ("cylinder", "spherical shell")
 
 EXCEEDED = 2.0
@@ -135,8 +132,8 @@ def _finer(origin: Any, frequency: float) -> str:
         return f"elements={ceil(times * max(origin['elements']))}"
     if origin.get("kind") == "solid":
         return f"a mesh {times:g} times as fine"
-    if origin.get("kind") in BANDS:
-        return f"{BANDS[origin['kind']]} up to {readable(rounded_up(frequency), 'Hz')}"
+    if origin.get("kind") == "from_modes":
+        return f"modes up to {readable(rounded_up(frequency), 'Hz')}"
     return f"highest_frequency={rounded_up(frequency):g}"
 
 

@@ -116,7 +116,6 @@ from structures.material import PTFE as PTFE
 from structures.material import STEEL_316 as STEEL_316
 from structures.material import STEEL_440C as STEEL_440C
 from structures.material import Material as Material
-from structures.other_programs.frequency_response import from_frequency_response as from_frequency_response
 from structures.other_programs.imported import from_matrices as from_matrices
 from structures.other_programs.imported_modes import from_modes as from_modes
 from structures.quantities import Length as Length

@@ -612,28 +612,13 @@ def _runs() -> dict[str, Target]:
             {
                 **{"mass": [[2.0, 1.0], [1.0, 2.0]], "stiffness": [[2e6, -1e6], [-1e6, 2e6]], "material": STEEL},
                 **{"contact": [1.0, 0.0], "damping": None, "residual_flexibility": 0.0, "curvature": 0.0, "scale": 1.0},
-                **{"node": None, "direction": (0.0, 0.0, 1.0), "mesh": None, "point": None, "patch_radius": None},
             },
-            # Combinations with node, mesh and point: tests/structures/test_imported.py.
         ),
         "from_modes": Target(
             hl.from_modes,
             {
                 **{"frequencies": [900.0, 2_500.0], "material": STEEL, "shapes": [1.5, -2.0]},
                 **{"damping_ratios": 0.01, "residual_flexibility": 1e-9, "curvature": 0.0, "scale": 1.0},
-                **{"node": None, "direction": (0.0, 0.0, 1.0)},
-            },
-        ),
-        "from_frequency_response": Target(
-            hl.from_frequency_response,
-            {
-                "response": MOBILITY,
-                "material": STEEL,
-                "frequency": FREQUENCIES,
-                "quantity": "mobility",
-                "tolerance": 0.01,
-                "most_modes": 4,
-                "curvature": 0.0,
             },
         ),
         "run_in_precice": Target(
@@ -644,13 +629,6 @@ def _runs() -> dict[str, Target]:
             },
         ),
     }
-
-
-FREQUENCIES = np.linspace(200.0, 4_000.0, 200)
-MOBILITY = (
-    2j * np.pi * FREQUENCIES / (2.0 * (2 * np.pi * 1_500.0) ** 2 * (1 + 0.02j) - 2.0 * (2 * np.pi * FREQUENCIES) ** 2)
-)
-"""Of an oscillator of 2 kg, m/(s N)."""
 
 
 def _at_distance(distance: Any) -> hl.CoSimulation:

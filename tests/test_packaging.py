@@ -16,8 +16,6 @@ ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
 
 DECLARED_AS = {
     "RigolWFM": "rigolwfm",
-    "ansys": "ansys-mapdl-reader",
-    "pyNastran": "pynastran",
     "pyuff": "pyuff",
     "precice": "pyprecice",
 }

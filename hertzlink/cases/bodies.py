@@ -32,7 +32,6 @@ from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_l
 from structures.damping import damped as with_damping
 from structures.described import Described, of_family, registered
 from structures.moving import STEPPERS
-from structures.other_programs.frequency_response import from_frequency_response
 from structures.other_programs.imported import MEMORY, from_matrices
 from structures.other_programs.imported_modes import from_modes
 from structures.reduction import reduce
@@ -223,12 +222,7 @@ class Solid(Built):
 class Imported(Built):
     """A body from files of another program or of a test."""
 
-    without = ("shapes", "frequency")
-
-    @property
-    def contacts(self) -> int:
-        node = getattr(self, "node", None)
-        return len(node) if isinstance(node, list) else 1
+    without = ("shapes",)
 
     @classmethod
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
@@ -256,7 +250,7 @@ class FromMatrices(Imported):
 
 
 SPECIAL.update({
-    from_matrices: FromMatrices, from_modes: Imported, from_frequency_response: Imported, rod: Rod,
+    from_matrices: FromMatrices, from_modes: Imported, rod: Rod,
     layered_cylinder: LayeredCylinder, solid: Solid,
     StandardLinearSolid: LinearSolid,
 })  # fmt: skip

@@ -8,15 +8,17 @@ import numpy as np
 from scipy import sparse
 
 from structures.caution import caution
-from structures.checks import each, not_negative, whole
+from structures.checks import each, not_negative
 from structures.described import described_as
 from structures.linear_algebra.factor import numbers
 from structures.material import Material
-from structures.other_programs.imported import ALONG_Z, MEMORY, Direction, Residual, source_of_argument
-from structures.other_programs.modal_files import Modes, read_modes
+from structures.other_programs.imported import MEMORY, Residual, source_of_argument, table_in
 from structures.quantities import Asks, Component, Curvature, InFile, Scale
-from structures.structure import Structure, Vector
+from structures.structure import Structure
 from structures.surface import Surface
+
+HEADS = "frequency,shape", "frequency,shape,damping_ratio"
+"""The first line of a file of modes."""
 
 LACKS = (
     "these modes lack the compliance of all higher ones, at the contact most of all; state residual_flexibility: the "
@@ -29,8 +31,6 @@ def from_modes(
     frequencies: Annotated[Any, InFile("modes", "modes.csv")],
     material: Material,
     shapes: Annotated[Any, Asks("the shapes at the contact")] | None = None,
-    node: Annotated[int | Sequence[int], Asks("the number of the node that is struck, or a list")] | None = None,
-    direction: Direction = ALONG_Z,
     damping_ratios: float | Sequence[Component] | None = None,
     residual_flexibility: Residual | None = None,
     curvature: Curvature = 0.0,
@@ -41,19 +41,13 @@ def from_modes(
     Parameters
     ----------
     frequencies : array, str or Path
-        Natural frequencies, Hz, n; zero for rigid motions. Or a file: a table (.csv, .txt) with the columns frequency
-        (Hz, kHz or rad/s), shape (1/√kg or 1/√t) and, if you like, damping ratio (1 or %), in any order if heads name
-        them, and in the first of these units if the heads name none; CalculiX (.frd), I-DEAS (.unv, .uff;
-        `hertzlink[uff]`), Nastran (.op2; `hertzlink[nastran]`), Ansys (.rst; `hertzlink[ansys]`).
+        Natural frequencies, Hz, n; zero for rigid motions. Or a file of comma-separated numbers whose first line is
+        `frequency,shape` or `frequency,shape,damping_ratio`: Hz, 1/√kg, and parts of the critical damping.
     material : Material
         The material at the contact, for Hertz's law.
     shapes : array, optional
         Displacement of the contact in each mode along the push, for unit modal mass, 1/√kg: n, or n × p for p contacts.
         Needed if `frequencies` are numbers.
-    node : int or sequence of int, optional
-        Number of the node that is struck, or of several, in a file that has nodes.
-    direction : sequence of float
-        The direction of the push at `node`.
     damping_ratios : float or sequence of float, optional
         Part of the critical damping, one for all modes or one for each; by default those of the file, or zero.
     residual_flexibility : float, optional
@@ -61,7 +55,7 @@ def from_modes(
     curvature : float
         Curvature of the surface at the contact, 1/m, for Hertz's law.
     scale : float
-        m per unit of length of the file: 1e-3 for mm, N, s and t.
+        m per unit of length of the shapes: 1e-3 for mm, N, s and t.
 
     Returns
     -------
@@ -80,54 +74,37 @@ def from_modes(
     >>> plate.size, plate.origin["highest_frequency"]
     (2, 2500.0)
     """
-    nodes = [] if node is None else [whole("node", n) for n in (node if isinstance(node, Sequence) else [node])]
-    if isinstance(frequencies, str | Path):
+    in_file, stated = isinstance(frequencies, str | Path), 0.0 if damping_ratios is None else damping_ratios
+    if in_file:
         if shapes is not None:
             raise ValueError("shapes: the file of the modes holds them; leave shapes out")
-        modes = read_modes("frequencies", Path(frequencies), nodes, scale)
-        axes, size = np.zeros(6), float(np.linalg.norm(direction))
-        if size == 0.0:
-            raise ValueError(f"direction = {tuple(direction)!r}: must have a length")
-        axes[:3] = np.asarray(direction) / size
-        vector = modes.shapes @ (axes if nodes else np.abs(np.eye(6)[2]))
+        table = table_in("frequencies", Path(frequencies), HEADS)
+        hertz, columns = table[:, 0], table[:, 1]
+        if damping_ratios is None and table.shape[1] == 3:
+            stated = table[:, 2]
     else:
-        if nodes:
-            raise ValueError(f"node = {nodes[0]}: is for files; shapes are those at the contact already")
+        hertz = np.atleast_1d(numbers("frequencies", frequencies))
         columns = numbers("shapes", shapes if shapes is not None else [])
-        vector = np.sqrt(scale) * (columns.reshape(-1, 1) if columns.ndim < 2 else columns)
-        modes = Modes(np.atleast_1d(numbers("frequencies", frequencies)), vector, None)
-    count = modes.frequencies.size
-    if modes.frequencies.ndim != 1 or not count or len(vector) != count:
+    vector, count = np.sqrt(scale) * (columns.reshape(-1, 1) if columns.ndim < 2 else columns), hertz.size
+    if hertz.ndim != 1 or not count or len(vector) != count:
         raise ValueError(f"shapes has shape {vector.shape}: must have a row for each of {count} frequencies")
-    stated = damping_ratios if damping_ratios is not None else 0.0 if modes.ratios is None else modes.ratios
     ratios = np.atleast_1d(numbers("damping_ratios", stated)).ravel()
-    loss = (
-        np.broadcast_to(each(not_negative, "damping_ratios", ratios), (count,)) if ratios.size in (1, count) else None
-    )
-    if loss is None:
+    if ratios.size not in (1, count):
         raise ValueError(f"damping_ratios: must be one number, or {count}, one for each mode")
     if residual_flexibility is None:
         caution(f"frequencies: {LACKS}")
-    highest = float(modes.frequencies.max())
     origin = {
         "frequencies": source_of_argument(frequencies),
-        "shapes": None if isinstance(frequencies, str | Path) else MEMORY,
+        "shapes": None if in_file else MEMORY,
         "modes": count,
         "damping_ratios": None if damping_ratios is None else np.asarray(damping_ratios).tolist(),
-        "highest_frequency": highest,
+        "highest_frequency": float(hertz.max()),
     }
-    omega = 2.0 * np.pi * each(not_negative, "frequencies", modes.frequencies, "Hz")
-    return oscillators(omega, loss, vector, residual_flexibility or 0.0, Surface(material, curvature), origin)
-
-
-def oscillators(
-    omega: Vector, ratios: Vector, vector: Vector, flexibility: float, surface: Surface, origin: dict[str, Any]
-) -> Structure:
-    """Return a structure of one oscillator for each angular frequency, 1/s; vector: n × p."""
-    contacts = vector.shape[1]
-    damping = 2.0 * ratios * omega
+    omega = 2.0 * np.pi * each(not_negative, "frequencies", hertz, "Hz")
+    damping = 2.0 * each(not_negative, "damping_ratios", ratios) * omega
+    contacts, surface, flexibility = vector.shape[1], Surface(material, curvature), residual_flexibility or 0.0
     return Structure(
-        sparse.csr_array(sparse.eye_array(omega.size)),
+        sparse.csr_array(sparse.eye_array(count)),
         sparse.csr_array(sparse.diags_array(omega**2)),
         sparse.csr_array(sparse.diags_array(damping)) if damping.any() else None,
         vector if contacts > 1 else vector.reshape(-1),
