@@ -27,23 +27,34 @@ __all__ = sorted(_PUBLIC)
 
 
 def __getattr__(name: str) -> object:
-    """Import what is used for the first time; for an unknown name, raise an error that gives the nearest one."""
+    """Import what is used for the first time; for an unknown name, raise an error that gives the nearest one.
+
+    lazy_loader cannot serve here: it imports from submodules of one package, and the rooms are packages of their own.
+    """
     if name == "__version__":
         from coupling.results.provenance import version_of
 
         return version_of(__name__)
     if name not in _PUBLIC:
-        from hertzlink._hints import missing
-
-        raise missing(name)
+        hint = "" if name.startswith("_") else _nearest(name)
+        # Without `obj` Python would add a suggestion of its own, which may be another name.
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}", name=name, obj=None)
     if _PUBLIC[name] == __name__:
         return import_module(f"{__name__}.{name}")
-    from hertzlink._help import for_users
-
-    globals()[name] = for_users(getattr(import_module(_PUBLIC[name]), name), name)
+    globals()[name] = getattr(import_module(_PUBLIC[name]), name)
     if "xarray" in _modules:
         import_module("hertzlink._accessor")
     return globals()[name]
+
+
+def _nearest(name: str) -> str:
+    """Return the end of a message: the public name, here or in a namespace, that is most like a wrong one."""
+    from hertzlink._names import namespaces
+    from structures.checks import near
+
+    places = {inner: f"{space}.{inner}" for space, names in namespaces().items() for inner in names}
+    matches = near(name, places | {public: public for public in _PUBLIC})
+    return f"; did you mean {__name__}.{places.get(matches[0], matches[0])}?" if matches else ""
 
 
 def __dir__() -> list[str]:

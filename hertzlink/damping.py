@@ -1,9 +1,6 @@
 """Damping of structures, by `damped`, and inside deformable beads: Rayleigh, modal and viscoelastic damping."""
 
-from hertzlink._help import offer as _offer
 from structures.damping import Modal as Modal
 from structures.damping import Rayleigh as Rayleigh
 from structures.damping import StandardLinearSolid as StandardLinearSolid
 from structures.damping import Viscous as Viscous
-
-_offer(__name__)

@@ -1,6 +1,5 @@
 """Contact laws F(δ) that are computed, tabulated or fitted, and laws of contacts that yield."""
 
-from hertzlink._help import offer as _offer
 from particles.laws.choose import computed_law as computed_law
 from particles.laws.law import PowerLaw as PowerLaw
 from particles.laws.law import TabulatedLaw as TabulatedLaw
@@ -8,5 +7,3 @@ from particles.laws.power_fit import fit_power_law as fit_power_law
 from particles.laws.yielding import JacksonGreen as JacksonGreen
 from particles.laws.yielding import Thornton as Thornton
 from particles.laws.yielding import YieldingLaw as YieldingLaw
-
-_offer(__name__)

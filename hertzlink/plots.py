@@ -11,7 +11,4 @@ from coupling.plots.traces import contact_map as contact_map
 from coupling.plots.traces import energy as energy
 from coupling.plots.traces import spectrum as spectrum
 from coupling.plots.traces import traces as traces
-from hertzlink._help import offer as _offer
 from hertzlink.reports.report import report as report
-
-_offer(__name__)

@@ -1,6 +1,5 @@
 """Chain and structure that are advanced window by window, and time steppers of structures."""
 
-from hertzlink._help import offer as _offer
 from particles.moving import MovingChain as MovingChain
 from structures.closing import Closing as Closing
 from structures.moving import MovingStructure as MovingStructure
@@ -9,5 +8,3 @@ from structures.stepping import GeneralisedAlpha as GeneralisedAlpha
 from structures.stepping import Newmark as Newmark
 from structures.stepping import Step as Step
 from structures.stepping import StructureState as StructureState
-
-_offer(__name__)

@@ -4,7 +4,6 @@ from collections.abc import Callable as _Callable
 from typing import Any as _Any
 
 from coupling.references import assert_same_waves as assert_same_waves
-from hertzlink._help import offer as _offer
 from particles.chain import LawOfPair as _LawOfPair
 from structures.checks import count_of as _count_of
 from structures.checks import function as _function
@@ -68,6 +67,3 @@ def assert_literature(law: _LawOfPair | None = None, plate: _Plate | None = None
         found += too_far(motions, 10.0 * rtol)
     if found:
         raise AssertionError("\n".join([f"{_count_of(len(found), 'comparison')} failed:", *found]))
-
-
-_offer(__name__)

@@ -1,6 +1,5 @@
 """Closed forms for contacts, waves in chains and plates, impacts, and the stability of beams and shells."""
 
-from hertzlink._help import offer as _offer
 from particles.solitary import UniformChain as UniformChain
 from plates.beam import beam_buckling_force as beam_buckling_force
 from plates.theory import zener as _zener
@@ -26,5 +25,3 @@ hertz_contact_time = _layers.contact_time
 layer_restitution = _layers.restitution
 primary_time_of_flight = _layers.time_of_flight
 layer_speed = _layers.upper_speed
-
-_offer(__name__)

@@ -200,6 +200,12 @@ def did_you_mean(word: object, choices: Iterable[str], shown: Callable[[str], st
     return f"did you mean {' or '.join(map(shown, matches))}?" if matches else ""
 
 
+def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
+    """The end of a message: the names that may be meant, or all of them where none is near and they are few."""
+    every = f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
+    return did_you_mean(word, choices, str) or every
+
+
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
     """Return `value`; otherwise a ValueError that lists the choices and the nearest ones."""
     if not isinstance(value, str) or value not in choices:

@@ -2,11 +2,10 @@
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, is_dataclass
-from functools import cached_property, reduce, wraps
+from functools import cached_property, wraps
 from math import inf
-from operator import or_
 from types import NoneType, UnionType
 from typing import Annotated, Any, TypeVar, Union, dataclass_transform, get_args, get_origin, get_type_hints
 
@@ -319,16 +318,3 @@ def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
         members = [member for member in get_args(hint) if member is not NoneType]
         return noted(members[0]) if len(members) == 1 else (Union[tuple(members)], ())  # noqa: UP007
     return hint, ()
-
-
-def without_notes(hint: Any) -> Any:
-    """Return an annotation as a reader wants it: float, not Annotated[float, ...]."""
-    if get_origin(hint) is Annotated:
-        return without_notes(get_args(hint)[0])
-    if get_origin(hint) in (Union, UnionType):
-        members = tuple(map(without_notes, get_args(hint)))
-        return Union[members] if any(isinstance(member, str) for member in members) else reduce(or_, members)  # noqa: UP007
-    if get_origin(hint) in (tuple, list, Sequence, Mapping):
-        members = tuple(map(without_notes, get_args(hint)))
-        return get_origin(hint)[members]
-    return hint

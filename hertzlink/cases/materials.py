@@ -6,13 +6,13 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, Tag, ValidationInfo
 
-from hertzlink._hints import nearest
 from hertzlink.cases.declared import FORMS, Data, Declared, Form, described_by, refused, table_of
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Part, World, forms, hint_of, made
 from hertzlink.cases.units import fault
 from plates.laminate import OrthotropicMaterial
+from structures.checks import nearest
 from structures.material import MATERIALS, Material, name_key
 
 REQUIRED = [name for name, parameter in described_by(Material).parameters.items() if parameter.required]

@@ -15,8 +15,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.provenance import stored
-from hertzlink._hints import nearest
-from structures.checks import did_you_mean, short
+from structures.checks import did_you_mean, nearest, short
 from structures.described import noted
 from structures.quantities import Likely
 from structures.units import NUMBER, factor, handy

@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 
 from coupling.files.loading import read_netcdf
-from hertzlink._hints import nearest
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError
 from hertzlink.cases.rebuilt import from_input
 from structures.caution import collected
+from structures.checks import nearest
 
 KINDS = (
     "chain", "deformable", "two-chains", "rod", "layered-rod", "beam", "cylinder", "wall", "plate", "thick-plate",
