@@ -17,9 +17,7 @@ from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
 from coupling.schemes.halving import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, error_of, next_length
 from coupling.state import NotConverged
 from particles.kernels.motion import WORK_ROWS
-from structures.closing import PARTS, Closing
-from structures.kernels.gaps import Gaps, Span
-from structures.kernels.linear import Coupled, joined
+from structures.kernels.linear import joined
 from structures.structure import Vector
 
 MOST_WINDOWS = 64
@@ -34,9 +32,6 @@ class StructureWindows:
 
     def of(self, interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
         """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
-        if interface.black_boxes:
-            # Gaps have work space, which runs at the same time must not share; and each run its own openings.
-            return structure_piece(interface, structures, length)
         seats = [seat.tobytes() for seat in interface.of_structure]
         key = (*((id(structure.structure), structure.stepper) for structure in structures), *seats, length)
         if key not in self._known:
@@ -51,36 +46,16 @@ class StructureWindows:
 def structure_piece(interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
     """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
     size, rows = interface.size, interface.of_structure
-    if interface.closing is not None:
-        gaps = gaps_piece(interface.closing, list(rows[0]), size, structures[0].window, length)
-        linear, points = gaps.window.structure, gaps.window.structure.response.shape[0] - gaps.opening.size
-        return gaps, compliance_of(linear, points)
     piece = joined([structure.window(length) for structure in structures], list(rows), size)
-    return piece, compliance_of(piece, size)
+    return piece, compliance_of(piece)
 
 
-def compliance_of(structure: Any, contacts: int) -> Vector:
+def compliance_of(structure: Any) -> Vector:
     """Return the displacement of each contact for 1 N of mean force on each over a window, K × K, m/N."""
-    reads = structure.contact[:contacts]
+    reads = structure.contact
     with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
-        compliance: Vector = reads @ structure.response[:contacts, : reads.shape[1]].T
+        compliance: Vector = reads @ structure.response[:, : reads.shape[1]].T
     return compliance
-
-
-def gaps_piece(closing: Closing, seats: list[int], size: int, window: Any, length: float) -> Gaps:
-    """Return a structure whose gaps close, over a window, s. window: returns the piece of a length."""
-    count = closing.opening.size
-    rows = [[*seats, *range(size, size + count)]]
-    spans = []
-    for part in (length, length / PARTS):
-        linear = joined([window(part)], rows, size + count)
-        rate = linear.rate if isinstance(linear, Coupled) else linear.contact
-        velocities = linear.response[size:, linear.response.shape[1] - rate.shape[1] :]
-        softness = rate[size:] @ velocities.T
-        spans.append(Span(part, linear, 0.5 * (softness + softness.T)))
-    state = spans[0].structure.response.shape[1]
-    work, states = np.zeros((6 + count, count)), np.zeros((2, state))
-    return Gaps(spans[0], spans[1], PARTS, closing.opening, closing.preload, work, states)
 
 
 class Engine:
@@ -125,16 +100,12 @@ class Engine:
 
     def work_space(self) -> Trial:
         """Return the work space."""
-        structure, closing = self.of_length(self.length)[0], self.interface.closing
-        state = (structure.window.structure if isinstance(structure, Gaps) else structure).response.shape[1]
-        coordinates, contacts = self.interface.begin[-1, 0], self.interface.size
-        chains, gaps = len(self.chains), 0 if closing is None else closing.opening.size
+        state = self.of_length(self.length)[0].response.shape[1]
+        coordinates, contacts, chains = self.interface.begin[-1, 0], self.interface.size, len(self.chains)
         return Trial(
             np.zeros(coordinates),
             np.zeros(coordinates),
             np.zeros(state),
-            np.zeros(state if gaps else 0),
-            np.zeros(gaps),
             np.zeros(contacts, TRIED),
             np.zeros(chains, CHAIN),
             np.zeros((WORK_ROWS, coordinates)),
@@ -145,12 +116,10 @@ class Engine:
         """Return the run at time zero, in static equilibrium."""
         starts = [chain.start() for chain in self.interface.chains]
         contacts, chains = self.interface.size, len(starts)
-        closing = self.interface.closing
         return Run(
             np.concatenate([state.position for state in starts]),
             np.concatenate([state.velocity for state in starts]),
             np.zeros(self.trial.free.size),
-            np.zeros(0) if closing is None else closing.start().pressed,
             np.zeros(contacts, CONTACT),
             np.zeros(chains, CHAIN),
             np.zeros((REMEMBERED, contacts), NODE),

@@ -21,10 +21,9 @@ from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, positive
-from structures.closing import Closing
 from structures.described import checked_call
 from structures.html_table import html_table
-from structures.moving import LARGEST_DENSE_SIZE, MovingStructure
+from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, OneOf, Quantity, Several
 from structures.reduction import reduce
 from structures.structure import Structure
@@ -48,8 +47,8 @@ class CoSimulation:
         own solver. Several chains take a list of as many, or one structure with as many contact points; a
         ContactPoint(structure, number) is one of them.
     scheme : Scheme, optional
-        How both sides agree on the mean forces of a window. By default Condensed(), for structures that are linear but
-        for gaps that close; use Aitken() for black boxes.
+        How both sides agree on the mean forces of a window. By default Condensed(), for linear structures; use
+        Aitken() for black boxes.
     window : float or Adaptive, optional
         The time after which both sides have agreed, s, or Adaptive(tolerance). By default the scheme determines it.
     dt : float, optional
@@ -314,10 +313,6 @@ def _with_reduced(facing: Any, until: float, by_identity: dict[int, MovingStruct
         return [_with_reduced(structure, until, by_identity) for structure in facing]
     if isinstance(facing, ContactPoint):
         return ContactPoint(_with_reduced(facing.structure, until, by_identity), facing.number)
-    if isinstance(facing, Closing):
-        if facing.structure.size <= LARGEST_DENSE_SIZE:
-            return facing
-        return Closing(reduce(facing.structure, until), facing.opening.tolist(), facing.preload.tolist())
     if not isinstance(facing, Structure) or is_left_out(facing):
         return facing
     facing = as_struck(facing)

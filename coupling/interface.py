@@ -15,7 +15,6 @@ from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import count_of, has_members
-from structures.closing import Closing
 from structures.described import described
 from structures.moving import MovingStructure
 from structures.quantities import Count
@@ -128,10 +127,6 @@ class Interface:
         self.contact_time = min(chain.contact_time for chain in self.chains)
         self.impact_energy = sum(chain.chain.impact_energy for chain in self.chains)
         self.black_boxes = [structure for structure in self.structures if isinstance(structure, CheckedParticipant)]
-        self.closing: Closing | None = (
-            self.black_boxes[0].closing if len(self.structures) == len(self.black_boxes) == 1 else None
-        )
-        """The only structure, if its gaps close."""
         self.damped = [
             place
             for place, structure in enumerate(self.structures)
@@ -300,7 +295,6 @@ class Interface:
         if point is None and count > 1:
             raise ValueError(
                 f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
-                "; gaps close by stepping.Closing(structure, opening)"
             )
         place = next((i for i, structure in enumerate(self._given) if structure is whole_one), len(self._given))
         if place == len(self._given):
@@ -330,8 +324,8 @@ class Interface:
         """Return the surface and flexibility (m/N) of a contact's point."""
         place, point = self.contacts[k][2:]
         structure = self.structures[place]
-        of_surface = structure.structure if isinstance(structure, MovingStructure) else structure
-        return structure.surfaces[point], float(of_surface.flexibilities[point])
+        spring = structure.structure.flexibilities[point] if isinstance(structure, MovingStructure) else 0.0
+        return structure.surfaces[point], float(spring)
 
 
 def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:

@@ -1,14 +1,13 @@
 """Participants of a co-simulation: state in, state out, no hidden state."""
 
 from collections.abc import Sequence
-from math import inf, nan
+from math import inf
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from coupling.state import NotConverged
 from structures.checks import short
-from structures.closing import Closing
 from structures.structure import Vector, surfaces_of
 from structures.surface import Surface
 
@@ -90,13 +89,6 @@ class CheckedParticipant:
                 "one for each contact point"
             )
         self.contacts = len(self.surfaces)
-        self.closing = participant if isinstance(participant, Closing) else None
-        """The participant, if it is ours."""
-        self.structure = None if self.closing is None else self.closing.structure
-        self.flexibilities, self.valid_until = np.zeros(self.contacts), inf
-        if self.structure is not None:
-            self.flexibilities = self.structure.flexibilities[: self.contacts]
-            self.valid_until = self.structure.valid_until
         self.last_forces = np.zeros(self.contacts)
         self.inertias: list[float] = []
         """Of each contact point, kg: the mass that moves as far as it from rest; known once `check` has pushed it."""
@@ -105,39 +97,9 @@ class CheckedParticipant:
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
 
-    def describe(self) -> Any:
-        """Return our own structure as plain data, a user's by its name."""
-        return self.name if self.closing is None else self.closing.describe()
-
-    @property
-    def compact(self) -> bool:
-        """True if it is our own structure, and small enough for the compiled window loop."""
-        # A class derived from ours may advance in its own way.
-        return self.closing is not None and type(self.closing) is Closing and self.closing.moving.small
-
-    @property
-    def stepper(self) -> Any:
-        """The stepper of our own structures."""
-        return None if self.closing is None else self.closing.moving.stepper
-
-    @property
-    def size(self) -> int:
-        """The number of degrees of freedom of our own structure; zero of a user's."""
-        return 0 if self.structure is None else self.structure.size
-
-    def window(self, length: float) -> Any:
-        """Return a window (s) of our own structure while no gap presses, as a piece; its last contacts are the gaps."""
-        assert self.closing is not None
-        return self.closing.moving.window(length)
-
-    def compliance(self, window: float) -> Vector:
-        """Displacements of our own one's contacts at the end of the window for 1 N of mean force, m/N, gaps open."""
-        assert self.closing is not None
-        return self.closing.moving.compliance(window)[: self.contacts, : self.contacts]
-
-    def energies(self, state: Any) -> tuple[float, float, float]:
-        """Return the kinetic, elastic and lost energy, J; NaN of a user's participant."""
-        return (nan, nan, nan) if self.closing is None else self.closing.energies(state)
+    def describe(self) -> str:
+        """Return its name."""
+        return self.name
 
     def start(self) -> Any:
         """Return the state at time zero."""
@@ -202,7 +164,7 @@ class CheckedParticipant:
     def findings(self) -> list[str]:
         """Return a finding where a user's participant moved more easily than a foil: its units may be others."""
         light = min(self.inertias, default=inf)
-        if self.closing is not None or not light < LEAST_RESISTANCE * self.first_window:
+        if not light < LEAST_RESISTANCE * self.first_window:
             return []
         return [
             f"units: {self.name} moves in a first window of {self.first_window:.3g} s like {light:.3g} kg, more easily "

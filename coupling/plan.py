@@ -1,6 +1,6 @@
 """The plan of a run: its division into windows, substeps and saved times, and the checks of this plan."""
 
-from math import ceil, log2
+from math import ceil, inf, log2
 from typing import Annotated, Any, NamedTuple
 
 from coupling.interface import Interface
@@ -157,7 +157,7 @@ def coarse(name: str, interval: float, contact_time: float) -> list[str]:
 
 def valid_until(structure: MovingStructure | CheckedParticipant) -> float:
     """Return the longest run that a structure was made for, s; infinite where there is no limit."""
-    return float((structure.structure if isinstance(structure, MovingStructure) else structure).valid_until)
+    return structure.structure.valid_until if isinstance(structure, MovingStructure) else inf
 
 
 def _saved_times(interface: Interface, intervals: float, save_every: float | None = None) -> int:

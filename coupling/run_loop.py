@@ -50,8 +50,8 @@ class Work(NamedTuple):
 
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:
-    """Return whether the compiled loop can run them: Newton's method, on linear structures or one whose gaps close."""
-    if type(scheme) is not Condensed or (interface.black_boxes and len(interface.structures) > 1):
+    """Return whether the compiled loop can run them: Newton's method, on linear structures."""
+    if type(scheme) is not Condensed or interface.black_boxes:
         return False
     return all(structure.compact for structure in interface.structures)
 
@@ -95,7 +95,7 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 
 def run_compiled(work: Work) -> None:
-    """Run all windows in compiled code, for linear structures and structures whose gaps close."""
+    """Run all windows in compiled code, for linear structures."""
     interface, scheme, window, plan, frames, clock, known = work
     assert isinstance(scheme, Condensed)
     tolerance = window.tolerance if isinstance(window, Adaptive) else None

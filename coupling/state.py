@@ -116,6 +116,6 @@ def as_run(state: CoupledState, counts: Counts) -> Run:
     for i, (time, length, surface, force) in enumerate(past):
         node["surface"][i], node["force"][i], window[i] = surface, force, (time - length / 2.0, length)
     chain = np.array([(chain_state.lost, chain_state.driven) for chain_state in state.chains], CHAIN)
-    totals = np.array([(len(past), *counts, 0.0)], TOTALS)
+    totals = np.array([(len(past), *counts)], TOTALS)
     position, velocity = (np.concatenate(parts) for parts in list(zip(*state.chains, strict=True))[:2])
-    return Run(position, velocity, none, none, contact, chain, node, window, totals)
+    return Run(position, velocity, none, contact, chain, node, window, totals)

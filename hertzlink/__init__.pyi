@@ -69,7 +69,6 @@ from particles.excitation import PushedBead as PushedBead
 from particles.excitation import SpringLoaded as SpringLoaded
 from particles.laws.formulas import contact_law as contact_law
 from particles.laws.law import ContactLaw as ContactLaw
-from plates.additions import Delamination as Delamination
 from plates.additions import PointMass as PointMass
 from plates.additions import Stiffener as Stiffener
 from plates.additions import Weakened as Weakened

@@ -1,7 +1,6 @@
 """Chain and structure that are advanced window by window, and time steppers of structures."""
 
 from particles.moving import MovingChain as MovingChain
-from structures.closing import Closing as Closing
 from structures.moving import MovingStructure as MovingStructure
 from structures.stepping import CentralDifference as CentralDifference
 from structures.stepping import GeneralisedAlpha as GeneralisedAlpha

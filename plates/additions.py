@@ -1,4 +1,4 @@
-"""Additions to a plate: masses, stiffeners, weak regions, delaminations, prestress. Data for any theory."""
+"""Additions to a plate: masses, stiffeners, weak regions, prestress. Data for any theory."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,9 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from plates.prestress import Prestress
-from structures.checks import finite, listed, several, short, whole
+from structures.checks import finite, several, short
 from structures.described import described
-from structures.quantities import Asks, Coordinate, Likely, Quantity, Several
+from structures.quantities import Asks, Coordinate, Likely, Quantity
 from structures.structure import Vector
 
 Place = tuple[Coordinate, Coordinate]
@@ -18,10 +18,6 @@ Sides = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate], Asks("left, right, bottom and top of the region")
 ]
 Stiffness = Annotated[float, replace(Likely.BENDING, or_zero=True)]
-
-BESIDE = 0.1
-"""A chain beside all points of a delamination by more than this part of their distance presses the parts into each
-other: a film of a tenth of the plate's thickness is twice as soft there as on a point."""
 
 SAME = 1e-12
 """Regions that differ by this part of the plate's size are equal: rounding."""
@@ -150,110 +146,20 @@ class Weakened:
             raise ValueError(f"factor = {self.factor!r}: must be at most 1, what is left of the bending stiffness")
 
 
-@described
-class Delamination:
-    """A rectangle in which a plate consists of two parts, one on the other, that separate and close.
-
-    Each part bends on its own, and slides on the other without friction. Around the rectangle both have the deflection
-    and the slope of the plate. `plate.at` adds a contact for each of some points, after those of the chains: a unit
-    force pushes the parts away from each other there. `stepping.Closing` closes these gaps. Without it the parts pass
-    through each other.
-
-    Parameters
-    ----------
-    region : (float, float, float, float)
-        Left, right, bottom and top, m, inside the plate.
-    depth : float
-        Thickness of the front part in units of the plate's, 0 < depth < 1.
-    points : (int, int)
-        The number of columns and rows of points at which the gap closes.
-
-    Raises
-    ------
-    ValueError
-        Where the sides are not ascending, or the depth or the number of points is out of range.
-
-    Notes
-    -----
-    With the plate's bending stiffness D and mass m, the front part has depth³ D and depth · m, as in a homogeneous
-    plate, and the back part has what corresponds to 1 − depth. Forces in the plane of the parts are neglected; they
-    stiffen a delamination across which the slope changes, the more, the nearer its depth is to ½. Where both parts move
-    together, the plate is one with ``Weakened(region, depth³ + (1 − depth)³)``. Masses and stiffeners move with the
-    back part.
-
-    References
-    ----------
-    Della, Shu, Appl. Mech. Rev. 60 (2007) 1: parts that move freely, and parts that always touch.
-
-    Examples
-    --------
-    A tap closes a gap of 1 µm beneath a film of 0.2 mm:
-
-    >>> import hertzlink as hl
-    >>> clamped = hl.Supports("clamped", "clamped", "clamped", "clamped")
-    >>> flaw = hl.Delamination((0.04, 0.06, 0.04, 0.06), depth=0.1)
-    >>> plate = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, clamped, additions=[flaw])
-    >>> struck = hl.reduce(plate.at(0.05, 0.05), until=1e-4)
-    >>> struck.contacts
-    10
-    >>> flawed = hl.stepping.Closing(struck, opening=[1e-6] * 9)
-    """
-
-    region: Sides
-    depth: Annotated[float, Quantity(), Asks("thickness of the front part in units of the plate's")]
-    points: Annotated[tuple[Several, Several], Asks("columns and rows of points at which the gap closes")] = (3, 3)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "region", _rectangle(self.region))
-        if self.depth >= 1.0:
-            raise ValueError(f"depth = {self.depth!r}: must be below 1, in units of the plate's thickness")
-        counts = listed("points", self.points, object, "two numbers, (columns, rows), such as (3, 3)")
-        if len(counts) != 2:
-            raise ValueError(f"points = {self.points!r}: must be (columns, rows), such as (3, 3)")
-        object.__setattr__(self, "points", tuple(whole(f"points[{i}]", count) for i, count in enumerate(counts)))
-        if self.count > MOST_POINTS:
-            raise ValueError(f"points = {self.points!r}: must be at most {MOST_POINTS} together")
-
-    @property
-    def factor(self) -> float:
-        """The part of the bending stiffness that is left where both parts move together."""
-        return self.depth**3 + (1.0 - self.depth) ** 3
-
-    @property
-    def count(self) -> int:
-        """The number of points at which the gap closes."""
-        return self.points[0] * self.points[1]
-
-    @property
-    def places(self) -> list[Place]:
-        """The points at which the gap closes, m, row by row. They divide the sides into equal parts."""
-        left, right, bottom, top = self.region
-        columns, rows = self.points
-        xs = [left + (right - left) * (i + 1) / (columns + 1) for i in range(columns)]
-        ys = [bottom + (top - bottom) * (j + 1) / (rows + 1) for j in range(rows)]
-        return [(x, y) for y in ys for x in xs]
-
-
-Addition = PointMass | Stiffener | Weakened | Delamination | Prestress
-Region = Weakened | Delamination
-
-MOST_POINTS = 400
-"""Contacts of one delamination: the forces of all of them follow from one dense problem in each window."""
+Addition = PointMass | Stiffener | Weakened | Prestress
 
 
 def check_additions(additions: object, box: tuple[float, float, float, float]) -> tuple[Addition, ...]:
     """Return the additions to a plate within a box (least and greatest x, then y, m) as a tuple; raise a ValueError
     names the one that does not fit."""
     if not isinstance(additions, Sequence) or isinstance(additions, str):
-        raise ValueError(
-            f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened, Delamination and Prestress"
-        )
+        raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened and Prestress")
     left, right, bottom, top = box
     spare = ROUNDING * max(right - left, top - bottom)
     for i, addition in enumerate(additions):
         name = f"additions[{i}] = {addition!r}"
         if not isinstance(addition, Addition):
-            raise ValueError(f"{name}: must be a PointMass, a Stiffener, a Weakened, a Delamination or a Prestress")
+            raise ValueError(f"{name}: must be a PointMass, a Stiffener, a Weakened or a Prestress")
         if isinstance(addition, Prestress):
             continue  # everywhere
         xs, ys = extent(addition)
@@ -263,48 +169,16 @@ def check_additions(additions: object, box: tuple[float, float, float, float]) -
                 f"{name}: must lie on the plate, between x = {left:.4g} and {right:.4g}, y = {bottom:.4g} and "
                 f"{top:.4g} m"
             )
-        if isinstance(addition, Region) and any(
-            isinstance(other, Region) and _overlap(addition, other) for other in additions[:i]
+        if isinstance(addition, Weakened) and any(
+            isinstance(other, Weakened) and _overlap(addition, other) for other in additions[:i]
         ):
             raise ValueError(f"{name}: overlaps an earlier one; give regions side by side, each with its own factor")
-        if not isinstance(addition, Delamination):
-            continue
-        if not (
-            left + spare < min(xs) and max(xs) < right - spare and bottom + spare < min(ys) < max(ys) < top - spare
-        ):
-            raise ValueError(f"{name}: must end inside the plate, where both parts hold together, not on its edge")
-        if any(isinstance(other, Prestress) for other in additions):
-            raise ValueError(f"{name}: must not be in a plate with a Prestress, which either part may carry")
     return tuple(additions)
 
 
-def passed_through(additions: Sequence[Addition], places: Sequence[Place]) -> list[str]:
-    """Return a sentence on each place, m, that lies inside a delamination but beside its points."""
-    remarks = []
-    for i, addition in enumerate(additions):
-        if not isinstance(addition, Delamination):
-            continue
-        left, right, bottom, top = addition.region
-        near = BESIDE * np.array([(right - left) / (addition.points[0] + 1), (top - bottom) / (addition.points[1] + 1)])
-        for x, y in places:
-            inside = left < x < right and bottom < y < top
-            if inside and not (abs(np.array(addition.places) - (x, y)) <= near).all(axis=1).any():
-                remarks.append(
-                    f"additions[{i}]: no point of this delamination lies at ({x:.4g}, {y:.4g}) m, where a chain "
-                    "strikes, so its parts pass through each other there; choose points of which one lies there, such "
-                    "as odd numbers for the middle"
-                )
-    return remarks
-
-
 def weakest(additions: Sequence[Addition]) -> float:
-    """Return the least factor of the bending stiffness anywhere; of the parts of a delamination, which are lighter too,
-    the one that has the same flexural waves."""
-    factors = [float(addition.factor) for addition in additions if isinstance(addition, Weakened)]
-    parts = [
-        min(addition.depth, 1.0 - addition.depth) ** 2 for addition in additions if isinstance(addition, Delamination)
-    ]
-    return min([*factors, *parts], default=1.0)
+    """Return the least factor of the bending stiffness anywhere."""
+    return min((float(addition.factor) for addition in additions if isinstance(addition, Weakened)), default=1.0)
 
 
 def forces_in_plane(additions: Sequence[Addition]) -> Vector:
@@ -331,7 +205,7 @@ def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[
     across: list[float] = []
     along: list[float] = []
     for addition in additions:
-        if isinstance(addition, Region):
+        if isinstance(addition, Weakened):
             across += addition.region[:2]
             along += addition.region[2:]
         elif isinstance(addition, Stiffener):
@@ -367,7 +241,7 @@ def _rectangle(region: object) -> tuple[float, float, float, float]:
     return left, right, bottom, top
 
 
-def _overlap(region: Region, other: Region) -> bool:
+def _overlap(region: Weakened, other: Weakened) -> bool:
     """Return whether the two have more than an edge in common."""
     (l1, r1, b1, t1), (l2, r2, b2, t2) = region.region, other.region
     return max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2)

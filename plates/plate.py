@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from plates.additions import Addition, check_additions, forces_in_plane, halves_alike, passed_through, weakest
+from plates.additions import Addition, check_additions, forces_in_plane, halves_alike, weakest
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
@@ -70,7 +70,7 @@ class Plate:
         Theory and finite elements: anything that meets the protocol `plates.elements.theory.Element`.
     highest_frequency : float
         The mesh resolves flexural waves up to it, Hz.
-    additions : sequence of PointMass, Stiffener, Weakened, Delamination and Prestress
+    additions : sequence of PointMass, Stiffener, Weakened and Prestress
         What is fixed to the plate, where it is weak, and forces in its plane.
     material : Material, Laminate or None
         What the section was made of; the faces of a Laminate may differ. None takes the section's `struck` material.
@@ -251,16 +251,11 @@ class Plate:
             return Unmeshed(body=self, place=contacts, make=make, surface=surface, origin=self.data(contacts))
         _, assembled, matrices, touches = self.meshed(contacts)
         columns = [contact.sign * assembled.contact(touch) for contact, touch in zip(contacts, touches, strict=True)]
-        contact = np.column_stack([*columns, *assembled.gaps])
-        for words in passed_through(self.additions, [(contact.x, contact.y) for contact in contacts]):
-            caution(words)
+        contact = np.column_stack(columns)
         if self.shape.fixed and len(contact) > MANY:
             caution(f"mesh: its {len(contact)} degrees of freedom take minutes and gigabytes to reduce")
-        gaps = len(assembled.gaps)  # their parts are thin, and lie flat on each other
-        flexibility = one_or_all([*(self.element.flexibility(touch.wall) for touch in touches), *[0.0] * gaps])
-        surface = one_or_all(
-            [*(Surface(touch.wall.struck) for touch in touches), *[Surface(self.section.struck)] * gaps]
-        )
+        flexibility = one_or_all([self.element.flexibility(touch.wall) for touch in touches])
+        surface = one_or_all([Surface(touch.wall.struck) for touch in touches])
         mass, stiffness = matrices.mass, matrices.stiffness
         fields = Field(partial(assembled.sampler, stiffness), len(contact))
         origin = self.data(contacts)
@@ -359,7 +354,7 @@ class Plate:
         """Return the contact on the mesh; raise a ValueError where the plate cannot be struck."""
         place = np.array([contact.x, contact.y])
         check_place(mesh, held, place, self.element.patch_radius)
-        return Touch(place, mirrors(mesh, held, place), self.wall(contact.face), contact.face)
+        return Touch(place, mirrors(mesh, held, place), self.wall(contact.face))
 
     def wall(self, face: str) -> Section:
         """Return the wall with the material that is struck on a face."""

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from plates.additions import Delamination
 from plates.contacts import Contact, Places, contacts_at, one_or_all
 from plates.elements.self_displacement import SelfDisplacement, patch, self_displacement
 from plates.elements.theory import Touch
@@ -134,8 +133,6 @@ class ReducedPlate:
         if fineness().tolerance < 1.0:
             object.__setattr__(self, "largest", max(self.largest, MOST_VECTORS))
         Likely.TIME.warn("ReducedPlate", "pulse", self.pulse)
-        if any(isinstance(addition, Delamination) for addition in plate.additions):
-            raise ValueError("plate: has a delamination; reduce(plate.at(x, y), until) keeps its gaps, for one place")
         ranges = [_range(name, getattr(self, name)) for name in ("x", "y")]
         for name, (low, high), size in zip("xy", ranges, (plate.length, plate.width), strict=True):
             if not 0.0 <= low <= high <= size:

@@ -125,11 +125,8 @@ class MovingStructure:
     @property
     def compact(self) -> bool:
         """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
-        return self.stepper == "midpoint" and self.small
-
-    @property
-    def small(self) -> bool:
-        """The structure with a stepper that is the implicit midpoint for all but slow oscillators."""
+        if self.stepper != "midpoint":
+            return False
         return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
     @cached_property
@@ -166,10 +163,8 @@ class MovingStructure:
             parts[0].ravel(),
             np.concatenate([pushed, sped[moving]]).T.copy(),
             np.concatenate([contact, still[:, : moving.size]], axis=1),
-            np.concatenate([still, contact[:, moving]], axis=1),
             parts[1].ravel(),
             parts[2].ravel(),
-            np.zeros(0) if damping is None else damping.ravel(),
             layout,
             np.array([size]),
         )
@@ -309,6 +304,5 @@ def _of_oscillators(step: Oscillators, contact: Vector) -> linear.Oscillators:
         np.ascontiguousarray(np.concatenate(step.response[:2]).T),
         np.array(contact.T, order="C"),
         step.square,
-        step.rate,
         np.array([0, step.square.size]),
     )

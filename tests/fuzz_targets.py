@@ -286,7 +286,7 @@ def _structures() -> dict[str, Target]:
     return {
         "rod": Target(
             hl.rod,
-            {"layers": LAYERS, "base": "fixed", "elements": 6, "cracks": [0]},
+            {"layers": LAYERS, "base": "fixed", "elements": 6},
             push,
             {**long, "layers": ([hl.Layer(STEEL, 1e6, 1e-3)], [hl.Layer(STEEL, 1e-8, 1.0)], [LAYERS[0]] * 10**5)},
         ),
@@ -352,11 +352,6 @@ def _structures() -> dict[str, Target]:
         ),
         "StandardLinearSolid.loss_tangent": Target(
             damping.StandardLinearSolid(0.1, 5e-6).loss_tangent, {"frequency": 3e4}
-        ),
-        "stepping.Closing": Target(
-            stepping.Closing,
-            {"structure": hl.rod(LAYERS, elements=6, cracks=[0]), "opening": [0.0], "preload": [1.0]},
-            lambda one: one.advance(one.start(), 1.0, 1e-7)[1],
         ),
         "stepping.CentralDifference": Target(
             stepping.CentralDifference, {"structure": ROD, "window": 1e-6, "steps": 20}, _free, {"steps": HUGE, **long}
@@ -446,11 +441,6 @@ def _plates() -> dict[str, Target]:
             hl.Laminate,
             {"plies": [ply, ply], "surface": STEEL},
             lambda one: strike(hl.infinite_plate(None, one)),
-        ),
-        "Delamination": Target(
-            hl.Delamination,
-            {"region": (0.02, 0.05, 0.02, 0.05), "depth": 0.5, "points": (1, 2)},
-            lambda one: with_addition(one),
         ),
         "Prestress": Target(hl.Prestress, {"xx": 1e3, "yy": -1e3, "xy": 10.0}, lambda one: with_addition(one)),
         "beam": Target(

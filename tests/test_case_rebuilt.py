@@ -77,11 +77,6 @@ def law(given: Any) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3, law=given), ROD)
 
 
-SPLIT = [
-    hl.Delamination((0.01, 0.03, 0.01, 0.03), 0.5),
-    hl.Delamination((0.04, 0.05, 0.01, 0.03), 0.2, (1, 2)),
-]
-
 BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "two chains on a plate": lambda: hl.CoSimulation([CHAIN, CHAIN], at([0.02, 0.04], [0.02, 0.02])),
     "one of two points": lambda: hl.CoSimulation(CHAIN, hl.ContactPoint(at([0.02, 0.04], [0.02, 0.02]), 1)),
@@ -116,22 +111,6 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "a piston of PTFE": lambda: hl.CoSimulation(
         hl.Chain([BEAD] * 4, hl.Piston([0.0, 2e-5], [0.0, 2e-6], hl.Surface(hl.PTFE, 50.0))), ROD
     ),
-    "cracks": lambda: hl.CoSimulation(
-        CHAIN, hl.stepping.Closing(hl.rod([*LAYERS, LAYERS[0]], cracks=[0, 1]), [2e-7, 0.0], [0.0, 5.0])
-    ),
-    "a crack, reduced": lambda: hl.CoSimulation(
-        CHAIN, hl.stepping.Closing(hl.reduce(hl.rod(LAYERS, cracks=[0]), until=UNTIL), [2e-7]), hl.IQN_ILS()
-    ),
-    "delaminations": lambda: hl.CoSimulation(
-        CHAIN,
-        hl.stepping.Closing(
-            hl.reduce(
-                hl.kirchhoff_plate(0.1, 0.08, 2e-3, hl.STEEL_440C, EDGES, additions=SPLIT).at(0.02, 0.02), until=UNTIL
-            ),
-            [2e-7] * 9 + [0.0] * 2,
-            [0.0] * 9 + [5.0] * 2,
-        ),
-    ),
     "a ball": lambda: hl.CoSimulation(CHAIN, hl.reduce(ball("fixed"), until=UNTIL)),
     "a ball whose wall is viscous": lambda: hl.CoSimulation(
         CHAIN, hl.reduce(hl.damped(ball("free"), SOLID, part=0), until=UNTIL)
@@ -139,7 +118,7 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "a ball between two chains": lambda: hl.CoSimulation([CHAIN, CHAIN], hl.reduce(ball("contact"), until=UNTIL)),
     "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),
 }
-SLOW = {"delaminations", "viscous layer of a cylinder", "thick laminate", "laminate", "section"}
+SLOW = {"viscous layer of a cylinder", "thick laminate", "laminate", "section"}
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,6 @@ def structures() -> dict[str, Callable[[], Any]]:
         holes=(tuple(reversed(hl.circle(0.01, (0.07, 0.07), 24))),),
         edges="rim",
     )
-    crack = [hl.Layer(hl.STEEL_440C, 0.02, 9.5e-3), hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)]
     shell = partial(hl.spherical_shell, 0.03, 2e-3, hl.NYLON, highest_frequency=1e4, patch_radius=2e-3)
     beam = partial(hl.beam, 0.4, 300.0, 1.6, hl.STEEL_316, 0.15)
     edge = partial(hl.half_plane, 2e-3, hl.ALUMINIUM_6061, distance=0.02, until=UNTIL)
@@ -130,7 +129,6 @@ def structures() -> dict[str, Callable[[], Any]]:
         "ball": lambda: small(shell()),
         "tyre": lambda: small(shell(pressure=2e5, base="free")),
         "free rod": lambda: small(hl.rod(LAYERS, base="free", elements=80)),
-        "cracked rod": lambda: hl.stepping.Closing(hl.rod(crack, cracks=[0]), [2e-7]),
         "absorbing cylinder": lambda: small(hl.layered_cylinder(LAYERS, "absorbing", "absorbing", cells=3)),
         "cylinder on ground": lambda: small(hl.layered_cylinder(LAYERS, hl.Foundation(1e12))),
         "simple edge": lambda: edge(edge="simple"),
@@ -157,10 +155,6 @@ def structures() -> dict[str, Callable[[], Any]]:
         "laminate without edges": lambda: hl.infinite_plate(None, laminate()),
         "section": lambda: small(
             hl.kirchhoff_plate(0.2, 0.15, None, hl.homogeneous_section(2e-3, hl.POLYCARBONATE), CLAMPED).at(0.06, 0.07)
-        ),
-        "delaminated plate": lambda: hl.stepping.Closing(
-            small(plate(additions=[hl.Delamination((0.05, 0.09, 0.05, 0.09), 0.4)]).at(0.07, 0.07)),
-            [1e-7] * 9,
         ),
         "scaled plate": lambda: hl.scaled(
             small(plate().at(0.05, 0.05)), thickness=4e-3, material=hl.Material(1e11, 0.33, 8500.0)
@@ -644,13 +638,11 @@ def entries() -> dict[str, dict[str, Any]]:
         "mass": part("point_mass", at=["90 mm", "90 mm"], mass="20 g"),
         "rib": part("stiffener", start=["20 mm", "50 mm"], end=["180 mm", "50 mm"], bending_stiffness="10 N m^2"),
         "weak spot": part("weakened", region=SQUARE, factor=0.5),
-        "delamination": part("delamination", region=SQUARE, depth=0.4, opening="0.1 um"),
         "stress": part("prestress", xx="20 kN/m", xy="-5 kN/m"),
     }
     bodies = {
         "half-space": part("half_space", **STEEL),
         "nothing": part("nothing"),
-        "cracked rod": part("rod", layers=STEPS, cracks=[{"after": 0, "opening": "0.2 um"}]),
         "cylinder": part("layered_cylinder", layers=STEPS[:1], foundation="1e12 N/m^3", side="absorbing", cells=3),
         "ball": part(
             "spherical_shell", radius="30 mm", thickness="2 mm", material="nylon", pressure="80 kPa",
@@ -726,7 +718,7 @@ def commanded(*lines: str) -> Mapping[str, Any]:
 
 
 STUDIES = (
-    "rod-length", "ellipsoids", "symmetry", "prestress", "cracks", "pressure", "deformable-chain", "hollow-spheres",
+    "rod-length", "ellipsoids", "symmetry", "prestress", "pressure", "deformable-chain", "hollow-spheres",
     "dissipation", "yield", "cylinders", "lower-layer", "aspect-ratio", "rod-stiffness",
 )  # fmt: skip
 """Studies whose quick versions take seconds."""

@@ -167,10 +167,10 @@ def check_differentiable(simulation: Any) -> None:
     simulation = instance("build(...)", simulation, CoSimulation, "a CoSimulation")
     if isinstance(simulation.window, Adaptive):
         raise ValueError("build(...): has adaptive windows, which jump with a parameter; give a window in s, or none")
-    if not is_compiled(simulation.interface, simulation.scheme) or simulation.interface.closing is not None:
+    if not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
-            f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), and structures that are linear, "
-            "small (use reduce) and without gaps"
+            f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), and structures that are linear "
+            "and small (use reduce)"
         )
 
 

@@ -67,8 +67,8 @@ def sensitivities(
     Raises
     ------
     ValueError
-        For parameters that are zero or that `build` does not take, adaptive windows, structures with gaps or of the
-        user's own, and where a mesh or a reduction changes its size near a parameter.
+        For parameters that are zero or that `build` does not take, adaptive windows, structures of the user's own,
+        and where a mesh or a reduction changes its size near a parameter.
 
     Warns
     -----

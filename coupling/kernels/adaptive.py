@@ -64,8 +64,6 @@ def copy_run(source: Run, target: Run) -> None:
         target.y[i], target.v[i] = source.y[i], source.v[i]
     for i in range(source.body.size):
         target.body[i] = source.body[i]
-    for i in range(source.pressed.size):
-        target.pressed[i] = source.pressed[i]
     for k in range(source.contact.size):
         target.contact[k] = source.contact[k]
     for c in range(source.chain.size):

@@ -8,18 +8,10 @@ from coupling.kernels.records import REMEMBERED
 from structures.kernels.arrays import copy
 from structures.kernels.kernel_cache import entry, inner
 from structures.kernels.linear import follow, push, read
-from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
 OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
 """How a loop ended."""
-
-
-@by_type
-def finish(structure: Any, run: Any, trial: Any) -> None:
-    """Let the structures take over the forces of a window that are agreed."""
-    for k in range(trial.contact.size):
-        run.contact[k].pending = trial.contact[k].force
 
 
 @inner()
@@ -34,8 +26,8 @@ def move_on(
 
     A window that fails leaves the run as it began. Returns how the loop ended; the window; and the residual, N.
     """
-    # The state of linear structures moves to and fro between two arrays.
-    gaps, state, free = run.pressed.size > 0, run.body, trial.free
+    # The state of structures moves to and fro between two arrays.
+    state, free = run.body, trial.free
     touched, problem, residual = False, OK, 0.0
     for i in range(run.body.size):
         touched = touched or run.body[i] != 0.0
@@ -46,12 +38,12 @@ def move_on(
         row = windows[3]
         if done >= windows[0]:
             row = done // windows[2] if windows[2] > 0 and done % windows[2] == 0 else -1
-            moved = touched or gaps
+            moved = touched
             if moved:
                 follow(structure, run.contact, state, free)
                 for k in range(trial.contact.size):
                     trial.contact[k].at_rest = read(structure, k, free)
-            tried, residual, taken = agree(contacts, run, chains, structure, search, (done - 1) * window, window, trial)
+            tried, residual = agree(contacts, run, chains, search, (done - 1) * window, window, trial)
             run.totals[0].tried += tried
             if not finite(trial):
                 return NON_FINITE, done, 0.0
@@ -63,11 +55,9 @@ def move_on(
             copy(trial.v, run.v)
             for k in range(trial.contact.size):
                 touched = touched or trial.contact[k].force != 0.0
-            if touched or gaps:
-                finish(structure, run, trial)
-            if moved and not gaps:
+                run.contact[k].pending = trial.contact[k].force
+            if moved:
                 state, free = free, state
-            run.totals[0].taken += taken
             keep_ledger(run, trial, done * window, window, residual)
         if row >= 0:
             if reads_structure(recorder, row):

@@ -15,24 +15,21 @@ PIECES = 4
 """Straight pieces that replace a parabola of the surface over a window."""
 
 
-@by_type
-def surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
-    """Put the surfaces at the end of a window under the forces of a trial into it; return what gaps took, J."""
+@inner()
+def surfaces(compliance: Vector, trial: Any) -> None:
+    """Put the surfaces at the end of a window under the forces of a trial into it."""
     for k in range(trial.contact.size):
         place = trial.contact[k].at_rest
         for j in range(trial.contact.size):
             place += compliance[k, j] * trial.contact[j].force
         trial.contact[k].surface = place
-    return 0.0
 
 
 @by_type
-def agree(
-    contacts: Any, run: Any, chains: Any, structure: Any, search: Any, t: float, window: float, trial: Any
-) -> tuple[int, float, float]:
+def agree(contacts: Any, run: Any, chains: Any, search: Any, t: float, window: float, trial: Any) -> tuple[int, float]:
     """Find the mean forces of a window from time t on which chains and structure agree.
 
-    Returns the number of trials, the residual (N), and the energy that gaps and damping took (J).
+    Returns the number of trials, and the residual (N).
     """
     raise NotImplementedError
 
@@ -72,27 +69,27 @@ class OneContact(NamedTuple):
 
     @staticmethod
     def agree(
-        contacts: Any, run: Any, chains: Any, structure: Any, search: Any, t: float, window: float, trial: Any
-    ) -> tuple[int, float, float]:
+        contacts: Any, run: Any, chains: Any, search: Any, t: float, window: float, trial: Any
+    ) -> tuple[int, float]:
         """Find the force F by the secant method, from the parabola through those of the last three windows.
 
         The residual falls at least as fast as F rises, so its slope is −1 or steeper: nothing is divided by zero, an
-        open contact included, and it stays so where gaps close, which only stiffens the structure. Where a loss makes
-        the force jump as the contact opens there may be no root: the window is halved then, in which less happens.
+        open contact included. Where a loss makes the force jump as the contact opens there may be no root: the window
+        is halved then, in which less happens.
         """
         chain, static, compliance, steps = chains[0], contacts.static[0], contacts.compliance, contacts.steps[0, 0]
         y, v, first, slope = trial.y, trial.v, 0, run.contact[0].slope
         predict(run, t, window, trial)
         contact, before = trial.contact[0], run.contact[0].surface
         tried = contact.force + static if contact.force + static > 0.0 else 0.0
-        last_tried, last_residual, residual, taken, count = 0.0, 0.0, np.inf, 0.0, 0
+        last_tried, last_residual, residual, count = 0.0, 0.0, np.inf, 0
         while count < search.most:
             count += 1
             if first == 0:
                 copy(run.y, y)
                 copy(run.v, v)
             contact.force = tried - static
-            taken = surfaces(structure, compliance, run, trial)
+            surfaces(compliance, trial)
             force, _, lost, driven = advance(chain, y, v, trial.work, t, window, before, contact.surface, steps, first)
             trial.chain[0].lost = lost
             if first == 0:
@@ -112,11 +109,10 @@ class OneContact(NamedTuple):
         # The chain moved against the surface where the force before its last answer would have brought it.
         contact.answer = force - static
         contact.work = contact.answer * (contact.surface - before)
-        if trial.pressed.size == 0:
-            # A linear structure feels the answer, which is nearer to the root than what was tried.
-            contact.force = contact.answer
-            surfaces(structure, compliance, run, trial)
-        return count, 0.0 if compliance[0, 0] == 0.0 else residual, taken
+        # The structure feels the answer, which is nearer to the root than what was tried.
+        contact.force = contact.answer
+        surfaces(compliance, trial)
+        return count, 0.0 if compliance[0, 0] == 0.0 else residual
 
 
 class Contacts(NamedTuple):
@@ -139,12 +135,11 @@ class Contacts(NamedTuple):
 
     @staticmethod
     def agree(
-        contacts: Any, run: Any, chains: Any, structure: Any, search: Any, t: float, window: float, trial: Any
-    ) -> tuple[int, float, float]:
+        contacts: Any, run: Any, chains: Any, search: Any, t: float, window: float, trial: Any
+    ) -> tuple[int, float]:
         """Find the forces by Newton's method with the compliance and a secant slope for each contact.
 
-        The slopes of the chains' answers over their surfaces are negative. Gaps that close only stiffen the structure,
-        so the compliance is then too large, and the method still converges: monotonically, for one contact.
+        The slopes of the chains' answers over their surfaces are negative.
         """
         count, work, compliance = trial.contact.size, trial.rows, contacts.compliance
         slope, gap, last_surface, last_answer = work[0], work[1], work[2], work[3]
@@ -155,10 +150,10 @@ class Contacts(NamedTuple):
             # A contact cannot pull: the prediction, static force included, must not be negative.
             contact.force = max(contact.force, -contacts.static[k])
             last_surface[k], last_answer[k], slope[k] = contact.at_rest, contact.force, run.contact[k].slope
-        residual, taken, tried = np.inf, 0.0, 0
+        residual, tried = np.inf, 0
         while tried < search.most:
             tried += 1
-            taken = surfaces(structure, compliance, run, trial)
+            surfaces(compliance, trial)
             pieces = straight(contacts, run, trial, window, corners)
             copy(run.y, trial.y)
             copy(run.v, trial.v)
@@ -188,7 +183,7 @@ class Contacts(NamedTuple):
             for k in range(count):
                 last_surface[k], last_answer[k] = trial.contact[k].surface, trial.contact[k].answer
                 trial.contact[k].force += gap[k]
-        return tried, residual, taken
+        return tried, residual
 
 
 @inner()

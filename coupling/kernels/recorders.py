@@ -41,7 +41,7 @@ CONTACT_FRAME = record_type("surface", "work", "given", "impulse")
 """Of a contact: displacement of the surface, m; works, J, and impulse, N s, since the start."""
 
 STRUCTURE_FRAME = record_type("kinetic", "elastic", "taken")
-"""Energies of a structure, J, and what its damping and the closing of its gaps took; NaN where not known."""
+"""Energies of a structure, J, and what its damping took; NaN where not known."""
 
 TIME_FRAME = record_type("evaluations", "substeps", "residual")
 """Since the last saved time: windows of the chains that were tried, windows, and the greatest residual, N."""
@@ -142,8 +142,6 @@ def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, begin: V
     for s in range(ledger.structure.shape[0]):
         frame = ledger.structure[s, row]
         frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
-        if run.pressed.size > 0:
-            frame.taken = run.totals[0].taken
     for k in range(run.contact.size):
         seen, contact = ledger.contact[k, row], run.contact[k]
         seen.surface, seen.work = contact.surface, contact.work

@@ -37,11 +37,8 @@ NODE = record_type("surface", "force")
 WINDOW = record_type("middle", "length")
 """Of a window, s."""
 
-TOTALS = np.dtype(
-    [(name, np.int64) for name in ("remembered", "tried", "windows")] + [("residual", float), ("taken", float)]
-)
-"""Windows remembered; since the last saved time trials of windows, windows, and the greatest residual (N); and what
-damping and the closing of gaps took from a structure with gaps since the start (J)."""
+TOTALS = np.dtype([*((name, np.int64) for name in ("remembered", "tried", "windows")), ("residual", float)])
+"""Windows remembered; since the last saved time trials of windows, windows, and the greatest residual (N)."""
 
 TRIED = record_type("at_rest", "force", "answer", "surface", "work")
 """Of a contact in a window: the surface where no force acts (m); the mean force above the static one on the structure,
@@ -56,8 +53,6 @@ class Run(NamedTuple):
     v: Vector
     body: Vector
     """The states of all structures."""
-    pressed: Vector
-    """G, N: the mean force across each gap over the last window, zero where it is open at its end."""
     contact: Records
     """K records CONTACT."""
     chain: Records
@@ -77,9 +72,6 @@ class Trial(NamedTuple):
     v: Vector
     free: Vector
     """State of the structures at the window's end where no force acts."""
-    after: Vector
-    """State of a structure with gaps at the end, and the forces across these."""
-    pressed: Vector
     contact: Records
     """K records TRIED."""
     chain: Records

@@ -110,16 +110,12 @@ def _layers(drawn: Drawn, data: Mapping[str, Any], x: float, y: float, sign: flo
     layers = data["layers"]
     radius = max(1e3 * float(layer["radius"]) for layer in layers)
     names = list(dict.fromkeys(_material(layer) for layer in layers))
-    ends: list[float] = []
     for layer in layers:
         long, half, name = 1e3 * float(layer["length"]), 1e3 * float(layer["radius"]), _material(layer)
         colour = LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]
         words = f"{name}, {long:.4g} mm long, radius {half:.4g} mm"
         _block(drawn, x, y - half, sign * long, 2.0 * half, words, facecolor=colour, edgecolor=INK)
         x += sign * long
-        ends.append(x)
-    for i in data.get("cracks") or []:
-        drawn.line([ends[i]] * 2, [y - 1.1 * radius, y + 1.1 * radius], "crack", color=COLOURS[1], linewidth=2.0)
     base = data.get("base")
     half, name = 1.2 * radius, "elastic" if isinstance(base, Mapping) else str(base)
     if name not in ("free", "contact", "None"):
@@ -232,8 +228,7 @@ def _marks(drawn: Drawn, structure: Mapping[str, Any], point: int, to_sketch: An
             left, right, bottom, top = (1e3 * side for side in addition["region"])
             corners = ((left, bottom), (right, bottom), (right, top), (left, top), (left, bottom))
             xs, ys = zip(*(to_sketch(*corner) for corner in corners), strict=True)
-            words = "delamination" if "depth" in addition else "weakened region"
-            drawn.line(xs, ys, words, color=COLOURS[3], linewidth=1.2, linestyle="--")
+            drawn.line(xs, ys, "weakened region", color=COLOURS[3], linewidth=1.2, linestyle="--")
         elif "mass" in addition and "x" in addition:
             at = to_sketch(1e3 * addition["x"], 1e3 * addition["y"])
             drawn.line([at[0]], [at[1]], "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")

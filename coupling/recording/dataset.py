@@ -72,7 +72,7 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
     """Return how a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
     participants = []
     for place, body in enumerate(interface.structures):
-        if not isinstance(body, CheckedParticipant) or body.closing is not None or not body.inertias:
+        if not isinstance(body, CheckedParticipant) or not body.inertias:
             continue
         points = interface.touching[place]
         impulse = frames.ledger.contact["impulse"][points][:, -1]

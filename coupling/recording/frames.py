@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -179,7 +180,7 @@ class Frames:
                 energies = structure.energies(now, length, interface.at(number, state.force))
                 lost = state.ledger.damped[number]
             else:
-                *energies, lost = structure.energies(now)
+                energies, lost = (nan, nan), nan  # not known of a user's participant
             self.ledger.structure[number, row // self.ledger.every] = *energies, lost
 
     def count_damping(self, interface: Interface) -> None:

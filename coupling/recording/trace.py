@@ -15,7 +15,7 @@ from structures.moving import MovingStructure
 PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingChain: ("chains", ("advance",)),
     MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "window")),
-    CheckedParticipant: ("structures", ("move", "window")),
+    CheckedParticipant: ("structures", ("move",)),
     Frames: ("saving", ("record",)),
 }
 """The part that each kind of object belongs to, and its methods that take time. None of them calls another one's."""

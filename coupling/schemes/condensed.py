@@ -48,8 +48,8 @@ class Condensed:
 
     def start(self, interface: Interface) -> Vector:
         """Return the secant slope of each contact."""
-        if foreign := [body for body in interface.black_boxes if body.closing is None]:
-            name = foreign[0].name
+        if interface.black_boxes:
+            name = interface.black_boxes[0].name
             raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
         return np.zeros(interface.size)
 
@@ -59,24 +59,18 @@ class Condensed:
         Newton's method on r(F) = G(w_free + C F) − F, with G the chains' mean forces, and its slopes by secants.
         """
         tolerance, compliance = self.tolerance * interface.force_scale, interface.compliance(length)
-        # Linear structures need one solve a window; where gaps close each trial has another response.
-        linear = not interface.black_boxes
         both = zip(interface.structures, state.structures, strict=True)
-        free = [structure.free(now, length) for structure, now in both if linear]
-        at_rest = interface.read(free) if linear else state.surface
+        free = [structure.free(now, length) for structure, now in both]
+        at_rest = interface.read(free)
         slope, identity = state.memory.copy(), np.eye(interface.size)
         force = trial_force(interface, state, length)
         last_surface, last_answer = at_rest, force
         for count in range(1, MOST_TRIALS + 1):
-            if linear:
-                surface = at_rest + compliance @ force
-            else:
-                pushed, surface = interface.push(state.structures, force, length)
+            surface = at_rest + compliance @ force
             moved, answer, work = interface.follow(state.chains, state.past, surface, length)
             residual = answer - force
             if not abs(residual).max() > tolerance:
-                if linear:
-                    pushed = interface.pushed(free, force, length)
+                pushed = interface.pushed(free, force, length)
                 return [interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)]
             if count > 1:
                 step = surface - last_surface

@@ -20,17 +20,7 @@ STORED = HERE / "stored"
 
 RUN = {
     "body_from_mesh": "hl.plots.traces(run, sensors=10)",
-    "closing_crack": """import matplotlib.pyplot as plt
-
-figure, axes = plt.subplots(figsize=(5.0, 3.2), layout="constrained")
-for (name, found), marker in zip(ratios.items(), "os^", strict=True):
-    axes.semilogx(speeds, found, marker=marker, label=name)
-axes.set(xlabel="impact speed (m/s)", ylabel="AR")
-axes.set_xticks(speeds, [str(speed) for speed in speeds])
-axes.minorticks_off()
-axes.legend(frameon=False)""",
     "edge_from_a_tap": "",
-    "hidden_delamination": "hl.plots.traces(run, sensors=10)",
     "layered_rod": "hl.plots.contact_map(hl.CoSimulation(chain, hl.rod(layers)).run(until=1.5e-3))",
     "mixed_chain": "hl.plots.contact_map(run)",
     "own_structure": "hl.plots.traces(run, sensors=7)",

@@ -21,13 +21,12 @@ from hertzlink.cases.declared import (
     union_of,
 )
 from hertzlink.cases.faults import Fault
-from hertzlink.cases.parts import Part, World, either, file_of, made
+from hertzlink.cases.parts import Part, World, either, file_of
 from plates.plate import Plate
 from structures.bodies.cylinder import layered_cylinder
 from structures.bodies.elasticity import Foundation
 from structures.bodies.rod import rod
 from structures.bodies.solid import solid
-from structures.closing import Closing, Gap
 from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_layer
 from structures.damping import damped as with_damping
 from structures.described import Described, of_family, registered
@@ -36,8 +35,6 @@ from structures.other_programs.imported import MEMORY, from_matrices
 from structures.other_programs.imported_modes import from_modes
 from structures.reduction import reduce
 from structures.structure import Structure
-
-GAP = described_by(Gap)
 
 
 class LinearSolid(Declared):
@@ -137,10 +134,6 @@ class Built(Declared, Body):
             "stepper": (union(tables_of(steppers(), "kind", Stepping)) | None, Field(None, description=how)),
         }
 
-    def in_time(self, structure: Structure) -> Any:
-        """Return what moves in a run: the structure, or the participant that its gaps or its stepper make of it."""
-        return structure
-
     @property
     def contacts(self) -> int:
         return 2 if getattr(self, "base", "") == "contact" else 1
@@ -148,53 +141,20 @@ class Built(Declared, Body):
     @classmethod
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         """Return the entries from the origin of a structure; raise a ValueError for what no case can hold."""
-        if "opening" in inputs:
-            raise refused("structure.opening", "gaps of neither a rod nor a plate", "describe a function that makes it")
         return fields_of(inputs, cls.of, "structure")
 
 
-class Crack(Declared):
-    """A crack between two layers of a rod. It closes."""
-
-    named_so = "Crack"
-    after: Annotated[int, Field(ge=0, description="the layer before the crack, counted from 0")]
-
-    def make(self, world: World) -> int:
-        super().make(world)
-        return self.after
-
-
 class Rod(Built):
-    """A rod, whose cracks close."""
-
-    cracks: list[table_of(GAP, base=Crack)] = Field(default_factory=list)  # type: ignore[valid-type]
+    """A rod."""
 
     if TYPE_CHECKING:
         elements: int | None
-
-    def arguments(self, world: World) -> Data:
-        return super().arguments(world) | {
-            "cracks": [made(crack, world, ("cracks", i)) for i, crack in enumerate(self.cracks)]
-        }
-
-    def in_time(self, structure: Structure) -> Any:
-        cracks = sorted(self.cracks, key=lambda crack: crack.after)
-        gaps = [[getattr(crack, name) for crack in cracks] for name in GAP.parameters]
-        return Closing(structure, *gaps) if cracks else structure
 
     @classmethod
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         counts = set(inputs["elements"])
         rest = {name: inputs[name] for name in ("layers", "base")}
-        data = super().entries(rest | ({"elements": counts.pop()} if len(counts) == 1 else {}))
-        if "cracks" in inputs:
-            if "opening" not in inputs:
-                raise refused("structure.cracks", "cracks that nothing closes", "use hl.stepping.Closing")
-            gaps = zip(inputs["cracks"], *(inputs[name] for name in GAP.parameters), strict=True)
-            data["cracks"] = [{"after": i, **dict(zip(GAP.parameters, gap, strict=True))} for i, *gap in gaps]
-        elif "opening" in inputs:
-            super().entries(inputs)
-        return data
+        return super().entries(rest | ({"elements": counts.pop()} if len(counts) == 1 else {}))
 
 
 class LayeredCylinder(Built):

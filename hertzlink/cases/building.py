@@ -158,11 +158,8 @@ def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
         run_of_body = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
         structure = reduced(structure, run_of_body, ("run",) if body.reduce is None else path)
     structure = _damped(body, structure, world, path, early=False)
-    moving = located(body, path, partial(body.in_time, structure))
     if body.stepper is None:
-        return moving
-    if moving is not structure:
-        raise Fault((*path, "stepper"), "is for structures without gaps; gaps close by the implicit midpoint")
+        return structure
     at: Path = (*path, "stepper")
     stepper = made(body.stepper, world, at)
     return located(body.stepper, at, partial(MovingStructure, structure, stepper))

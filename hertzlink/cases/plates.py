@@ -1,18 +1,17 @@
 """The plates of a case."""
 
 from collections.abc import Mapping
-from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, Tag
 
 from hertzlink.cases import materials as _materials  # noqa: F401  for its forms
-from hertzlink.cases.bodies import GAP, Built
-from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, field_of, fields_of, refused, table_of
+from hertzlink.cases.bodies import Built
+from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, fields_of, refused, table_of
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Length, Part, World, either, file_of, forms, made
-from plates.additions import Addition, Delamination, PointMass
+from plates.additions import Addition, PointMass
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate
 from plates.laminate import Laminate
@@ -20,7 +19,6 @@ from plates.plate import Plate
 from plates.section import Section
 from plates.shapes.outline import Outline, circle
 from structures.checks import short
-from structures.closing import Closing, Gap
 from structures.described import description
 from structures.structure import Structure
 
@@ -43,20 +41,7 @@ class MassPart(Declared):
         return super().arguments(world) | {"x": self.at[0], "y": self.at[1]}
 
 
-class DelaminationPart(Declared):
-    """A delamination, whose gap closes."""
-
-    @classmethod
-    def others(cls) -> Data:
-        return {name: field_of(parameter) for name, parameter in GAP.parameters.items()}
-
-    def make(self, world: World) -> Delamination:
-        Gap(**{name: getattr(self, name) for name in GAP.parameters})
-        delamination: Delamination = super().make(world)
-        return delamination
-
-
-SPECIAL.update({PointMass: MassPart, Delamination: DelaminationPart})
+SPECIAL[PointMass] = MassPart
 
 ONE_MATERIAL = {"thickness": 'a length, such as "2.29 mm"', "material": 'a material, such as "aluminium 6061"'}
 
@@ -100,7 +85,7 @@ class Walled(Built):
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
         wall = inputs.get("material", inputs.get("section"))
         of = next((entry for name, entry in WALLS.items() if name in wall), None) if isinstance(wall, Mapping) else None
-        without = [*GAP.parameters, *(ONE_MATERIAL if of is not None else ())]
+        without = ONE_MATERIAL if of is not None else ()
         rest = {name: value for name, value in inputs.items() if name not in without}
         return super().entries(rest) | ({} if of is None else {"wall": fields_of(wall, of, "structure.wall")})
 
@@ -132,14 +117,6 @@ class PlateBody(Walled):
             return plate.at(list(x), list(y), self.face)
         return plate.at(self.at[0], self.at[1], self.face)
 
-    def in_time(self, structure: Structure) -> Any:
-        split = [addition for addition in self.additions if isinstance(addition, DelaminationPart)]
-        if not split:
-            return structure
-        counts = [prod(addition.given().get("points", Delamination.points)) for addition in split]
-        gaps = [addition for addition, count in zip(split, counts, strict=True) for _ in range(count)]
-        return Closing(structure, *([getattr(addition, name) for addition in gaps] for name in GAP.parameters))
-
     @property
     def contacts(self) -> int:
         """The number of points that may be struck."""
@@ -153,21 +130,18 @@ class PlateBody(Walled):
 
     @classmethod
     def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        at, gaps = inputs.get("at"), {name: [*inputs.get(name, [])] for name in GAP.parameters}
+        at = inputs.get("at")
         if not isinstance(at, list):
             raise refused("structure.at", f"{short(at)}, which is no point", "strike the plate with plate.at(x, y)")
         places = [list(place) for place in zip(*at, strict=True)] if isinstance(at[0], list) else at
-        additions = [_addition(addition, gaps, "opening" in inputs) for addition in inputs.get("additions", [])]
-        if gaps["opening"]:
-            raise refused("structure.opening", "gaps of no delamination", "add a Delamination to the plate")
+        additions = [_addition(addition) for addition in inputs.get("additions", [])]
         rest = {name: value for name, value in inputs.items() if name != "additions"}
         struck = {"at": places, "face": inputs.get("face", "front")}
         return super().entries(rest) | struck | ({"additions": additions} if additions else {})
 
 
-def _addition(inputs: Mapping[str, Any], gaps: dict[str, list[float]], closes: bool) -> Data:
-    """Return an addition from its fields; a delamination takes its part of the gaps, which are listed one after
-    another."""
+def _addition(inputs: Mapping[str, Any]) -> Data:
+    """Return an addition from its fields."""
     kinds: tuple[type, ...] = get_args(Addition)
     of = next((of for of in map(description, kinds) if of is not None and set(of.parameters) == set(inputs)), None)
     if of is None:
@@ -175,14 +149,6 @@ def _addition(inputs: Mapping[str, Any], gaps: dict[str, list[float]], closes: b
     data: Data = {"kind": of.kind, **fields_of(inputs, of, "structure.additions")}
     if of.target is PointMass:
         return {"kind": of.kind, "at": [inputs["x"], inputs["y"]], "mass": inputs["mass"]}
-    if of.target is Delamination:
-        if not closes:
-            raise refused("structure.additions", "a delamination that nothing closes", "use hl.stepping.Closing")
-        for name, values in gaps.items():
-            values_of_gap, gaps[name] = values[: prod(inputs["points"])], values[prod(inputs["points"]) :]
-            if len(set(values_of_gap)) != 1:
-                raise refused(f"structure.{name}", "a delamination whose points differ", "give all the same gap")
-            data[name] = values_of_gap[0]
     return data
 
 

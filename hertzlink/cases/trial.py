@@ -144,7 +144,7 @@ def _structures(task: Task) -> int:
 
 
 def _structure(moving: MovingStructure | CheckedParticipant) -> str:
-    if moving.structure is None:
+    if isinstance(moving, CheckedParticipant):
         return "a structure of your own"
     origin = moving.structure.origin
     kind = str(origin.get("kind", "nothing"))

@@ -266,7 +266,7 @@ def new_case(kind: str, path: Path | None) -> None:
       wall               beads against a thick wall
       plate              beads against a thin rectangular plate
       thick-plate        beads against a rectangular plate with shear
-      laminate           beads against a carbon laminate, delaminated
+      laminate           beads against a carbon laminate, weakened
       half-plane         beads against a thin plate with one edge, exact
       shell              beads against a rubber ball under pressure
       sweep              several rods

@@ -6,12 +6,10 @@ K = D₁₁ P₂₂⊗P₀₀ + D₂₂ P₀₀⊗P₂₂ + D₁₂ (P₂₀⊗P
 Forces N in the plane add N_xx P₁₁⊗P₀₀ + N_yy P₀₀⊗P₁₁ + N_xy (P₁₀⊗P₀₁ + P₀₁⊗P₁₀).
 The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangles are tensor products too. Across a line
 the beam matrix is that of a point; over a rectangle the integrals extend over that part only, wherever it ends.
-Where a plate is delaminated, its back moves by w and its front by w − v. The opening v consists of the shape functions
-of the nodes inside the delamination, which vanish with their slopes around it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import inf
 from typing import Any, ClassVar
@@ -20,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from plates.additions import Addition, Delamination, PointMass, Region, Stiffener, extent
+from plates.additions import Addition, PointMass, Stiffener, Weakened, extent
 from plates.elements.field import PlateSampler, product_sampler
 from plates.elements.theory import Assembled, Supported, Touch, check_free, thin_wavelength
 from plates.prestress import Prestress
@@ -95,21 +93,7 @@ class Hermite:
             raise ValueError("mesh: must consist of rows and columns of rectangles parallel to x and y")
         check_free(x.size * y.size)
         mass, stiffness = plate_matrices(x, y, section, additions)
-        split = [addition for addition in additions if isinstance(addition, Delamination)]
-        if not split:
-            return Assembled(
-                mass, stiffness, partial(_contact, x, y, None, None), partial(_sampler, x, y, section, None)
-            )
-        back = sparse.csr_array(sparse.eye_array(x.size * y.size))
-        opening = _openings(x, y, split)
-        front = sparse.csr_array(sparse.hstack([back, -opening]))
-        back = sparse.csr_array(sparse.hstack([back, 0.0 * opening]))
-        front_mass, front_stiffness = _front_parts(x, y, section, split)
-        mass = back.T @ (mass - front_mass) @ back + front.T @ front_mass @ front
-        stiffness = back.T @ (stiffness - front_stiffness) @ back + front.T @ front_stiffness @ front
-        gaps = [(back - front).T @ np.outer(x.at(p), y.at(q)).ravel() for addition in split for p, q in addition.places]
-        read, draw = partial(_contact, x, y, front, back), partial(_sampler, x, y, section, front)
-        return Assembled(sparse.csr_array(mass), sparse.csr_array(stiffness), read, draw, gaps)
+        return Assembled(mass, stiffness, partial(_contact, x, y), partial(_sampler, x, y, section))
 
     def flexibility(self, wall: Section) -> float:
         """Return 0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
@@ -182,17 +166,6 @@ class Beam:
         values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, np.asarray(position))[derivative]
         return values[self.kept]
 
-    def has_lines(self, *places: float) -> bool:
-        """Return whether nodes lie at all places, m."""
-        near = SAME * (self.nodes[-1] - self.nodes[0])
-        return all(abs(self.nodes - place).min() <= near for place in places)
-
-    def inside(self, start: float, end: float) -> Whole:
-        """Return the degrees of freedom of nodes between two places, m."""
-        near = SAME * (self.nodes[-1] - self.nodes[0])
-        places = self.nodes[self.kept // 2]
-        return np.flatnonzero((places > start + near) & (places < end - near))
-
     def reading(self) -> tuple[Vector, list[sparse.csr_array]]:
         """Return the nodes and midpoints of cells, m, mirror images included, and the matrices that read deflection,
         slope and curvature there, points × size each."""
@@ -245,52 +218,14 @@ def _end(mesh: PlateMesh, supports: Supported, axis: int, place: float) -> Tag |
     return None
 
 
-def _contact(x: Beam, y: Beam, front: sparse.csr_array | None, back: sparse.csr_array | None, touch: Touch) -> Vector:
-    """Return the front, back: the motion of either face from all degrees of freedom; None: these are that motion."""
-    values = np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
-    face = front if touch.face == "front" else back
-    return values if face is None else np.asarray(face.T @ values)
+def _contact(x: Beam, y: Beam, touch: Touch) -> Vector:
+    return np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
 
 
-def _sampler(
-    x: Beam, y: Beam, section: Section, front: sparse.csr_array | None, stiffness: sparse.csr_array
-) -> PlateSampler:
-    """Return the fields of the whole plate, on its front."""
+def _sampler(x: Beam, y: Beam, section: Section, stiffness: sparse.csr_array) -> PlateSampler:
+    """Return the fields of the whole plate."""
     (xs, along), (ys, across) = x.reading(), y.reading()
-    drawn = product_sampler(xs, ys, along, across, section, stiffness)
-    if front is None:
-        return drawn
-    return replace(drawn, deflection=drawn.deflection @ front, curvature=drawn.curvature @ front)
-
-
-def _openings(x: Beam, y: Beam, split: Sequence[Delamination]) -> sparse.csr_array:
-    """Return which of the plate's degrees of freedom each opening motion of a delamination is, as columns of ones."""
-    inside = []
-    for addition in split:
-        left, right, bottom, top = addition.region
-        if not (x.has_lines(left, right) and y.has_lines(bottom, top)):
-            raise ValueError(
-                f"additions: {addition!r} must end at lines of cells; leave out cells, so that the mesh fits"
-            )
-        columns, rows = x.inside(left, right), y.inside(bottom, top)
-        inside.append((columns[:, None] * y.size + rows).ravel())
-    chosen = np.concatenate(inside)
-    ones = (np.ones(chosen.size), (chosen, np.arange(chosen.size)))
-    return sparse.csr_array(ones, shape=(x.size * y.size, chosen.size))
-
-
-def _front_parts(
-    x: Beam, y: Beam, section: Section, split: Sequence[Delamination]
-) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Return M and K of the front parts of all delaminations alone."""
-    inertia: list[Term] = []
-    elastic: list[Term] = []
-    for addition in split:
-        along, across = x.integrals(*addition.region[:2]), y.integrals(*addition.region[2:])
-        inertia.append((addition.depth * section.mass, along[0, 0], across[0, 0]))
-        elastic += _bending(addition.depth**3 * section.bending, along, across)
-    mass, stiffness = _assembled(x, y, inertia, elastic)
-    return mass, stiffness
+    return product_sampler(xs, ys, along, across, section, stiffness)
 
 
 def plate_matrices(
@@ -308,7 +243,7 @@ def plate_matrices(
             more_inertia, more_elastic = _stiffener(addition, x, y)
             inertia.append(more_inertia)
             elastic += more_elastic
-        elif isinstance(addition, Region):
+        elif isinstance(addition, Weakened):
             left, right, bottom, top = addition.region
             lost = (addition.factor - 1.0) * section.bending
             elastic += _bending(lost, x.integrals(left, right), y.integrals(bottom, top))

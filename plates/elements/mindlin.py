@@ -19,7 +19,7 @@ from plates.additions import Addition, Stiffener, cell_lines
 from plates.elements.indentation import bending_by_poisson, remaining_flexibility
 from plates.elements.shape_functions import Space
 from plates.elements.stiffener import beam_on_space
-from plates.elements.theory import Assembled, Supported, Touch, on_mesh, one_part_only, thick_wavelength
+from plates.elements.theory import Assembled, Supported, Touch, on_mesh, thick_wavelength
 from plates.section import Section
 from plates.shapes.mesh_geometry import QUARTER_TURN, tangents
 from plates.shapes.place import cell_size, disc
@@ -85,8 +85,8 @@ class Mindlin:
         return Cells(finest, GROWTH, LONGEST * wavelength, lines=cell_lines(additions))
 
     def objection(self, addition: Addition) -> str:
-        """Delaminations are refused."""
-        return one_part_only(addition)
+        """Nothing is refused."""
+        return ""
 
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]

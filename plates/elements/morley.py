@@ -20,7 +20,7 @@ from skfem.refdom import RefTri
 
 from plates.additions import Addition, Stiffener
 from plates.elements.curve import curve
-from plates.elements.theory import Assembled, Supported, on_mesh, one_part_only, thick_wavelength
+from plates.elements.theory import Assembled, Supported, on_mesh, thick_wavelength
 from plates.section import Section
 from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
@@ -75,7 +75,7 @@ class Morley:
         """Stiffeners and delaminations are refused."""
         if isinstance(addition, Stiffener):
             return "Morley's triangles are not continuous along lines and carry no stiffeners; see mindlin_panel"
-        return one_part_only(addition)
+        return ""
 
     def assemble(
         self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from scipy import sparse
 
-from plates.additions import Addition, Delamination, PointMass, Stiffener, Weakened
+from plates.additions import Addition, PointMass, Stiffener, Weakened
 from plates.elements.field import mesh_sampler
 from plates.prestress import Prestress
 from plates.section import Section
@@ -30,13 +30,11 @@ Supported: TypeAlias = Mapping[Tag, Support]
 
 
 class Touch(NamedTuple):
-    """One contact: its place (x, y), m; the lines of symmetry through it; the wall with the material that is struck;
-    the face, "front" or "back"."""
+    """One contact: its place (x, y), m; the lines of symmetry through it; the wall with the material that is struck."""
 
     place: Vector
     mirrors: Sequence[Mirror]
     wall: Section
-    face: str = "front"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +43,13 @@ class Assembled:
 
     mass, stiffness: sparse, n × n. contact: returns the n numbers that spread a unit force at a Touch and read the
     displacement there. sampler: returns what draws displacement and stress; takes the stiffness of the whole plate.
-    Both must be picklable: functions of a module, methods, or partial(...) of them. gaps: for each point at which a
-    delamination closes, the n numbers that read its opening.
+    Both must be picklable: functions of a module, methods, or partial(...) of them.
     """
 
     mass: Matrix
     stiffness: Matrix
     contact: Callable[[Touch], Vector]
     sampler: Callable[[Matrix], Sampler]
-    gaps: Sequence[Vector] = ()
 
 
 class Element(Protocol):
@@ -202,11 +198,6 @@ def on_mesh(
 
 def _point_force(functions: ShapeFunctions, expansion: Matrix, touch: Touch) -> Vector:
     return np.asarray(functions.deflection(touch.place[None]).toarray()[0] @ expansion)
-
-
-def one_part_only(addition: Addition) -> str:
-    """Return the objection of elements that keep both parts of a delamination together."""
-    return "must be in a kirchhoff_plate; here a Weakened stands for it" if isinstance(addition, Delamination) else ""
 
 
 def check_free(count: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import listed, whole
+from structures.checks import listed
 from structures.described import described
 from structures.fineness import fineness
 from structures.material import Material
@@ -94,7 +94,6 @@ def rod(
     layers: Layers,
     base: Base = "fixed",
     elements: Annotated[int, Count()] | None = None,
-    cracks: Sequence[int] = (),
 ) -> Structure:
     """A rod of bonded layers, struck on the free face of the first layer.
 
@@ -112,20 +111,16 @@ def rod(
         strikes.
     elements : int, optional
         Number of elements in each layer. By default a wave needs 1 µs to cross an element.
-    cracks : sequence of int, optional
-        The layers, counted from 0, that are not bonded to the next one. Each crack is one more contact, after those of
-        the chains: a unit force pushes its two faces apart. As the structure stands its cracks are open, and nothing
-        keeps their faces from overlapping; `stepping.Closing` does.
 
     Returns
     -------
     Structure
-        The rod, one degree of freedom for each node, and one more for each crack.
+        The rod, one degree of freedom for each node.
 
     Raises
     ------
     ValueError
-        If `layers`, `base` or `cracks` is wrong, or if more than a million elements are needed.
+        If `layers` or `base` is wrong, or if more than a million elements are needed.
 
     Notes
     -----
@@ -142,13 +137,9 @@ def rod(
     (16, 1)
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    cut = _cut(cracks, len(layers))
     counts, owner, width = _mesh(layers, elements and fineness().cells * elements)
-    nodes, faces = _nodes(owner.size), np.cumsum(counts)[cut]
-    uncut = int(nodes.max()) + 1
-    # The part behind a crack has its own node there, after the others.
-    nodes[faces, 0] = uncut + np.arange(len(cut))
-    size = uncut + len(cut)
+    nodes = _nodes(owner.size)
+    size = int(nodes.max()) + 1
     axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner]
     inertia = np.array([layer.material.density * layer.area for layer in layers])[owner]
     stiffness = _assembled(STRETCHING, axial / width, nodes, size)
@@ -168,18 +159,11 @@ def rod(
         last_face[bottom] = -1.0
         contact = np.column_stack([contact, last_face])
         surfaces.append(Surface(layers[-1].material))
-    for number, face in enumerate(faces):
-        apart = np.zeros(size)
-        apart[[face, uncut + number]] = -1.0, 1.0
-        contact = np.column_stack([contact, apart])
-        surfaces.append(Surface(layers[cut[number]].material))
     if base == "fixed":
         free = np.setdiff1d(np.arange(size), [bottom])
         mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], contact[free]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
-    origin = {
-        "elements": counts, "cracks": cut or None, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing),
-    }  # fmt: skip
+    origin = {"elements": counts, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing)}
     return Structure(mass, stiffness, damping, contact, 0.0, surfaces[0] if len(surfaces) == 1 else surfaces, origin)
 
 
@@ -200,18 +184,6 @@ def rod_parts(
         _assembled(STRETCHING, layer.material.youngs_modulus * layer.area / width[own], nodes[own], size)[free][:, free]
         for layer, own in ((layer, owner == i) for i, layer in enumerate(layers))
     ]
-
-
-def _cut(cracks: Sequence[int], layers: int) -> list[int]:
-    """Return the layers that are not bonded to the next one, in order."""
-    if not isinstance(cracks, Sequence) or isinstance(cracks, str):
-        raise ValueError(f"cracks = {cracks!r}: must be a list of layers, such as [0] for one behind the first layer")
-    cut = sorted(whole(f"cracks[{i}]", crack, 0) for i, crack in enumerate(cracks))
-    if cut and cut[-1] >= layers - 1:
-        raise ValueError(f"cracks = {list(cracks)!r}: {cut[-1]} must be below {layers - 1}, a layer before the last")
-    if len(set(cut)) < len(cut):
-        raise ValueError(f"cracks = {list(cracks)!r}: must name each layer once")
-    return cut
 
 
 def _assembled(element: Vector, factor: Vector, nodes: NDArray[np.intp], size: int) -> sparse.csr_array:

@@ -1,1 +1,1 @@
-"""Compiled functions of structures: motion of oscillators and coupled degrees of freedom, gaps that close."""
+"""Compiled functions of structures: motion of oscillators and coupled degrees of freedom."""

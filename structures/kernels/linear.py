@@ -53,12 +53,6 @@ def read(structure: Any, k: int, state: Vector) -> float:
 
 
 @by_type
-def read_rate(structure: Any, k: int, state: Vector) -> float:
-    """Return the velocity of contact k, m/s."""
-    raise NotImplementedError
-
-
-@by_type
 def push(structure: Any, k: int, force: float, state: Vector) -> None:
     """Add what a mean force on contact k, N, adds to the state within a window."""
     raise NotImplementedError
@@ -67,12 +61,6 @@ def push(structure: Any, k: int, force: float, state: Vector) -> None:
 @by_type
 def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
     """Return the kinetic and the elastic energy of structure s, J."""
-    raise NotImplementedError
-
-
-@by_type
-def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
-    """Return the energy that damping takes in a window between two states, J, by the midpoint's mean velocity."""
     raise NotImplementedError
 
 
@@ -106,8 +94,6 @@ class Oscillators(NamedTuple):
     """K × n."""
     squares: Vector
     """n, squares of the angular frequencies, 1/s²."""
-    rates: Vector
-    """n, damping rates c of c v, 1/s."""
     begin: Vector
     """S + 1: where the oscillators of each structure begin."""
 
@@ -143,10 +129,6 @@ class Oscillators(NamedTuple):
         return dot(structure.contact[k], state)
 
     @staticmethod
-    def read_rate(structure: Any, k: int, state: Vector) -> float:
-        return dot(structure.contact[k], state[structure.squares.size :])
-
-    @staticmethod
     def push(structure: Any, k: int, force: float, state: Vector) -> None:
         add(structure.response[k], force, state)
 
@@ -157,13 +139,6 @@ class Oscillators(NamedTuple):
             kinetic += 0.5 * state[n + i] * state[n + i]
             elastic += 0.5 * structure.squares[i] * state[i] * state[i]
         return kinetic, elastic
-
-    @staticmethod
-    def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
-        total = 0.0
-        for i in range(structure.rates.size):
-            total += structure.rates[i] * (after[i] - before[i]) ** 2
-        return total / window
 
 
 class Coupled(NamedTuple):
@@ -179,12 +154,9 @@ class Coupled(NamedTuple):
     """K × state: the state after 1 N at each contact from rest."""
     contact: Vector
     """K × state, zero for velocities."""
-    rate: Vector
-    """K × state, zero for displacements: it reads the velocities of the contacts."""
     stiffness: Vector
     mass: Vector
     """Of the displacements that have mass."""
-    damping: Vector
     layout: Vector
     """S + 1 rows: where the state, the transition, the stiffness and the mass of each structure begin."""
     sizes: Vector
@@ -204,10 +176,6 @@ class Coupled(NamedTuple):
         return dot(structure.contact[k], state)
 
     @staticmethod
-    def read_rate(structure: Any, k: int, state: Vector) -> float:
-        return dot(structure.rate[k], state)
-
-    @staticmethod
     def push(structure: Any, k: int, force: float, state: Vector) -> None:
         add(structure.response[k], force, state)
 
@@ -218,22 +186,14 @@ class Coupled(NamedTuple):
         kinetic = quadratic_form(structure.mass[now[3] : then[3]], state[middle : then[0]])
         return kinetic, quadratic_form(structure.stiffness[now[2] : then[2]], state[now[0] : middle])
 
-    @staticmethod
-    def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
-        total, n = 0.0, structure.sizes[0]
-        for i in range(n if structure.damping.size > 0 else 0):
-            for j in range(n):
-                total += (after[i] - before[i]) * structure.damping[i * n + j] * (after[j] - before[j])
-        return total / window
-
 
 def as_coupled(part: Oscillators) -> Coupled:
     """Return oscillators as a coupled structure, so that it can be joined with one."""
-    n, still = part.squares.size, np.zeros_like(part.contact)
+    n = part.squares.size
     return Coupled(
         np.block([[np.diag(row) for row in part.rows[i : i + 2]] for i in (0, 2)]).ravel(), part.response,
-        np.hstack([part.contact, still]), np.hstack([still, part.contact]), np.diag(part.squares).ravel(),
-        np.eye(n).ravel(), np.zeros(0), np.array([(0, 0, 0, 0), (2 * n, 4 * n * n, n * n, n * n)]), np.array([n]),
+        np.hstack([part.contact, np.zeros_like(part.contact)]), np.diag(part.squares).ravel(), np.eye(n).ravel(),
+        np.array([(0, 0, 0, 0), (2 * n, 4 * n * n, n * n, n * n)]), np.array([n]),
     )  # fmt: skip
 
 
@@ -251,7 +211,7 @@ def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int)
         response.reshape(contacts, 2, n)[seats[used], :, place] = part.response.reshape(seats.size, 2, size)[used]
     return Oscillators(
         np.concatenate([part.rows for part in parts], axis=1), response, contact,
-        np.concatenate([part.squares for part in parts]), np.concatenate([part.rates for part in parts]), begin,
+        np.concatenate([part.squares for part in parts]), begin,
     )  # fmt: skip
 
 
@@ -259,17 +219,16 @@ def joined_coupled(parts: list[Coupled], rows: list[Any], contacts: int) -> Coup
     """Return several coupled structures as one piece; rows: the contact of each row of each part."""
     steps = np.array([part.layout[1] for part in parts])
     layout = np.concatenate([np.zeros((1, 4), dtype=np.int64), steps.cumsum(axis=0)])
-    response, contact, rate = (np.zeros((contacts, int(layout[-1, 0]))) for _ in range(3))
+    response, contact = (np.zeros((contacts, int(layout[-1, 0]))) for _ in range(2))
     for part, now, then, seats in zip(parts, layout[:-1], layout[1:], rows, strict=True):
         used = np.asarray(seats) >= 0
-        for target, source in ((response, part.response), (contact, part.contact), (rate, part.rate)):
+        for target, source in ((response, part.response), (contact, part.contact)):
             target[np.asarray(seats)[used], now[0] : then[0]] = source[used]
     transition, stiffness, mass = [
         np.concatenate([getattr(part, name) for part in parts]) for name in ("transition", "stiffness", "mass")
     ]
-    damping = parts[0].damping if len(parts) == 1 else np.zeros(0)
     sizes = np.concatenate([part.sizes for part in parts])
-    return Coupled(transition, response, contact, rate, stiffness, mass, damping, layout, sizes)
+    return Coupled(transition, response, contact, stiffness, mass, layout, sizes)
 
 
 def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Coupled:

@@ -53,23 +53,11 @@ def cube(n: float) -> hl.Structure:
     return hl.solid(mesh, hl.ACRYLIC, contact=(10e-3 * n, 10e-3 * n, 20e-3 * n), patch_radius=6e-3 * n, scale=1.0)
 
 
-def delaminated(n: float) -> hl.stepping.Closing:
-    flaw = hl.Delamination(tuple(edge * n for edge in (0.03, 0.05, 0.02, 0.04)), depth=0.3)
-    body = hl.reduce(rectangle(n, [flaw]), UNTIL * n, pulse=PULSE * n)
-    return hl.stepping.Closing(body, opening=[1e-6 * n] * 9)
-
-
-def cracked(n: float) -> hl.stepping.Closing:
-    body = hl.rod([hl.Layer(STEEL, 30e-3 * n, 9e-3 * n)] * 2, elements=20, cracks=[0])
-    return hl.stepping.Closing(hl.reduce(body, UNTIL * n, pulse=PULSE * n), opening=[2e-7 * n])
-
-
 BUILDERS: dict[str, Callable[[float], Any]] = {
     "half-space": lambda n: hl.half_space(PTFE),
     "rod": lambda n: hl.rod(layers(n), elements=20),
     "viscous rod": lambda n: hl.damped(hl.rod(layers(n), elements=12), hl.damping.StandardLinearSolid(0.4, 2e-5 * n)),
     "damped rod": lambda n: hl.damped(hl.rod(layers(n), elements=20), hl.damping.Rayleigh(100.0 / n, 1e-7 * n)),
-    "cracked rod": cracked,
     "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
     "cylinder on ground": lambda n: hl.layered_cylinder(layers(n), base=hl.Foundation(1e12 / n), **up_to(n)),
     "absorbing cylinder": lambda n: hl.layered_cylinder(layers(n), base="absorbing", **up_to(n)),
@@ -90,7 +78,6 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     ),
     "elastic edges": lambda n: rectangle(n, supports=hl.Supports(hl.ElasticEdge(1e6, 1e2 * n**2), "simple", "free")),
     "laminate": cross_ply,
-    "delaminated plate": delaminated,
     "thick plate": lambda n: hl.mindlin_plate(0.1 * n, 0.08 * n, 4e-3 * n, ALLOY, CLAMPED, **up_to(n)).at(
         0.04 * n, 0.03 * n
     ),
@@ -107,12 +94,12 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     ),
 }  # fmt: skip
 
-TIES = {"thin panel", "thick panel", "delaminated plate"}
+TIES = {"thin panel", "thick panel"}
 """Rounding decides which of two equal triangles is made, or which of two equal directions is left out: only for powers
 of two are their numbers those of another size."""
 
 
-LONG = {*TIES, "cracked rod", "solid", "thick plate", "shell", "ball", "any position", "absorbing cylinder"}
+LONG = {*TIES, "solid", "thick plate", "shell", "ball", "any position", "absorbing cylinder"}
 LONG |= {"cylinder on ground"}
 
 

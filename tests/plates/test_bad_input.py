@@ -49,7 +49,7 @@ BOTH = [
     ({"cells": (0, 2)}, r"cells\[0\] = 0"),
     (
         {"additions": ["rib"]},
-        r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened, a Delamination or a Prestress",
+        r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened or a Prestress",
     ),
     ({"cells": 5}, "cells = "),
     ({"cells": (1,)}, "cells = "),
@@ -126,7 +126,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (
             lambda: added("mass"),
-            r"additions\[0\] = 'mass': must be a PointMass, a Stiffener, a Weakened, a Delamination or a Prestress",
+            r"additions\[0\] = 'mass': must be a PointMass, a Stiffener, a Weakened or a Prestress",
         ),
         (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
         (lambda: sheet(youngs_modulus_across=0.0), r"youngs_modulus_across = 0\.0: must be a positive number of Pa"),
