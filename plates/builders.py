@@ -270,7 +270,7 @@ def mindlin_panel(
     ----------
     shape : Outline, path or meshio.Mesh
         An Outline, meshed with triangles that are finest at the contact (needs `pip install hertzlink[mesh]`). Or a
-        flat mesh of triangles or quadrilaterals, in any plane: a file (.inp, .msh, .vtu, ...; see `solid`) or a
+        flat mesh of triangles or quadrilaterals, in any plane: a file (.msh, .vtu, ...; see `solid`) or a
         meshio.Mesh. All contacts share it; cells at the contact should be no larger than twice the thickness.
         Midpoints of curved cells are dropped.
     thickness : float or None

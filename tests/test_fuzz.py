@@ -4,8 +4,6 @@
 """
 
 import random
-import subprocess
-import sys
 import warnings
 from functools import cache
 from pathlib import Path
@@ -13,7 +11,6 @@ from typing import Any
 
 import fuzz
 import fuzz_cases
-import fuzz_meshes
 import fuzz_signals
 import pytest
 from fuzz_targets import targets, things
@@ -186,31 +183,3 @@ def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         bad_call(data, closed_forms)
 
     search()
-
-
-def test_changed_mesh_files(tmp_path: Path) -> None:
-    """Of .inp, which no library reads."""
-    faults = {fault for *_, fault in fuzz_meshes.tries(tmp_path, QUICK, 0, only_text=True) if fault}
-    assert faults == set()
-
-
-def test_a_fault_of_a_mesh_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "cube.inp"
-    path.write_bytes(fuzz_meshes.seeds(tmp_path, only_text=True)[0][1])
-    assert fuzz_meshes.fault_of(path, plate=False) is None
-    wrong = {
-        "KeyError": lambda *_: {}["x"],
-        "raw ValueError": lambda *_: float("x"),
-        "size -1": lambda *_: "size -1",
-    }
-    for kind, read in wrong.items():
-        monkeypatch.setattr(fuzz_meshes, "_measured", read)
-        assert (fuzz_meshes.fault_of(path, plate=False) or "").startswith(kind)
-
-
-@pytest.mark.thorough
-def test_changed_mesh_files_of_all_formats() -> None:
-    """`python tests/fuzz_meshes.py 20000` tries more."""
-    script = str(Path(fuzz_meshes.__file__))
-    done = subprocess.run([sys.executable, script, "250", "0"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr

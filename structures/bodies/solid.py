@@ -83,18 +83,18 @@ def solid(
     Parameters
     ----------
     mesh : str, Path or meshio.Mesh
-        A file (.inp of Abaqus and CalculiX, .msh of gmsh, .vtu, .vtk, .xdmf, .med, .unv, .bdf) or a mesh. Curved
+        A file (.msh of gmsh, .vtu, .vtk, .xdmf, .med, .unv, .bdf) or a mesh. Curved
         cells (tetra10, hexahedron27) stay curved; hexahedron20 loses its midpoints. Straight cells approximate a round
         body by a polyhedron, which is smaller.
     material : Material or mapping
         One material for all cells, or one for each tag of cells. A tag is the name or number of a physical group
-        (gmsh), an ELSET or an instance (Abaqus), or a whole number in the data of cells of other files; see `tags`.
+        (gmsh), or a whole number in the data of cells of other files; see `tags`.
     contact : sequence of float
         Point of contact, three coordinates, m, at most a tenth of `patch_radius` off the surface.
     normal : sequence of float, optional
         Outward normal at the contact; by default that of the surface.
     fixed : str or int, optional
-        Tag of facets, of a surface, or of a set of points (NSET of Abaqus), that are held in all directions; None
+        Tag of facets, or of a set of points, that are held in all directions; None
         leaves the body free. `origin` of the structure says how many facets it holds, and their area.
     patch_radius : float, optional
         Radius a, m, of the circle that carries the force with the pressure 2 (1 − r²/a²)/π a². The displacement of the

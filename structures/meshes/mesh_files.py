@@ -6,13 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from structures.checks import existing
-from structures.meshes.abaqus_file import read_abaqus
 from structures.meshes.hdf5 import check_hdf5
 from structures.meshes.mesh_process import BY_GMSH
 from structures.reading_process import Unread, read_apart
 
 FORMATS = {
-    ".inp": "Abaqus and CalculiX",
     ".msh": "gmsh",
     ".unv": "I-DEAS, Salome",
     ".med": "Salome, Code_Aster",
@@ -60,12 +58,15 @@ def read_mesh(source: Any) -> Any:
         raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
     path, name = Path(source), str(source)
     suffix = existing(f"mesh = {name!r}", path).suffix.lower()
+    if suffix == ".inp":
+        raise ValueError(
+            f"mesh = {name!r}: .inp is not read, as meshio loses its sets; convert it by 'meshio convert "
+            f"{path.name} {path.stem}.msh', and name bodies and faces in gmsh"
+        )
     if suffix not in FORMATS:
         raise ValueError(
             f"mesh = {name!r}: must be one of {', '.join(FORMATS)}; a meshio.Mesh of another format may be given itself"
         )
-    if suffix == ".inp":
-        return read_abaqus(path, name)
     _check_start(path, suffix, name)
     return meshio.Mesh(**in_a_process(path, name))
 

@@ -93,7 +93,6 @@ def by_gmsh(path: str) -> dict[str, Any]:
         )
     return {
         "points": places.reshape(-1, 3),
-        "point_data": {"numbers of nodes": np.asarray(tags, dtype=np.int64)},
         "cells": cells,
         "cell_sets": {
             tag: [np.arange(len(block) if i in blocks else 0) for i, (_, block) in enumerate(cells)]

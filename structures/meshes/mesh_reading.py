@@ -53,13 +53,9 @@ class Tags(NamedTuple):
 
 
 def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
-    """Return `tag`, or the only one that differs from it in case, which Abaqus and Windows do not tell apart; otherwise
-    a ValueError that lists the existing tags and the nearest one; name: of the argument."""
+    """Return `tag`, or raise a ValueError that lists the existing tags and the nearest one; name: of the argument."""
     if isinstance(tag, str | int) and tag in groups:
         return tag
-    folded = [name for name in groups if isinstance(name, str) and name.casefold() == str(tag).casefold()]
-    if len(folded) == 1:
-        return folded[0]
     if not groups:
         raise ValueError(f"{name} = {tag!r}: the mesh has no tags for it{hint}")
     meant = did_you_mean(tag, map(str, groups)) if isinstance(tag, str) else ""

@@ -184,10 +184,6 @@ def test_a_mesh_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, mess
 
 
 MESHES = {
-    "include.inp": "*NODE\n1, 0, 0, 0\n*INCLUDE, INPUT={}\n",
-    "blanks.inp": "*NODE\n1, 0, 0, 0\n * include , input = {}\n",
-    "node_input.inp": "*NODE, NSET=all, INPUT={}\n",
-    "twice.inp": "*Include,input = inner.inp\n",
     "hdf.xdmf": '<Xdmf><DataItem Dimensions="4" Format="HDF">{}:/secret</DataItem></Xdmf>',
     "binary.xmf": "<Xdmf><DataItem Format='Binary' Dimensions='4'>\n{}\n</DataItem></Xdmf>",
 }
@@ -198,17 +194,13 @@ MESHES = {
 def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path, secret: Path, name: str, absolute: bool) -> None:
     other = str(secret) if absolute else os.path.relpath(secret, tmp_path)
     (tmp_path / name).write_text(MESHES[name].format(other))
-    (tmp_path / "inner.inp").write_text(MESHES["include.inp"].format(other))
     with pytest.raises(ValueError, match=rf"mesh = .*{name}.*: names '.*secret\.h5', which lies outside"):
         solid(tmp_path / name)
 
 
 def test_a_mesh_of_several_files_in_its_folder_is_read(tmp_path: Path) -> None:
     TETRA.write(tmp_path / "mesh.xdmf")
-    TETRA.write(tmp_path / "inner.inp")
-    (tmp_path / "outer.inp").write_text("*INCLUDE, INPUT=inner.inp\n")
-    for name in ("mesh.xdmf", "outer.inp"):
-        assert len(read_mesh(tmp_path / name).points) == 4
+    assert len(read_mesh(tmp_path / "mesh.xdmf").points) == 4
 
 
 def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:

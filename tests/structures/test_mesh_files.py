@@ -28,27 +28,6 @@ BASE = np.flatnonzero(POINTS[:, 2] == 0.0)
 VOLUME, AREA, FACETS = SIDE**3, SIDE**2, CELLS**2
 
 
-def rows(items: Any, first: int = 1) -> str:
-    return "".join(f"{i}, {', '.join(map(str, item))}\n" for i, item in enumerate(items, first))
-
-
-def listed(numbers: Any, end: str = "\n") -> str:
-    """Numbers of points, four in a line."""
-    texts = [str(number + 1) for number in numbers]
-    return "".join(", ".join(texts[i : i + 4]) + end for i in range(0, len(texts), 4))
-
-
-NODES = "*NODE\n" + rows(POINTS.tolist())
-HEXAHEDRA = "*ELEMENT, TYPE=C3D8, ELSET=all\n" + rows(BRICKS + 1)
-HELD = "*NSET, NSET=base\n" + listed(BASE)
-FLAT = NODES + HEXAHEDRA
-
-
-def body(path: Path, text: str, **keywords: Any) -> BodyMesh:
-    (path / "m.inp").write_text(text, encoding="utf-8")
-    return BodyMesh(path / "m.inp", **keywords)
-
-
 def volume(mesh: BodyMesh, cells: Any = None) -> float:
     return float(Basis(mesh.mesh, mesh.element(), intorder=4, elements=cells).dx.sum())
 
@@ -60,218 +39,6 @@ def measures(mesh: BodyMesh, name: Any) -> list[float]:
 
 
 ORDINARY = pytest.approx([VOLUME, FACETS, AREA])
-
-SETS = {
-    "plain": HELD,
-    "comment": "*NSET, NSET=base\n" + listed(BASE[:8]) + "** rest\n\n" + listed(BASE[8:]),
-    "two blocks": "*NSET, NSET=base\n" + listed(BASE[:9]) + "*NSET, NSET=base\n" + listed(BASE[5:]),
-    "a name in it": "*NSET, NSET=a\n" + listed(BASE[:9]) + "*NSET, NSET=base\n" + listed(BASE[9:]) + "A\n",
-    "commas at ends": "*NSET, NSET=base\n" + listed(BASE, " ,\n"),
-    "the keyword goes on": "*NSET,\n NSET=base\n" + listed(BASE),
-    "lower case and blanks": " * nset , nset = base\n" + listed(BASE),
-    "generate": f"*NSET, NSET=base, GENERATE\n1, {BASE[-1] + 1}, {CELLS + 1}\n",
-    "generate down": f"*NSET, NSET=base, GENERATE\n{BASE[-1] + 1}, 1, -{CELLS + 1}\n",
-    "generate two numbers": f"*NSET, NSET=all, GENERATE\n1, {len(POINTS)}\n" + HELD,
-    "several generate": "*NSET, NSET=base, GENERATE\n" + "".join(f"{number + 1}, {number + 1}\n" for number in BASE),
-    "surface of faces": "*SURFACE, NAME=base\n" + "".join(f"{1 + CELLS * i}, S1\n" for i in range(FACETS)),
-    "surface of a set": f"*ELSET, ELSET=low, GENERATE\n1, {CELLS**3}, {CELLS}\n*SURFACE, NAME=base\nlow, S1\n",
-    "surface of nodes": "*NSET, NSET=n\n" + listed(BASE) + "*SURFACE, TYPE=NODE, NAME=base\nn, 1.\n",
-}
-
-
-@pytest.mark.parametrize("text", SETS.values(), ids=SETS)
-def test_sets_of_nodes(text: str, tmp_path: Path) -> None:
-    assert measures(body(tmp_path, FLAT + text), "base") == ORDINARY
-
-
-def low_nodes() -> str:
-    numbers = iter(BASE + 1)
-    return "*NODE, NSET=base\n" + "".join(f"{next(numbers)}, {x}, {y}, {z}\n" for x, y, z in POINTS[BASE].tolist())
-
-
-def high_nodes() -> str:
-    rest = np.setdiff1d(np.arange(len(POINTS)), BASE)
-    return "*NODE\n" + "".join(f"{i + 1}, {', '.join(map(str, POINTS[i].tolist()))}\n" for i in rest)
-
-
-POLAR = np.column_stack([np.hypot(*POINTS[:, :2].T), np.degrees(np.arctan2(POINTS[:, 1], POINTS[:, 0])), POINTS[:, 2]])
-TURNED = POINTS[:, [1, 2, 0]]  # in axes x' = y, y' = z, z' = x
-BRICK_ROWS = rows(BRICKS + 1).splitlines(keepends=True)
-
-WRITINGS = {
-    "comments among elements": FLAT.replace(BRICK_ROWS[9], "** lower part\n" + BRICK_ROWS[9]) + HELD,
-    "elements over two lines": NODES
-    + "*ELEMENT, TYPE=C3D8\n"
-    + "".join(row.replace(",", ",\n", 4).replace(",\n", ",", 3) for row in BRICK_ROWS)
-    + HELD,
-    "several blocks of nodes": low_nodes() + high_nodes() + HEXAHEDRA,
-    "a set on *NODE, repeated": NODES + low_nodes() + HEXAHEDRA,
-    "elements before nodes": HEXAHEDRA + NODES + HELD,
-    "Fortran's exponents": NODES.replace("0.02", "2.0D-2") + HEXAHEDRA + HELD,
-    "cylindrical": "*NODE, SYSTEM=C\n" + rows(POLAR.tolist()) + HEXAHEDRA + HELD,
-    "system moved": "*SYSTEM\n1., 0., 0.\n" + NODES.replace("*NODE\n", "*NODE\n") + "*SYSTEM\n" + HEXAHEDRA + HELD,
-    "system turned": "*SYSTEM\n0., 0., 0., 0., 1., 0.\n0., 0., 1.\n*NODE\n" + rows(TURNED.tolist()) + HEXAHEDRA + HELD,
-    "gaps in numbers": "*NODE\n"
-    + "".join(f"{7 * i + 11}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(POINTS.tolist()))
-    + "*ELEMENT, TYPE=C3D8R\n"
-    + rows(7 * BRICKS + 11, 1000)
-    + "*NSET, NSET=base\n"
-    + "".join(f"{7 * i + 11},\n" for i in BASE),
-    "byte order mark": "\ufeff*HEADING\nof any text\n" + FLAT + HELD,
-    "part without an instance": "*PART, NAME=P\n" + FLAT + HELD + "*END PART\n",
-}
-
-
-def test_a_set_is_found_whatever_its_case(tmp_path: Path) -> None:
-    """Abaqus does not tell CONTACT from Contact; of two that differ in case alone, neither is taken for the other."""
-    found = body(tmp_path, FLAT + HELD.replace("=base", "=Base"))
-    assert measures(found, "BASE") == measures(found, "base") == measures(found, "Base") == ORDINARY
-    with pytest.raises(ValueError, match=r"fixed = 'BASIS': must be one of .*\(did you mean 'Base'\?\)"):
-        measures(found, "BASIS")
-    both = found.facets._replace(groups={"Top": np.array([1]), "TOP": np.array([2])})
-    assert both.of("fixed", "TOP").tolist() == [2]
-    with pytest.raises(ValueError, match="fixed = 'top': must be one of 'Top', 'TOP'"):
-        both.of("fixed", "top")
-
-
-@pytest.mark.filterwarnings("ignore:.*no .INSTANCE places its part")
-@pytest.mark.parametrize("text", WRITINGS.values(), ids=WRITINGS)
-def test_nodes_and_elements(text: str, tmp_path: Path) -> None:
-    found = body(tmp_path, text)
-    assert measures(found, "base") == ORDINARY
-    start = 1.0 if "*SYSTEM\n1." in text else 0.0
-    assert found.mesh.p.min(axis=1) == pytest.approx([start, 0.0, 0.0], abs=1e-12)
-
-
-def test_spherical_coordinates(tmp_path: Path) -> None:
-    """r, the angle from the x axis, and the angle above the plane of x and y, in degrees."""
-    at = POINTS + 0.01
-    flat = np.hypot(at[:, 0], at[:, 1])
-    angles = np.degrees([np.arctan2(at[:, 1], at[:, 0]), np.arctan2(at[:, 2], flat)])
-    nodes = "*NODE, SYSTEM=S\n" + rows(np.column_stack([np.linalg.norm(at, axis=1), *angles]).tolist())
-    found = body(tmp_path, nodes + HEXAHEDRA + HELD)
-    assert found.mesh.p == pytest.approx(at.T)
-
-
-def test_included_files(tmp_path: Path) -> None:
-    """By *INCLUDE, also inside of a block, and by INPUT= of a keyword."""
-    (tmp_path / "sub").mkdir()
-    (tmp_path / "sub" / "nodes.txt").write_text(rows(POINTS.tolist()), encoding="utf-8")
-    (tmp_path / "cells.txt").write_text(rows(BRICKS + 1), encoding="utf-8")
-    text = '*NODE\n*INCLUDE, INPUT="sub/nodes.txt"\n*ELEMENT, TYPE=C3D8, INPUT=cells.txt\n' + HELD
-    assert measures(body(tmp_path, text), "base") == ORDINARY
-
-
-def part(name: str, text: str = "") -> str:
-    return f"*PART, NAME={name}\n{FLAT}{HELD}*NSET, NSET=only_{name}\n1\n{text}*END PART\n"
-
-
-def instance(name: str, of: str, *placing: str) -> str:
-    return f"*INSTANCE, NAME={name}, PART={of}\n" + "".join(f"{row}\n" for row in placing) + "*END INSTANCE\n"
-
-
-def test_parts_and_instances(tmp_path: Path) -> None:
-    """A part twice, the second on the first, turned by half a turn about an axis: joined, and each with its sets."""
-    text = part("P") + "*ASSEMBLY, NAME=A\n" + instance("low", "p")
-    text += instance("high", "P", f"{SIDE}, 0., 0.", f"{SIDE}, 0., {SIDE}, {SIDE}, 1., {SIDE}, 180.")
-    text += (
-        f"*NSET, NSET=held, INSTANCE=low\nbase\n*NSET, NSET=both\nlow.base, high.base\n{part('never')}*END ASSEMBLY\n"
-    )
-    with pytest.raises(ValueError, match=r"2 pieces that share no points; .* points coincide .*: merge=.* joins them"):
-        body(tmp_path, text)
-    found = body(tmp_path, text, merge=1e-6)
-    assert measures(found, "held") == pytest.approx([2.0 * VOLUME, FACETS, AREA])
-    assert measures(found, "low.base") == measures(found, "held")
-    assert measures(found, "both")[1:] == pytest.approx([2 * FACETS, 2.0 * AREA])
-    assert {name: volume(found, cells) for name, cells in found.cells.groups.items()} == pytest.approx(
-        dict.fromkeys(["low", "high", "low.all", "high.all"], VOLUME)
-    )
-    assert found.mesh.p.min(axis=1) == pytest.approx([0.0, 0.0, 0.0])
-    assert found.mesh.p.max(axis=1) == pytest.approx([SIDE, SIDE, 2.0 * SIDE])
-    with pytest.raises(ValueError, match=r"fixed = 'base': must be one of .*'low\.base'"):
-        found.facets.of("fixed", "base")
-
-
-def test_parts_are_struck_as_one_body(tmp_path: Path) -> None:
-    """Two materials by instance, against the same body in one piece, with a set that says what it holds."""
-    moved = instance("up", "P", f"0., 0., {SIDE}")
-    (tmp_path / "m.inp").write_text(part("P") + instance("low", "P") + moved, encoding="utf-8")
-    steel, soft, radius = hl.STEEL_440C, hl.NYLON, 10.001e-3
-    two = hl.solid(
-        tmp_path / "m.inp", {"low": soft, "up": steel}, (*TOP[:2], 2 * SIDE), fixed="low.base", patch_radius=radius,
-        merge=1e-6,
-    )  # fmt: skip
-    free = hl.solid(
-        tmp_path / "m.inp", {"low": soft, "up": steel}, (*TOP[:2], 2 * SIDE), patch_radius=radius, merge=1e-6
-    )
-    assert float(free.mass.sum()) / 3.0 == pytest.approx(VOLUME * (steel.density + soft.density))
-    assert (two.origin["fixed_facets"], two.origin["fixed_area"]) == pytest.approx((FACETS, AREA))
-    assert f"'low.base', {FACETS} facets, 0.0004 m²" in repr(two)
-
-
-SPRINGS = "*ELEMENT, TYPE=SPRING1, ELSET=springs\n901, 1\n*ELEMENT, TYPE=MASS\n902, 2\n*ELEMENT, TYPE=SPRING1\n903, 1\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (SPRINGS, r"m\.inp', line 94: elements of type SPRING1 are not read \(2\)"),
-        (SPRINGS, r"m\.inp', line 96: elements of type MASS are not read \(1\)"),
-        ("*NSET, NSET=b\n1, 9001, 9002\n", r"line 95: 2 of the nodes of the set 'b' do not exist, the first 9001"),
-        ("*ELSET, ELSET=b, GENERATE\n1, 99\n", "line 95: 72 of the elements of the set 'b' do not exist, the first 28"),
-        ("*TIE, NAME=t\na, b\n", r"\*TIE \(line 94\): not read"),
-        ("*SURFACE, NAME=s\nall, SPOS\n", "line 95: the face 'SPOS' of a surface is not understood"),
-    ],
-)
-def test_what_is_no_part_of_a_mesh_is_said(text: str, message: str, tmp_path: Path) -> None:
-    with pytest.warns(hl.HertzlinkWarning, match=message):
-        found = body(tmp_path, FLAT + text)
-    assert volume(found) == pytest.approx(VOLUME)
-
-
-REFUSED = {
-    "*NODE\n1, 0., x, 0.\n": r"line 2: 'x' must be a number",
-    "*NODE\n1, 0., nan, 0.\n": r"line 2: 'nan' must be a finite number",
-    "*NODE\n1.5, 0., 0., 0.\n": r"line 2: '1\.5' must be a whole number",
-    "*NODE\n,\n": "line 2: '' must be a whole number",
-    "*NODE\n1 0. 0. 0.\n": "line 2: '1 0. 0. 0.' must be a whole number",
-    "*NODE\n0, 0., 0., 0.\n": "line 2: 0 is no number of a node",
-    "*NODE\n1, 0., 0., 0.\n1, 0., 0., 1.\n": "line 3: node 1 is defined a second time, at another place",
-    "*NODE, SYSTEM=X\n1, 0., 0., 0.\n": "line 1: SYSTEM=X must be R, C or S",
-    "*NODE, OFFSET=3\n1, 0., 0., 0.\n": "line 1: .NODE has the parameter OFFSET, which is not understood",
-    FLAT + "*ELEMENT, TYPE=C3D8\n99, 1, 2, 3\n": "line 95: C3D8 has 8 nodes, but this element has 3",
-    FLAT + "*ELEMENT, TYPE=C3D4\n99, 1, 2, 3, 4, 5\n": "line 95: C3D4 has 4 nodes, but this element has 5",
-    FLAT + "*ELEMENT, TYPE=C3D4\n99, 1, 2, 3, 999\n": "line 95: element 99 has the node 999, which is not defined",
-    FLAT + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n": "line 95: element 1 is defined a second time, with other nodes",
-    FLAT + "*ELEMENT\n1, 1, 2, 3, 4\n": "line 94: .ELEMENT needs TYPE=",
-    FLAT + "*NSET\n1\n": "line 94: .NSET needs NSET=",
-    FLAT + "*NSET, NSET=a\nb\n": "line 95: 'b' is no node, and no set that is defined",
-    FLAT + "*NSET, NSET=a\na\n": "line 95: the set 'a' contains itself",
-    FLAT + "*NSET, NSET=a, GENERATE\n1, 9, 0\n": "line 95: GENERATE from 1 to 9 in steps of 0 makes no number",
-    FLAT + "*NSET, NSET=a, GENERATE\n9, 1\n": "line 95: GENERATE from 9 to 1 in steps of 1 makes no number",
-    FLAT + "*NSET, NSET=a, GENERATE\n9\n": "line 95: GENERATE takes first, last and step",
-    FLAT + "*NSET, NSET=a, INSTANCE=I\n1\n": "line 95: the instance 'I' is not defined",
-    FLAT + "*NGEN\n1, 9\n": "line 94: .NGEN makes or moves nodes by a rule",
-    FLAT + "*INCLUDE, INPUT=none.txt\n": r"line 94: there is no file 'none\.txt'",
-    FLAT + "*INCLUDE, INPUT=m.inp\n": "includes more than 100 files, or itself",
-    "*SYSTEM\n0., 0., 0., 0., 0., 1.\n" + FLAT: "line 1: .SYSTEM with an x axis that leaves the plane",
-    "*SYSTEM\n0., 0., 0., 1., 0., 0.\n2., 0., 0.\n" + FLAT: "line 1: the points of .SYSTEM lie on one line",
-    "*PART, NAME=P\n" + FLAT: "line 1: .PART does not end",
-    "*END PART\n": "line 1: .END PART ends nothing",
-    "*INSTANCE, NAME=I, PART=P\n": "line 1: .INSTANCE places the part 'P', which is not defined above",
-    part("P") + part("P"): "line 103: .PART defines 'P' a second time",
-    part("P") + part("Q"): "has parts, but no .INSTANCE that places them",
-    part("P") + instance("I", "P", "0., 0."): "line 104: .INSTANCE takes a translation of three numbers",
-    part("P") + instance("I", "P", "0., 0., 0.", "0., 0., 0., 0., 0., 0., 9."): "line 105: the axis .* has no length",
-    "1, 0., 0., 0.\n": r"line 1: stands before the first keyword",
-    "*HEADING\n": r"m\.inp': has no \*NODE or no \*ELEMENT",
-}
-
-
-@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
-def test_what_is_not_understood_is_refused_with_its_line(text: str, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=f"^mesh = .*{REFUSED[text]}"):
-        body(tmp_path, text)
 
 
 def cube() -> meshio.Mesh:
@@ -285,10 +52,8 @@ def cube() -> meshio.Mesh:
 def in_format(suffix: str, path: Path) -> Path:
     """The cube, written by meshio, or by gmsh from gmsh's own format."""
     mesh, file = cube(), path / f"cube{suffix}"
-    if suffix in (".vtu", ".vtk", ".xdmf", ".xmf", ".inp"):
-        if suffix == ".inp":
-            mesh.cell_sets = {"5": [np.arange(len(BRICKS)), []], "3": [[], np.arange(FACETS)]}
-        meshio.write(file, mesh, file_format={".xmf": "xdmf", ".vtk": "vtk42", ".inp": "abaqus"}.get(suffix))
+    if suffix in (".vtu", ".vtk", ".xdmf", ".xmf"):
+        meshio.write(file, mesh, file_format={".xmf": "xdmf", ".vtk": "vtk42"}.get(suffix))
         return file
     numbers = mesh.cell_data.pop("part")
     mesh.cell_data = {"gmsh:physical": numbers, "gmsh:geometrical": numbers}
@@ -313,7 +78,7 @@ def quick(*suffixes: str) -> list[Any]:
     return [one if one in suffixes else pytest.param(one, marks=pytest.mark.thorough) for one in FORMATS]
 
 
-@pytest.mark.parametrize("suffix", quick(".inp", ".msh", ".vtu"))
+@pytest.mark.parametrize("suffix", quick(".msh", ".vtu"))
 def test_every_format_gives_the_same_body(suffix: str, tmp_path: Path) -> None:
     if suffix == ".unv":
         pytest.importorskip("gmsh")
@@ -323,7 +88,7 @@ def test_every_format_gives_the_same_body(suffix: str, tmp_path: Path) -> None:
     assert [len(members) for tag, members in found.cells.groups.items() if tag in (5, "5", "G_3D_5")] == [len(BRICKS)]
 
 
-@pytest.mark.parametrize("suffix", [*quick(".inp", ".msh", ".med", ".bdf"), ".su2"])
+@pytest.mark.parametrize("suffix", [*quick(".msh", ".med", ".bdf"), ".su2"])
 def test_a_file_that_is_none(suffix: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """One line that names the file, and nothing printed; formats that nobody of the field uses are not tried."""
     path = tmp_path / f"none{suffix}"
@@ -333,6 +98,12 @@ def test_a_file_that_is_none(suffix: str, tmp_path: Path, capfd: pytest.CaptureF
     assert "\n" not in str(raised.value)
     assert "Traceback" not in str(raised.value)
     assert capfd.readouterr() == ("", "")
+
+
+def test_decks_of_abaqus_are_refused_with_the_way_out(tmp_path: Path) -> None:
+    (tmp_path / "body.inp").write_text("*NODE\n1, 0., 0., 0.\n")
+    with pytest.raises(ValueError, match=r"body\.inp': \.inp is not read, .* 'meshio convert body\.inp body\.msh'"):
+        read_mesh(tmp_path / "body.inp")
 
 
 def test_a_header_that_claims_more_than_the_file_holds(tmp_path: Path) -> None:
@@ -448,7 +219,7 @@ def test_a_field_of_no_whole_numbers() -> None:
 
 
 def test_sets_whose_blocks_are_lost() -> None:
-    """As meshio reads .inp with a block without a set before one with it."""
+    """As meshio reads decks of Abaqus with a block without a set before one with it."""
     mesh = cube()
     mesh.cell_sets = {"base": [np.arange(3)]}
     with pytest.raises(ValueError, match=r"set 'base' has 1 block of members, the cells have 2,.*path of the file"):
@@ -553,10 +324,11 @@ def test_groups_of_gmsh_that_meshio_read() -> None:
     assert found.cells.groups == {}
 
 
-def test_a_set_that_is_partly_inside(tmp_path: Path) -> None:
-    found = body(tmp_path, FLAT + HELD + f"{NUMBER[1, 1, 1] + 1}\n")
+def test_a_set_that_is_partly_inside() -> None:
+    mesh = cube()
+    mesh.point_sets = {"base": np.append(BASE, NUMBER[1, 1, 1])}
     with pytest.warns(hl.HertzlinkWarning, match="fixed = 'base': 1 of its 17 points are corners of no facet"):
-        found.facets.of("fixed", "base")
+        BodyMesh(mesh).facets.of("fixed", "base")
 
 
 @pytest.mark.parametrize("share", [1.02, 1.2])
