@@ -17,7 +17,7 @@ from particles.laws.yielding import YieldingLaw
 from structures.checks import short, takes
 from structures.described import Described, described
 from structures.html_table import html_table
-from structures.quantities import Angle, Likely, OneOf
+from structures.quantities import Angle, Likely
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -51,8 +51,6 @@ class Chain:
         Gravity, m/s², which acts along the chain with the sine of the inclination.
     dissipation : Dissipation or None
         A loss, such as LinearDashpot, at every contact.
-    integrator : str
-        "verlet" (velocity Verlet), or "rk4" as in the thesis.
     preload : float
         Static force along the chain, N. A dead load on the first bead keeps it constant. With a Piston or a structure
         behind the chain there is no dead load: the Piston or the structure holds that end of the chain in place.
@@ -86,7 +84,6 @@ class Chain:
     impact_speed: Annotated[float, replace(Likely.SPEED, or_zero=True)] | None = None
     gravity: Annotated[float, Likely.GRAVITY] = 0.0
     dissipation: Dissipation | None = None
-    integrator: Annotated[str, OneOf("verlet", "rk4")] = "verlet"
     preload: Annotated[float, Likely.PRELOAD] = 0.0
     inclination: Angle = pi / 2.0
     law: ContactLaw | LawOfPair | YieldingLaw | None = None

@@ -178,7 +178,7 @@ class MovingChain:
         loads = chain.gravity, chain.inclination, chain.preload, self.flexibility, self.behind_flexibility
         # Structures that differ make their surfaces anew; equal ones are as good.
         faced = [end if type(end) is Surface else id(end) for end in ends]
-        key = type(self), type(chain), chain.integrator, chain.impact_speed is None, loads, *faced, *map(id, parts[:-2])
+        key = type(self), type(chain), chain.impact_speed is None, loads, *faced, *map(id, parts[:-2])
         # Other threads may forget it meanwhile.
         if (entry := _CHAINS.get(key)) is not None:
             return entry[1]
@@ -430,8 +430,6 @@ class MovingChain:
 
     def _scheme(self, loss: Any) -> Any:
         """Return the steps in time as a piece."""
-        if self.chain.integrator == "rk4":
-            return kernels.RungeKutta()
         return kernels.DampedVerlet() if isinstance(loss, BodyLoss) else kernels.Verlet()
 
     def steps(self, window: float) -> int:

@@ -230,7 +230,7 @@ def with_addition(one: Any) -> Any:
 
 def _chains() -> dict[str, Target]:
     chain = {"beads": [BEAD] * 3, "striker": BEAD, "impact_speed": 0.3, "gravity": 9.81, "dissipation": None}
-    chain |= {"integrator": "verlet", "preload": 1.0, "inclination": 0.3, "law": None}
+    chain |= {"preload": 1.0, "inclination": 0.3, "law": None}
     bad_beads = ([BEAD] * 10**7, iter([BEAD] * 3), [BEAD, hl.Sphere(1e-6, STEEL)], [BEAD, hl.Sphere(50.0, STEEL)])
     speeds = (5e3, 1e-9, 1e5)
     return {

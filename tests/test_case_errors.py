@@ -149,7 +149,6 @@ WRONG_RODS = [
     ('kind = "rod"', "kind = 7", 8, "structure.kind"),
     ('shape = "sphere"', 'shape = "spere"', 3, 'chain.bead.shape: "spere" is no shape; did you mean sphere?'),
     ('kind = "rod"', 'kind = "rod"\nbase = "fix"', 9, 'structure.base: "fix" is not possible; did you mean fixed?'),
-    ("beads = 8", 'beads = 8\nintegrator = "euler"', 3, 'chain.integrator: "euler" is not possible; must be one of verlet, rk4'),
     ("beads = 8", 'beads = 8\ndissipation = { kind = "dashpot", coefficient = 5 }', 3, 'chain.dissipation.kind: "dashpot" is no kind; did you mean'),
     ("beads = 8", 'beads = 8\nlaw = "jackson_green"', 3, 'chain.law: "jackson_green" must be a table; write law = { kind = "jackson_green" }'),
     ("beads = 8", "beads = 8\ndissipation = 5", 3, "chain.dissipation: 5 must be a table"),

@@ -266,7 +266,6 @@ def test_a_mixed_chain_is_that_of_python() -> None:
         striker = { kind = "spring_loaded", stiffness = "0.2 N/mm", compression = "2 mm" }
         preload = "2 N"
         inclination = "30 deg"
-        integrator = "rk4"
         dissipation = { kind = "restitution", coefficient = 0.97 }
         [structure]
         kind = "wall"
@@ -285,7 +284,7 @@ def test_a_mixed_chain_is_that_of_python() -> None:
         hl.Cylinder(4.76e-3, 9.52e-3, hl.PTFE, radians(45)),
     ]  # fmt: skip
     chain = hl.Chain(
-        beads * 2, hl.SpringLoaded(ball, 200.0, 2e-3), preload=2.0, inclination=radians(30), integrator="rk4",
+        beads * 2, hl.SpringLoaded(ball, 200.0, 2e-3), preload=2.0, inclination=radians(30),
         dissipation=hl.Restitution(0.97),
     )  # fmt: skip
     wall = hl.half_space(hl.Material(6.52e9, 0.40, 1150.0, "like nylon"))
@@ -331,8 +330,8 @@ CHAINS = {
     "spring": hl.Chain([STEEL] * 4, hl.SpringLoaded(STEEL, 200.0, 2e-3, 1e-3)),
     "push": hl.Chain([STEEL] * 4, hl.PushedBead((0.0, 1e-5, 2e-5), (0.0, 5.0, 0.0))),
     "piston": hl.Chain([STEEL] * 4, hl.Piston((0.0, 1e-5), (0.0, 1e-6)), preload=3.0),
-    "gravity, Runge-Kutta, LinearDashpot": hl.Chain(
-        [STEEL] * 4, STEEL, 0.1, gravity=9.81, inclination=0.4, integrator="rk4", dissipation=hl.LinearDashpot(5.0)
+    "gravity, LinearDashpot": hl.Chain(
+        [STEEL] * 4, STEEL, 0.1, gravity=9.81, inclination=0.4, dissipation=hl.LinearDashpot(5.0)
     ),
     **{
         f"loss {type(loss).__name__}": hl.Chain([STEEL] * 4, STEEL, 0.2, dissipation=loss)

@@ -179,7 +179,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
     found: dict[str, Callable[[], hl.CoSimulation]] = {
         "wall": lambda: co(chain(), wall),
         "free end": lambda: co(chain(), None),
-        "RK4": lambda: co(chain(integrator="rk4"), wall),
         "gravity and preload": lambda: co(chain(gravity=9.81, preload=2.0), wall),
         "layered rod": lambda: co(chain(gravity=9.81), rod()),
         "layered rod, reduced": lambda: co(chain(gravity=9.81), small(rod())),
@@ -672,7 +671,7 @@ def entries() -> dict[str, dict[str, Any]]:
             "chain.impact_speed": None, "chain.drop_height": "4 mm", "chain.gravity": 9.81,
             "chain.inclination": "40 deg",
         },
-        "preload": {"chain.preload": "2 N", "chain.integrator": "rk4"},
+        "preload": {"chain.preload": "2 N"},
         "hollow beads": {"chain.bead": {"shape": "hollow_sphere", "inner_radius": "4 mm", **body}},
         "ellipsoids": {"chain.bead": {"shape": "ellipsoid", "length": "12 mm", "axis": "along", "angle": 0.3, **body}},
         "crossed cylinders": {"chain.beads": crossed},

@@ -138,8 +138,8 @@ def _unfollowed(chain: ChainModel) -> list[str]:
     if isinstance(chain.loss, NoLoss | Drag) or isinstance(chain.scheme, Verlet):
         return []
     return [
-        "dissipation: the loss begins as a contact closes, and these derivatives do not follow when; they do by "
-        "integrator = 'verlet' for rigid beads and losses of contacts. Compare them with differences of runs of a "
+        "dissipation: the loss begins as a contact closes, and these derivatives do not follow when; they do "
+        "for rigid beads and losses of contacts. Compare them with differences of runs of a "
         "hundredth of each value"
     ]
 

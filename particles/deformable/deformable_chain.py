@@ -67,8 +67,6 @@ class DeformableChain(Chain):
         As of a Chain, m/s².
     dissipation : Dissipation or None
         As of a Chain.
-    integrator : str
-        As of a Chain.
     preload : float
         As of a Chain, N.
     inclination : float

@@ -40,7 +40,7 @@ class ChainModel(NamedTuple):
     """All of a chain that does not change during a run. Its first five fields are pieces."""
 
     scheme: Any
-    """Verlet, DampedVerlet or RungeKutta."""
+    """Verlet or DampedVerlet."""
     law: Any
     loss: Any
     drive: Any
@@ -277,58 +277,6 @@ class DampedVerlet(NamedTuple):
             if moves(drive) and step > 0:
                 # By its way, not its speed, which may jump at the history's ends.
                 driven += 0.5 * (before + forces[0]) * (y[0] - place)
-        return impulse, impulse_behind, lost + lost_to_yielding(law, limits), driven
-
-
-class RungeKutta(NamedTuple):
-    """The classical method of order four; impulse, loss and work are integrated with the same weights."""
-
-    @staticmethod
-    def integrate(
-        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
-    ) -> tuple[float, float, float, float]:
-        t, wall, rate, dt, steps, _ = span
-        drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
-        forces, a, limits = work[0], work[3], work[5]
-        stage_y, stage_v, sum_v, sum_a = work[4], work[6], work[7], work[8]
-        copy_limits(law, limits)
-        on_striker, on_bead, push = 0.0, 0.0, 0.0
-        impulse, impulse_behind, lost, driven = 0.0, 0.0, 0.0, 0.0
-        for i in range(last + 1):
-            forces[i] = 0.0
-        for step in range(steps):
-            place, impulse_before = y[0], impulse_behind
-            for i in range(y.size):
-                stage_y[i], stage_v[i], sum_v[i], sum_a[i] = y[i], v[i], 0.0, 0.0
-            for stage in range(4):
-                ahead = dt * (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5)
-                weight = dt / 6.0 * (2.0 if 0 < stage < 3 else 1.0)
-                if stage > 0:
-                    for i in range(y.size):
-                        stage_y[i] = y[i] + ahead * stage_v[i]
-                        stage_v[i] = v[i] + ahead * a[i]
-                now = step * dt + ahead
-                if drives(drive):
-                    if moves(drive):
-                        stage_y[0], stage_v[0] = place_and_speed(drive, t + now)
-                    on_striker, on_bead, push = outer_forces(drive, stage_y[0], t + now)
-                power = accelerations(
-                    chain, law, stage_y, stage_v, wall + now * rate, rate, on_striker, on_bead, a, work
-                )
-                impulse += weight * forces[last]
-                impulse_behind += weight * forces[0]
-                lost += weight * power
-                driven += weight * push * stage_v[1]
-                for i in range(y.size):
-                    sum_v[i] += weight * stage_v[i]
-                    sum_a[i] += weight * a[i]
-            for i in range(y.size):
-                y[i] += sum_v[i]
-                v[i] += sum_a[i]
-            if moves(drive):
-                y[0], v[0] = place_and_speed(drive, t + (step + 1) * dt)
-                driven += (impulse_behind - impulse_before) / dt * (y[0] - place)
-            remember(chain, law, y, wall + (step + 1) * dt * rate)
         return impulse, impulse_behind, lost + lost_to_yielding(law, limits), driven
 
 

@@ -69,7 +69,6 @@ CHAINS: dict[str, Callable[[], Any]] = {
     "chain with dashpots under gravity": partial(
         hl.stepping.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0)), FLAT
     ),
-    "chain by rk4": partial(hl.stepping.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, integrator="rk4"), FLAT),
     "chain in coarse steps": partial(hl.stepping.MovingChain, CHAIN, FLAT, dt=1e-6),
 }
 

@@ -94,7 +94,7 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
     "two chains, one plate": (PRESSED, PAIR),
     "a chain between two structures": (hl.Chain([BEAD] * 4, None, 0.3), LAYERED, WALL),
     "an unused contact": (SHORT[0], hl.ContactPoint(PAIR, 1)),
-    # Of each kind of law, loss, striker, integrator and bead that the chains above lack.
+    # Of each kind of law, loss, striker and bead that the chains above lack.
     "chains of three kinds": (
         [
             hl.Chain(
@@ -103,7 +103,6 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
                 0.3,
                 gravity=9.81,
                 dissipation=hl.Tsuji(0.1),
-                integrator="rk4",
                 law=hl.laws.PowerLaw(2e8, 1.3),
             ),
             hl.Chain([BEAD] * 4, hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, 20.0, 0.0)), law=hl.laws.Thornton(6e8)),

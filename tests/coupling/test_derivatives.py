@@ -378,12 +378,11 @@ OTHERS = {
         ),
         {"depth": 5e-3, "share": 0.4, "loss": 0.05, "k": 5e8}, 3e-4, 1e-3,
     ),
-    "yield, a surface behind, a preload, Runge-Kutta, a quadratic waveform": (
+    "yield, a surface behind, a preload, a quadratic waveform": (
         lambda radius, density, preload: coupled(
             hl.Chain(
                 [hl.Sphere(radius, replace(BEAD.material, density=density))] * BEADS,
                 hl.PushedBead([0.0, 2e-5, 4e-5], [0.0, 50.0, 0.0]), law=hl.laws.JacksonGreen(), preload=preload,
-                integrator="rk4",
             ),
             hl.half_space(hl.STEEL_316), behind=hl.half_space(hl.PTFE), waveform="quadratic",
         ),

@@ -397,7 +397,7 @@ def test_a_loss_whose_beginning_is_not_followed_is_named(monkeypatch):
     monkeypatch.setattr("coupling.inference.derivatives._do", lambda engine: None)
 
     def build(speed):
-        chain = hl.Chain([BEAD] * 12, BEAD, speed, dissipation=hl.LinearDashpot(5.0), integrator="rk4")
+        chain = hl.Chain([BEAD] * 12, BEAD, speed, dissipation=hl.PowerDashpot(5.0, 2.0, "thesis"))
         return hl.CoSimulation(chain, hl.half_space(hl.PTFE))
 
     with pytest.warns(HertzlinkWarning, match="do not follow when"):

@@ -1,7 +1,5 @@
 """Chains of deformable beads: the limit of rigid ones, conservation, orders, statics, convergence, bad input."""
 
-from dataclasses import replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -43,13 +41,10 @@ PRESSED = {"preload": 2.0, "striker": "spring"}
 # Chains of both classes run in the same kernels, and each kind of chain is compiled anew: a few kinds. A solid moves
 # window by window.
 @pytest.mark.thorough
-@pytest.mark.parametrize(("structure", "integrator", "more"), [
-    *product(("nothing",), ("verlet",), (PLAIN, LOSSY, PRESSED)), ("nothing", "rk4", LOSSY),
-    ("rod", "verlet", PRESSED), ("solid", "rk4", LOSSY),
+@pytest.mark.parametrize(("structure", "more"), [
+    ("nothing", PLAIN), ("nothing", LOSSY), ("nothing", PRESSED), ("rod", PRESSED), ("solid", LOSSY),
 ])  # fmt: skip
-def test_with_one_mode_it_is_a_chain_with_that_law(
-    law: Any, structure: str, integrator: str, more: dict[str, Any]
-) -> None:
+def test_with_one_mode_it_is_a_chain_with_that_law(law: Any, structure: str, more: dict[str, Any]) -> None:
     more = dict(more)
     striker: Any = BEAD
     if more.pop("striker", None):
@@ -57,8 +52,8 @@ def test_with_one_mode_it_is_a_chain_with_that_law(
     if structure == "nothing":
         more = {name: value for name, value in more.items() if name not in ("gravity", "preload")}
     speed = 0.5 if striker is BEAD else None
-    rigid = hl.Chain([BEAD] * 5, striker, speed, integrator=integrator, law=law, **more)
-    soft = hl.DeformableChain([BEAD] * 5, striker, speed, integrator=integrator, law=law, modes=1, **more)
+    rigid = hl.Chain([BEAD] * 5, striker, speed, law=law, **more)
+    soft = hl.DeformableChain([BEAD] * 5, striker, speed, law=law, modes=1, **more)
     runs = [hl.CoSimulation(chain, STRUCTURES[structure]()).run(until=6e-5) for chain in (rigid, soft)]
     known = set(runs[0].data_vars)
     assert set(runs[1].data_vars) - known == {"section_force", "vibration_energy", "vibration_amplitude"}
@@ -131,12 +126,6 @@ def test_verlet_has_order_two(loss: Any) -> None:
     finest = advanced(chain, 5e-10, 3e-5)
     errors = [abs(advanced(chain, dt, 3e-5) - finest).max() for dt in (4e-8, 2e-8, 1e-8)]
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-
-
-def test_both_integrators_agree() -> None:
-    chain = deformable(5, 3, dissipation=hl.LinearDashpot(1.0))
-    verlet, rk4 = advanced(chain, 5e-10, 3e-5), advanced(replace(chain, integrator="rk4"), 2e-9, 3e-5)
-    assert verlet == pytest.approx(rk4, abs=1e-6 * abs(rk4).max())
 
 
 @pytest.mark.thorough

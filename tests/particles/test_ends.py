@@ -29,7 +29,6 @@ FLAT, SOFT = hl.Surface(STEEL), hl.Surface(hl.PTFE)
 CURVED = hl.Surface(STEEL, 1.0 / BEAD.radius)
 """As curved as the bead, so that it is pressed like a bead."""
 
-INTEGRATORS = ["verlet", "rk4"]
 LOSSES = [None, hl.Restitution(0.9)]
 COLLISION = 2.0 * pi**0.5 * gamma(1.4) / gamma(0.9)
 """Time of Hertz's collision over deepest approach and speed (Johnson, Contact Mechanics, section 11.4): 2.94."""
@@ -68,14 +67,13 @@ def moving_chain(
     return MovingChain(chain, SOFT, flexibilities[0], dt, FLAT, flexibilities[1])
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
 @pytest.mark.parametrize("flexibilities", [(0.0, 0.0), (2e-9, 5e-8), (-1e-9, -1e-9)])
 def test_moving_walls_do_the_work_that_the_chain_gets(
-    integrator: str, loss: Dissipation | None, flexibilities: tuple[float, float]
+    loss: Dissipation | None, flexibilities: tuple[float, float]
 ) -> None:
     """Mean force times way, on both surfaces and static forces with it; and momentum is the impulse of both."""
-    chain = hl.Chain([BEAD, LARGE, BEAD], None, 0.3, preload=2.0, dissipation=loss, integrator=integrator)
+    chain = hl.Chain([BEAD, LARGE, BEAD], None, 0.3, preload=2.0, dissipation=loss)
     moving = moving_chain(chain, 5e-9, flexibilities)
     window = 1e-6
     states, forces = run(moving, waving, window, 200)
@@ -114,7 +112,6 @@ losses = st.one_of(
     st.tuples(st.floats(-1e-10, 1e-7), st.floats(-1e-10, 1e-7)),
     losses,
     st.sampled_from([0.0, 3.0]),
-    st.sampled_from(INTEGRATORS),
 )
 def test_a_chain_turned_around_moves_as_its_mirror_image(
     row: list[tuple[hl.Sphere, float]],
@@ -122,13 +119,12 @@ def test_a_chain_turned_around_moves_as_its_mirror_image(
     flexibilities: tuple[float, float],
     loss: Dissipation | None,
     preload: float,
-    integrator: str,
 ) -> None:
     ends = []
     for turned in (False, True):
         order = row[::-1] if turned else row
         (last, behind), (spring, spring_behind) = ((pair[::-1] if turned else pair) for pair in (walls, flexibilities))
-        chain = hl.Chain([bead for bead, _ in order], None, 0.3, 0.0, loss, integrator, preload)
+        chain = hl.Chain([bead for bead, _ in order], None, 0.3, 0.0, loss, preload)
         moving = MovingChain(chain, last, spring, 5e-8, behind, spring_behind)
         start = moving.start()
         speeds = np.array([0.0, *(speed for _, speed in order)]) * (-1.0 if turned else 1.0)
@@ -142,11 +138,10 @@ def test_a_chain_turned_around_moves_as_its_mirror_image(
     assert lost_too == pytest.approx(lost, rel=1e-8)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
-def test_a_surface_behind_that_moves_as_told_is_a_piston(integrator: str, loss: Dissipation | None) -> None:
+def test_a_surface_behind_that_moves_as_told_is_a_piston(loss: Dissipation | None) -> None:
     """Both go forwards by 50 mm/s; the surface's work is what the piston's ledger counts."""
-    keywords: dict[str, object] = {"dissipation": loss, "integrator": integrator, "preload": 3.0, "gravity": 9.81}
+    keywords: dict[str, object] = {"dissipation": loss, "preload": 3.0, "gravity": 9.81}
     piston = MovingChain(hl.Chain([BEAD] * 4, hl.Piston((0.0, 2e-4), (0.0, 1e-5)), **keywords), SOFT)  # type: ignore[arg-type]
     chain = hl.Chain([BEAD] * 4, None, **keywords)  # type: ignore[arg-type]
     moving = MovingChain(chain, SOFT, behind=FLAT, impact_energy=piston.energy)
@@ -164,12 +159,11 @@ def test_a_surface_behind_that_moves_as_told_is_a_piston(integrator: str, loss: 
     assert work > 0.1 * piston.energy
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", [None, hl.LinearDashpot(3.0), hl.Restitution(0.9), hl.MassProportional(1e3)])
-def test_a_first_bead_that_starts_by_itself_is_a_striker(integrator: str, loss: Dissipation | None) -> None:
+def test_a_first_bead_that_starts_by_itself_is_a_striker(loss: Dissipation | None) -> None:
     """The same bodies, numbered from one instead of from zero."""
-    alone = hl.Chain([BEAD, LARGE, BEAD], None, 0.4, dissipation=loss, integrator=integrator)
-    struck = hl.Chain([LARGE, BEAD], BEAD, 0.4, dissipation=loss, integrator=integrator)
+    alone = hl.Chain([BEAD, LARGE, BEAD], None, 0.4, dissipation=loss)
+    struck = hl.Chain([LARGE, BEAD], BEAD, 0.4, dissipation=loss)
     assert alone.impact_energy == struck.impact_energy
     one, other = MovingChain(alone, FLAT), MovingChain(struck, FLAT)
     state, state_too = one.start(), other.start()
@@ -182,11 +176,10 @@ def test_a_first_bead_that_starts_by_itself_is_a_striker(integrator: str, loss: 
     assert state.lost == pytest.approx(state_too.lost, rel=1e-9)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_bead_to_and_fro_between_two_walls(integrator: str) -> None:
+def test_a_bead_to_and_fro_between_two_walls() -> None:
     """A period is two of Hertz's collisions, T = 2.94 δ/v with ½mv² = ⅖kδ^2.5 on each wall, and two flights."""
     speed, gap, window = 0.3, 2e-5, 1e-6
-    moving = MovingChain(hl.Chain([BEAD], None, speed, integrator=integrator), SOFT, behind=FLAT)
+    moving = MovingChain(hl.Chain([BEAD], None, speed), SOFT, behind=FLAT)
     states, _ = run(moving, lambda time: np.array([0.0, gap]), window, 1000)
     place, velocity = (np.array([state[i][1] for state in states]) for i in (0, 1))
     # It touches the wall ahead at place 0; near there it flies freely, but for a negligible force.
@@ -199,12 +192,11 @@ def test_a_bead_to_and_fro_between_two_walls(integrator: str) -> None:
     assert period[period > window] == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("mode", [1, 3, 5])
-def test_modes_of_a_preloaded_chain_between_two_walls(integrator: str, mode: int) -> None:
+def test_modes_of_a_preloaded_chain_between_two_walls(mode: int) -> None:
     """ω = 2√(k_t/m) sin(jπ/(2(N + 1))) with k_t = 3/2 k^(2/3) F₀^(1/3): a mode swings back after its period."""
     count, preload = 5, 20.0
-    chain = hl.Chain([BEAD] * count, None, preload=preload, integrator=integrator)
+    chain = hl.Chain([BEAD] * count, None, preload=preload)
     moving = MovingChain(chain, CURVED, behind=CURVED)
     stiffness = 1.5 * hertz_stiffness(BEAD.surface, BEAD.surface) ** (2 / 3) * preload ** (1 / 3)
     period = 2.0 * pi / (2.0 * (stiffness / BEAD.mass) ** 0.5 * np.sin(mode * pi / (2.0 * (count + 1))))
@@ -231,26 +223,24 @@ def test_springs_behind_both_contacts_are_in_series() -> None:
 
 
 @pytest.mark.parametrize("loss", [None, hl.KuwabaraKono(1e-6)])
-@pytest.mark.parametrize(("integrator", "order"), [("verlet", 2.0), ("rk4", 4.0)])
-def test_orders_between_moving_walls(integrator: str, order: float, loss: Dissipation | None) -> None:
+def test_order_two_between_moving_walls(loss: Dissipation | None) -> None:
     """All contacts stay closed, so that forces are smooth; springs behind both ends; one window."""
 
-    def after(dt: float, integrator: str = integrator) -> Vector:
-        chain = hl.Chain([BEAD] * 4, None, 1e-2, preload=20.0, dissipation=loss, integrator=integrator)
+    def after(dt: float) -> Vector:
+        chain = hl.Chain([BEAD] * 4, None, 1e-2, preload=20.0, dissipation=loss)
         moving = moving_chain(chain, dt, (1e-8, 2e-8))
         states, forces = run(moving, lambda time: np.array([0.03, -0.02]) * time, 2e-5, 1)
         return np.concatenate([states[-1].position[1:] - moving.rest[1:], forces[0] * 1e-8])
 
-    exact = after(1e-8, "rk4")
+    exact = after(1e-8)
     errors = [abs(after(dt) - exact).max() for dt in (5e-7, 2.5e-7, 1.25e-7)]
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([order, order], abs=0.2)
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
-def test_a_held_chain_rests(integrator: str, loss: Dissipation | None) -> None:
+def test_a_held_chain_rests(loss: Dissipation | None) -> None:
     """Preload at contact 1, and weights add up from there; nothing moves, and no force is above the static one."""
-    keywords: dict[str, object] = {"preload": 3.0, "gravity": 9.81, "dissipation": loss, "integrator": integrator}
+    keywords: dict[str, object] = {"preload": 3.0, "gravity": 9.81, "dissipation": loss}
     moving = moving_chain(hl.Chain([BEAD] * 4, None, **keywords), None, (1e-8, 1e-8))  # type: ignore[arg-type]
     weights = BEAD.mass * 9.81 * np.arange(5)
     assert moving.static_force == pytest.approx(3.0 + weights, rel=1e-12)
@@ -262,12 +252,11 @@ def test_a_held_chain_rests(integrator: str, loss: Dissipation | None) -> None:
     assert out == pytest.approx(3.0 + weights, rel=1e-9)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
-def test_a_pushed_bead_with_a_structure_behind(integrator: str, loss: Dissipation | None) -> None:
+def test_a_pushed_bead_with_a_structure_behind(loss: Dissipation | None) -> None:
     """The force pulls the first bead against the surface behind; its work and that of the surface are kept apart."""
     push = hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, -20.0, 0.0))
-    moving = moving_chain(hl.Chain([BEAD] * 3, push, dissipation=loss, integrator=integrator, preload=1.0), 5e-9)
+    moving = moving_chain(hl.Chain([BEAD] * 3, push, dissipation=loss, preload=1.0), 5e-9)
     window = 1e-6
     states, forces = run(moving, waving, window, 80)
     ways = np.array([waving((i + 1) * window) - waving(i * window) for i in range(80)])
@@ -346,11 +335,10 @@ def test_the_given_energy_sets_what_is_stable() -> None:
         MovingChain(plain, FLAT, dt=step, impact_energy=1e-4)
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
-def test_a_striker_is_no_surface_behind(integrator: str, loss: Dissipation | None) -> None:
+def test_a_striker_is_no_surface_behind(loss: Dissipation | None) -> None:
     """The kernel gives no force behind, though contact 1 is closed."""
-    moving = MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss, integrator=integrator), FLAT)
+    moving = MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss), FLAT)
     y, v = moving.start()[:2]
     force, behind, _, _ = kernels.advance_chain(moving.model, y, v, moving.work_space(), 0.0, 1e-5, 0.0, 0.0, 100)
     assert force > 0.0
