@@ -36,7 +36,6 @@ STEP = 5e-9
 
 SCHEMES = {
     "Condensed": hl.Condensed(),
-    "FixedPoint": hl.FixedPoint(),
     "Aitken": hl.Aitken(),
     "IQN_ILS": hl.IQN_ILS(),
     "Explicit, 0": hl.Explicit(0, tolerance=None),

@@ -16,7 +16,7 @@ from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, check
 from coupling.run_loop import Work
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.halving import Adaptive
-from coupling.schemes.scheme import Scheme, check_scheme
+from coupling.schemes.scheme import Scheme
 from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
@@ -46,7 +46,7 @@ class CoSimulation:
         What the last bead faces; None for nothing. A MovingStructure has another stepper, a Participant is a user's
         own solver. Several chains take a list of as many, or one structure with as many contact points; a
         ContactPoint(structure, number) is one of them.
-    scheme : Scheme, optional
+    scheme : Condensed, Aitken, IQN_ILS or Explicit, optional
         How both sides agree on the mean forces of a window. By default Condensed(), for linear structures; use
         Aitken() for black boxes.
     window : float or Adaptive, optional
@@ -107,7 +107,7 @@ class CoSimulation:
         else:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         if scheme is not None:
-            check_scheme("scheme", scheme)
+            instance("scheme", scheme, Scheme, "Condensed(), Aitken(), IQN_ILS() or Explicit()")
         facing = for_each("structure", structure, len(chains), several)
         back = for_each("behind", behind, len(chains), several)
         self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps

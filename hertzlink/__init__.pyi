@@ -34,8 +34,6 @@ from coupling.schemes.explicit import Explicit as Explicit
 from coupling.schemes.halving import Adaptive as Adaptive
 from coupling.schemes.iterated import IQN_ILS as IQN_ILS
 from coupling.schemes.iterated import Aitken as Aitken
-from coupling.schemes.iterated import FixedPoint as FixedPoint
-from coupling.schemes.scheme import Scheme as Scheme
 from coupling.state import NotConverged as NotConverged
 from coupling.sweeps.batch import batch as batch
 from coupling.sweeps.critical_search import critical_distance_search as critical_distance_search

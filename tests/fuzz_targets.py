@@ -520,7 +520,7 @@ def _on_panel(panel: Any) -> Any:
 
 
 def _runs() -> dict[str, Target]:
-    schemes = (hl.Condensed(), hl.Aitken(), hl.Explicit(), hl.IQN_ILS(), hl.FixedPoint())
+    schemes = (hl.Condensed(), hl.Aitken(), hl.Explicit(), hl.IQN_ILS())
     iterated = {"tolerance": 1e-9, "relaxation": 0.5, "largest_count": 50}
     found = {"build": _at_distance, "until": 3e-4, "sensor": 3, "distances": [0.01, 0.03], "tolerance": 0.02}
     return {
@@ -558,7 +558,6 @@ def _runs() -> dict[str, Target]:
             lambda one: hl.CoSimulation(CHAIN, ROD, window=one).run(until=UNTIL),
         ),
         "Aitken": Target(hl.Aitken, iterated, with_scheme),
-        "FixedPoint": Target(hl.FixedPoint, iterated, with_scheme),
         "IQN_ILS": Target(hl.IQN_ILS, {**iterated, "reuse": 2, "filtering": 1e-3}, with_scheme),
         "Condensed": Target(hl.Condensed, {"tolerance": 1e-11}, with_scheme),
         "Explicit": Target(hl.Explicit, {"predictor": 1, "parallel": False, "tolerance": 0.5}, with_scheme),

@@ -244,7 +244,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
             ),
         ),
         "own structure, Aitken": lambda: co(chain(), SpringMass(), scheme=hl.Aitken()),
-        "fixed point": lambda: co(chain(), small(rod()), scheme=hl.FixedPoint()),
         "IQN-ILS": lambda: co(chain(), SpringMass(), scheme=hl.IQN_ILS()),
         "explicit": lambda: co(chain(), SpringMass(), scheme=hl.Explicit(tolerance=None)),
         "adaptive windows": lambda: co(chain(6), SpringMass(), hl.Aitken(), hl.Adaptive()),

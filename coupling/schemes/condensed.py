@@ -3,7 +3,7 @@
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT, Tolerance
+from coupling.schemes.scheme import Scheme, Tolerance
 from coupling.state import CoupledState, NotConverged, predicted
 from structures.described import described
 from structures.structure import Vector
@@ -16,7 +16,7 @@ MOST_TRIALS = 60
 
 
 @described
-class Condensed:
+class Condensed(Scheme):
     """Strong coupling with one structural solve for each window, for linear structures.
 
     Parameters
@@ -42,9 +42,6 @@ class Condensed:
     """
 
     tolerance: Tolerance = 1e-11
-    substeps_per_contact = SUBSTEPS_PER_CONTACT
-    repeats = True
-    whole_window = False
 
     def start(self, interface: Interface) -> Vector:
         """Return the secant slope of each contact."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.schemes.condensed import trial_force
-from coupling.schemes.scheme import Tolerance
+from coupling.schemes.scheme import Scheme, Tolerance
 from coupling.state import CoupledState, NotConverged, predicted
 from structures.described import described
 from structures.quantities import Count
@@ -21,7 +21,7 @@ MOST_MADE = 0.05
 
 
 @described
-class Explicit:
+class Explicit(Scheme):
     """One exchange for each substep: forces predicted from the last substeps push the structures.
 
     Parameters
@@ -55,7 +55,6 @@ class Explicit:
     parallel: bool = False
     tolerance: Tolerance | None = 1e-2
     substeps_per_contact = 512
-    whole_window = False
 
     @property
     def repeats(self) -> bool:

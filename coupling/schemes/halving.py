@@ -10,7 +10,6 @@ from coupling.kernels.adaptive import GROWS_BELOW, bend_of_last
 from coupling.kernels.records import Run
 from coupling.schemes.scheme import Scheme
 from coupling.state import Counts, CoupledState, NotConverged, as_run
-from structures.checks import short
 from structures.described import described
 from structures.quantities import Quantity
 
@@ -19,9 +18,6 @@ MOST_HALVINGS = 12
 
 FINEST = 1024
 """Parts of the shortest contact below which an adaptive window is not halved for its error."""
-
-TIME_ROUNDING = 1e-6
-"""Of the time that a scheme has to advance: far above rounding, far below a wrong window."""
 
 TAKEN_AS_ONE = 1.0 + 1e-9
 """Windows whose ratio is below this number are equal."""
@@ -74,17 +70,6 @@ class Windows:
             return [self._adapted(state, length, self.tolerance)]
         return self._halved(state, length, substeps, MOST_HALVINGS)
 
-    def _solved(self, state: CoupledState, length: float, many: int) -> list[CoupledState]:
-        """Return the scheme's own step; raise a ValueError where a user's scheme returns something else."""
-        states = self.scheme.step(self.interface, state, length, many)
-        name = f"{type(self.scheme).__name__}.step"
-        if not isinstance(states, list) or len(states) != many or not all(isinstance(i, CoupledState) for i in states):
-            raise ValueError(f"{name}: must return a list with the states after {many} substeps, not {short(states)}")
-        asked, passed = many * length, states[-1].time - state.time
-        if not abs(passed - asked) <= TIME_ROUNDING * asked:
-            raise ValueError(f"{name}: must advance the state by {asked:.3g} s, not {passed:.3g} s; use interface.next")
-        return states
-
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
         """Solve in pieces of as many substeps as converged last; a substep alone is cut in two at most `left` times.
 
@@ -95,7 +80,7 @@ class Windows:
         while len(ends) < substeps:
             many = min(piece, substeps - len(ends))
             try:
-                halves = self._solved(state, length, many)
+                halves = self.scheme.step(self.interface, state, length, many)
             except NotConverged as error:
                 failed += error.evaluations
                 if many > 1:
@@ -119,7 +104,7 @@ class Windows:
         longest = next_length(state.past[-1].length, self.error(state), tolerance) if state.past else np.inf
         if length <= longest * TAKEN_AS_ONE or length <= finest:
             try:
-                end = self._solved(state, length, 1)[-1]
+                end = self.scheme.step(self.interface, state, length, 1)[-1]
             except NotConverged as error:
                 if length <= finest:
                     return self._halved(state, length, 1, MOST_HALVINGS)[-1]

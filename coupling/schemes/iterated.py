@@ -1,13 +1,14 @@
 """Iterated coupling: both sides repeat a window until they agree on the forces of all its substeps."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
 from coupling.interface import Interface
 from coupling.schemes.condensed import trial_force
-from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT, Tolerance
+from coupling.schemes.scheme import Scheme, Tolerance
 from coupling.state import CoupledState, Differences, NotConverged
 from structures.described import described
 from structures.quantities import Count, Quantity
@@ -20,7 +21,7 @@ Repetitions = Annotated[int, Count(1, 100_000)]
 
 
 @dataclass(frozen=True)
-class Iteration:
+class Iteration(Scheme):
     """The loop of the iterated schemes, and its end.
 
     A window is repeated until two differences are small in all substeps and contacts: that between the mean forces that
@@ -32,13 +33,7 @@ class Iteration:
     tolerance: Tolerance = 1e-9
     relaxation: Relaxation = 0.5
     largest_count: Repetitions = 50
-    substeps_per_contact = SUBSTEPS_PER_CONTACT
-    repeats = True
     whole_window = True
-
-    def start(self, interface: Interface) -> Any:
-        """Return what the first window starts from."""
-        return None
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
         """The states at the ends of the substeps. Raises NotConverged."""
@@ -62,24 +57,21 @@ class Iteration:
             f"residual {largest:.3g} N after {count} iterations, tolerance {enough:.3g} N", evaluations=count * substeps
         )
 
+    @abstractmethod
     def search(self, memory: Any, length: float) -> "Search":
         """Return what chooses the forces of the next repetition, in a window with substeps of `length` s."""
-        return Search(self.relaxation)
 
 
-class Search:
-    """A search within one window: from residuals to changes of the forces, by a part of the residual."""
-
-    def __init__(self, relaxation: float) -> None:
-        self.factor = relaxation
+class Search(Protocol):
+    """A search within one window: from residuals to changes of the forces."""
 
     def step(self, residual: Vector, answer: Vector) -> Vector:
         """Return the change of the forces (N) after an answer of the chains; residual: it less the forces tried."""
-        return self.factor * residual
+        ...
 
     def memory(self) -> Any:
         """Return what the next window starts from."""
-        return None
+        ...
 
 
 def _window(interface: Interface, state: CoupledState, force: Vector, length: float) -> list[CoupledState]:
@@ -91,34 +83,6 @@ def _window(interface: Interface, state: CoupledState, force: Vector, length: fl
         state = interface.next(state, length, followed, pushed, surface, push, (answer, work), None, 1)
         ends.append(state)
     return ends
-
-
-@described
-class FixedPoint(Iteration):
-    """Fixed-point iteration with constant relaxation.
-
-    Parameters
-    ----------
-    tolerance : float
-        Of the mean forces, in units of the greatest force that a contact could bear, and of the surfaces, in units of
-        the greatest approach.
-    relaxation : float
-        Part of the residual that is added to the forces, between 0 and 2.
-    largest_count : int
-        Repetitions of a window, after which it is halved.
-
-    Notes
-    -----
-    It converges if the compliance of the structures over a substep is smaller than that of the contacts.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> hl.FixedPoint(relaxation=0.3)
-    FixedPoint(tolerance=1e-09, relaxation=0.3, largest_count=100)
-    """
-
-    largest_count: Repetitions = 100
 
 
 @described
@@ -155,8 +119,10 @@ class Aitken(Iteration):
         return _Aitken(self.relaxation)
 
 
-class _Aitken(Search):
-    last: Vector | None = None
+class _Aitken:
+    def __init__(self, relaxation: float) -> None:
+        self.factor = relaxation
+        self.last: Vector | None = None
 
     def step(self, residual: Vector, answer: Vector) -> Vector:
         if self.last is not None:
@@ -165,7 +131,10 @@ class _Aitken(Search):
             if square > 0.0:
                 self.factor *= -float(self.last @ change) / square
         self.last = residual
-        return super().step(residual, answer)
+        return self.factor * residual
+
+    def memory(self) -> None:
+        return None
 
 
 @described
@@ -206,7 +175,7 @@ class IQN_ILS(Iteration):
         return _LeastSquares(self, memory or (), length)
 
 
-class _LeastSquares(Search):
+class _LeastSquares:
     def __init__(self, scheme: IQN_ILS, memory: tuple[Differences, ...], length: float) -> None:
         self.scheme, self.length = scheme, length
         self.old = tuple(differences for differences in memory if differences.length == length)

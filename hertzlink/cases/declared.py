@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origi
 import numpy as np
 from pydantic import Discriminator, Field, create_model
 
-from coupling.schemes.scheme import MEMBERS, Scheme
+from coupling.schemes.scheme import Scheme
 from hertzlink import _described as _described  # for what they describe
 from hertzlink._rooms import ROOMS
 from hertzlink.cases.entry_paths import Path
@@ -57,9 +57,6 @@ FORMS: dict[Any, Form] = {}
 """The forms of types that a case spells in several ways; the modules of the tables fill it."""
 
 FAMILIES = (Bead, ContactLaw, Dissipation, Excitation, Scheme, Viscous, YieldingLaw)
-
-ANY_CLASS: Mapping[type, tuple[str, ...]] = {Bead: ATTRIBUTES, Scheme: MEMBERS}
-"""Families of all classes that have these attributes."""
 
 
 class Declared(Part):
@@ -124,10 +121,10 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
 
 def members(family: type) -> list[Described]:
     """Return what is described and may stand where one of a family is asked for."""
-    if family not in ANY_CLASS:
+    if family is not Bead:
         return list(of_family(family))
     classes = [entry for entry in registered() if isclass(entry.target)]
-    return [entry for entry in classes if {*ANY_CLASS[family]} <= {*dir(entry.target), *entry.parameters}]
+    return [entry for entry in classes if {*ATTRIBUTES} <= {*dir(entry.target), *entry.parameters}]
 
 
 def union_of(*families: type) -> Any:

@@ -464,7 +464,7 @@ def test_bad_runs() -> None:
         hl.Explicit(tolerance=1e-30)
 
 
-@pytest.mark.parametrize("scheme", [hl.FixedPoint, hl.Aitken, hl.IQN_ILS])
+@pytest.mark.parametrize("scheme", [hl.Aitken, hl.IQN_ILS])
 def test_relaxation_from_2_on(scheme: type) -> None:
     """Of a rigid structure a repetition leaves 1 − relaxation of the residual."""
     for value in (2.0, 2.5):

@@ -21,7 +21,6 @@ STEEL = hl.Surface(hl.STEEL_440C)
 SCHEMES = {
     "Aitken": hl.Aitken(),
     "IQN-ILS": hl.IQN_ILS(),
-    "FixedPoint": hl.FixedPoint(),
     "Explicit": hl.Explicit(),
 }
 
@@ -302,7 +301,7 @@ def test_what_cannot_repeat_is_told_before_the_run(name: str, scheme: str) -> No
         simulate(hidden_states()[name](), SCHEMES[scheme])
 
 
-@pytest.mark.parametrize("scheme", ["Aitken", "IQN-ILS", "FixedPoint"])
+@pytest.mark.parametrize("scheme", ["Aitken", "IQN-ILS"])
 @pytest.mark.parametrize("kind", [Sound, SoundPair])
 def test_what_cannot_repeat_under_load_is_told_where_the_scheme_gives_up(kind: type, scheme: str) -> None:
     """The try before the run is of a hundredth of the greatest force."""

@@ -105,38 +105,6 @@ def test_a_report_has_no_unit_of_its_own_for_a_parameter() -> None:
     assert not set(setup_in_words.UNITS) & {name for one in ours() for name in one.units}
 
 
-def test_a_scheme_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(described_module, "_ALL", dict(described_module._ALL))
-
-    @hl.described
-    class Lagged:
-        """The forces of the last substep push the structures."""
-
-        order: Annotated[int, Count(0, 2)] = 1
-        substeps_per_contact = 512
-        repeats = whole_window = False
-
-        def start(self, interface: Any) -> Any:
-            return hl.Explicit(self.order, tolerance=None).start(interface)
-
-        def step(self, *window: Any) -> Any:
-            return hl.Explicit(self.order, tolerance=None).step(*window)
-
-    bead = {"shape": "sphere", "radius": 4.76e-3, "material": "PTFE"}
-    data = {
-        "chain": {"beads": 3, "bead": bead, "impact_speed": 0.3},
-        "structure": {"kind": "half_space", "material": "PTFE"},
-        "run": {"until": 5e-5, "scheme": {"kind": "lagged", "order": 2}},
-    }
-    run = Case(data).run()
-    assert hl.from_input(run).simulation().scheme == Lagged(2)
-    data["run"]["scheme"]["order"] = 3
-    with pytest.raises(ValueError, match=r"run\.scheme\.order: 3 must be at most 2"):
-        Case(data).simulation()
-    with pytest.raises(ValueError, match=r"scheme\.tolerance: cannot be rebuilt: None; what is left out is 0\.01"):
-        hl.from_input(run.attrs["input"].replace("Lagged(order=2)", "Explicit(tolerance=None)"))
-
-
 def test_a_damping_and_a_stepper_of_ones_own_stand_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(described_module, "_ALL", dict(described_module._ALL))
 
