@@ -21,13 +21,11 @@ Theory of Plates and Shells, section 97)."""
 
 FEWEST_CYCLES = 1.0
 """Length of a push times the frequency that a mesh resolves. On Kirchhoff's plates AR of the primary wave is within
-0.001 of a finer mesh's at 1.6 and 0.003 off at 0.8; Mindlin's plates, beams and rods are more exact. Cylinders and
-shells, graded by their own sizes, are within 0.0001 from 0.1 on (docs/numerics.md): they need no check."""
+0.001 of a finer mesh's at 1.6 and 0.003 off at 0.8; Mindlin's plates, beams and rods are more exact. Cylinders,
+graded by their own sizes, are within 0.0001 from 0.1 on (docs/numerics.md): they need no check."""
 
 ENOUGH_CYCLES = 2.0
 """What the cure asks for."""
-
-GRADED = ("cylinder", "spherical shell")
 
 EXCEEDED = 2.0
 """A reduction's estimated error over its tolerance that is warned of; the estimate is about twice the error."""
@@ -84,16 +82,14 @@ def push_lengths(force: Vector, interval: float) -> Vector:
 
 
 def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
-    """Yield findings on a plate or a shell that something holds; one that is free may fly off."""
+    """Yield findings on a plate that something holds; one that is free may fly off."""
     thickness = _number(origin, "thickness") or _number(_part(origin, "section"), "thickness")
-    shell = origin.get("kind") == "spherical shell"
-    supports = _part(origin, "supports") or {"": "free" if shell and origin.get("base") != "fixed" else "held"}
+    supports = _part(origin, "supports") or {"": "held"}
     held = [support for support in supports.values() if support not in ("free", "symmetry")]
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
-        what, then = ("shell", "softens it") if shell else ("plate", "stiffens it")
         words = (
-            f"the {what} moves by {readable(moved, 'm', 2)} at the contact, more than half its thickness of "
-            f"{readable(thickness, 'm')}; linear theory neglects the stretching that then {then}"
+            f"the plate moves by {readable(moved, 'm', 2)} at the contact, more than half its thickness of "
+            f"{readable(thickness, 'm')}; linear theory neglects the stretching that then stiffens it"
         )
         yield Doubt("deflection", moved / thickness, words)
 
@@ -115,7 +111,7 @@ def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
 
 def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
     """Yield a doubt where a push is too short for the mesh; length: of the push, s."""
-    frequency = 0.0 if origin.get("kind") in GRADED else _number(origin, "highest_frequency")
+    frequency = 0.0 if origin.get("kind") == "cylinder" else _number(origin, "highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (
             f"it resolves waves up to {readable(frequency, 'Hz')}, and this run's push of "

@@ -98,7 +98,6 @@ from structures.bodies.elasticity import Foundation as Foundation
 from structures.bodies.rod import Layer as Layer
 from structures.bodies.rod import rod as rod
 from structures.bodies.solid import solid as solid
-from structures.bodies.spherical_shell import spherical_shell as spherical_shell
 from structures.caution import HertzlinkWarning as HertzlinkWarning
 from structures.damping import damped as damped
 from structures.described import described as described

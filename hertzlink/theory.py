@@ -1,4 +1,4 @@
-"""Closed forms for contacts, waves in chains and plates, impacts, and the stability of beams and shells."""
+"""Closed forms for contacts, waves in chains and plates, impacts, and the stability of beams."""
 
 from particles.solitary import UniformChain as UniformChain
 from plates.beam import beam_buckling_force as beam_buckling_force
@@ -12,7 +12,6 @@ from structures.bodies.anisotropy import orthotropic_stiffness as orthotropic_st
 from structures.bodies.layers import characteristic_length as characteristic_length
 from structures.bodies.layers import critical_modulus as critical_modulus
 from structures.bodies.layers import secondary_delay as secondary_delay
-from structures.bodies.thin_sphere import ThinSphere as ThinSphere
 from structures.surface import hertz_pressure as hertz_pressure
 from structures.surface import hertz_stiffness as hertz_stiffness
 from structures.surface import yield_pressure as yield_pressure

@@ -326,26 +326,22 @@ def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structur
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """Return the contribution of each layer of a cylinder, or of each material of a solid or a shell, to its stiffness.
+    """Return the contribution of each layer of a cylinder, or of each material of a solid, to its stiffness.
 
-    Matrices of n × n, N/m, in the order of the layers or materials; their sum is K without elastic foundations,
-    prestress and gas. A ValueError if the structure has no field, as a reduced one without keep_field=True.
+    Matrices of n × n, N/m, in the order of the layers or materials; their sum is K without elastic foundations.
+    A ValueError if the structure has no field, as a reduced one without keep_field=True.
     """
     parts = known_field(structure).stiffness_parts()
     for part in parts:
-        part.resize((structure.size,) * 2)  # the gas in a shell has degrees of freedom of its own, after the others
+        part.resize((structure.size,) * 2)  # Maxwell arms come after the others
     return parts
 
 
 def part_of_layer(structure: Structure, layer: int, name: str = "layer") -> sparse.csr_array:
-    """Return the stiffness of a layer of a rod or a cylinder, a material of a solid, or the wall of a spherical shell,
-    N/m."""
+    """Return the stiffness of a layer of a rod or a cylinder, or a material of a solid, N/m."""
     parts = _parts(structure) if structure.field is None else stiffness_parts(structure)
     if not parts:
-        raise ValueError(
-            f"{name}: only a layer of a rod or a cylinder, a material of a solid, and the wall of a spherical shell "
-            "(0) can be damped alone"
-        )
+        raise ValueError(f"{name}: only a layer of a rod or a cylinder, and a material of a solid can be damped alone")
     if not 0 <= layer < len(parts):
         raise ValueError(f"{name} = {layer!r}: must be below {len(parts)}; layers are counted from 0")
     return parts[layer]
@@ -360,8 +356,7 @@ def _parts(structure: Structure) -> list[sparse.csr_array]:
         layers = [Layer(**{**layer, "material": Material(**layer["material"])}) for layer in origin["layers"]]
         counts = set(origin["elements"])
         return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
-    layered = "layers" in origin or origin.get("kind") == "spherical shell"
-    return stiffness_parts(structure) if layered and structure.field is not None else []
+    return stiffness_parts(structure) if "layers" in origin and structure.field is not None else []
 
 
 def _named(structure: Structure, part: Any) -> dict[str, Any]:
@@ -407,7 +402,7 @@ def maxwell_arms(structure: Structure) -> MaxwellArms | None:
     if structure.damping is None:
         return None
     massless, damped = (abs(matrix).sum(axis=0).ravel() for matrix in (structure.mass, structure.damping))
-    # What is massless and undamped, such as the volumes of a gas, belongs to the body.
+    # What is massless and undamped belongs to the body.
     is_arm = (massless == 0.0) & (damped > 0.0)
     if not is_arm.any():
         return None

@@ -242,8 +242,6 @@ class Likely:
     FORCE_PER_LENGTH = Quantity(
         "N/m", "a force per length", "20 kN/m", -inf, likely=(50.0, inf), below="N/mm, or a stress in MPa"
     )
-    # A balloon has some kPa, a tennis ball 80.
-    PRESSURE = Quantity("Pa", "a pressure", "80 kPa", -inf, likely=(500.0, inf), below="kPa, bar or MPa")
     # The lightest foams that carry load have about 30 kg/m³; no solid has more than 22.6 g/cm³.
     DENSITY = Quantity("kg/m³", "a density", "2700 kg/m^3", likely=(25.0, inf), below="g/cm³")
     # A chain is struck at 1 m/s or less; steel yields above a few m/s. A chain that is slower than the valid range does
@@ -302,7 +300,6 @@ Modulus = Annotated[float, Likely.MODULUS]
 PoissonRatio = Annotated[float, Quantity(low=-1.0, high=0.5, ends=False)]
 Density = Annotated[float, Likely.DENSITY]
 Strength = Annotated[float, Likely.STRENGTH]
-Pressure = Annotated[float, Likely.PRESSURE]
 BendingStiffness = Annotated[float, Likely.BENDING]
 MassPerLength = Annotated[float, Likely.MASS_PER_LENGTH]
 Share = Annotated[float, Likely.SHARE]

@@ -453,20 +453,6 @@ def _plates() -> dict[str, Target]:
             push,
             {"length": (1e-9, 1e6), "foundation": (1e-300, 1e300)},
         ),
-        "spherical_shell": Target(
-            hl.spherical_shell,
-            {
-                **{"radius": 0.03, "thickness": 3e-3, "material": STEEL, "pressure": 1e5, "base": "fixed", "seat": 0.5},
-                **{"ambient": 1e5, "heat_capacity_ratio": 1.4, "patch_radius": 3e-4, "highest_frequency": 4e4},
-                **{"cells": 2},
-            },
-            push,
-        ),
-        "theory.ThinSphere": Target(
-            hl.theory.ThinSphere,
-            {"radius": 0.03, "thickness": 3e-3, "material": STEEL},
-            lambda one: (one.point_stiffness(), one.buckling_pressure),
-        ),
         "theory.beam_buckling_force": Target(
             hl.theory.beam_buckling_force,
             {"length": 0.06, "bending_stiffness": 1.5, "supports": ("clamped", "simple"), "foundation": 1e5},

@@ -68,24 +68,6 @@ unknowns = { "structure.thickness" = ["1 mm", "6 mm"] }
 nuisances = ["chain.impact_speed", "gain", "time_zero"]
 """
 
-BALL = """\
-[chain]
-beads = 8
-bead = { shape = "sphere", diameter = "19.05 mm", material = "steel 440C" }
-impact_speed = "0.1 m/s"
-
-[structure]
-kind = "spherical_shell"
-diameter = "66 mm"
-thickness = "3.5 mm"
-material = "PTFE"
-pressure = "80 kPa"
-patch_radius = "2 mm"
-
-[run]
-until = "1 ms"
-"""
-
 WRONG_RODS = [
     # TOML itself.
     ('until = "0.1 ms"', 'until = "0.1 ms', 15, "TOML"),
@@ -211,46 +193,6 @@ WRONG_RODS = [
     ("[run]", '[sweep]\n"chain.impact_speed" = [0.2, 0.3]\n[sensitivities]\n"chain.impact_speed" = "1 %"\n[run]', 16, "is that of one run; leave out [sweep]"),
 ]  # fmt: skip
 
-WRONG_BALLS = [
-    ('diameter = "66 mm"\n', "", 6, "structure.radius: is missing; give a radius or a diameter"),
-    ('thickness = "3.5 mm"\n', "", 6, "structure.thickness: is missing; give a length"),
-    (
-        'thickness = "3.5 mm"',
-        'thickness = "33 mm"',
-        9,
-        'structure.thickness: "33 mm" must lie between 0.001 and 0.9 of the radius',
-    ),
-    (
-        '"80 kPa"',
-        '"80 kg"',
-        11,
-        'structure.pressure: "80 kg": "kg" is no unit of this quantity; must be a pressure, such as 80 kPa',
-    ),
-    ('"80 kPa"', '"-200 kPa"', 11, 'structure.pressure: "-200 kPa" must be at least -101325 Pa'),
-    ('"80 kPa"', '"80 kPa"\nseat = 30', 12, "structure.seat: 30.0 must lie between 0.02 and π/2, in rad"),
-    (
-        '"80 kPa"',
-        '"80 kPa"\nbase = "seat"',
-        12,
-        'structure.base: "seat" is not possible; must be one of fixed, free, contact',
-    ),
-    ('"80 kPa"', '"80 kPa"\nheat_capacity_ratio = -1', 12, "structure.heat_capacity_ratio: -1"),
-    ('"80 kPa"', '"-40 MPa"\nambient = "50 MPa"', 11, 'structure.pressure: "-40 MPa" must be above -'),
-    (
-        'patch_radius = "2 mm"',
-        'patch_radius = "20 mm"',
-        12,
-        'structure.patch_radius: "20 mm" must not exceed half the radius',
-    ),
-    ('patch_radius = "2 mm"', "cells = 0", 12, "structure.cells: 0 must be at least 1"),
-    (
-        'patch_radius = "2 mm"',
-        'damping = [{ kind = "standard_linear_solid", share = 0.5, time = "1 ms", layer = 1 }]',
-        12,
-        "structure.damping[0].layer: 1 must be below 1",
-    ),
-]
-
 WRONG_PLATES = [
     ('thickness = "2 mm"', 'wall = { bending = [[1.0]] }', 10, "structure.wall.shear: is missing; give two rows of two numbers, N/m"),
     ('thickness = "2 mm"', 'wall = { plies = [], thickness = "2 mm" }', 10, "structure.wall.thickness: is no entry here; must be one of plies, surface"),
@@ -333,7 +275,6 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 @pytest.mark.parametrize(
     ("base", "command", "good", "wrong", "line", "words"),
     [(ROD, "run", *one) for one in WRONG_RODS]
-    + [(BALL, "run", *one) for one in WRONG_BALLS]
     + [(PLATE, "run", *one) for one in WRONG_PLATES]
     + [(PLATE, "identify", *one) for one in WRONG_QUESTIONS],
 )

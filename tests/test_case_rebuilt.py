@@ -68,11 +68,6 @@ def laminate(builder: Any) -> hl.CoSimulation:
     return hl.CoSimulation(CHAIN, hl.reduce(builder(0.06, 0.05, None, WALL, EDGES).at(0.02, 0.02), until=UNTIL))
 
 
-def ball(base: str) -> hl.Structure:
-    mesh = {"patch_radius": 2e-3, "highest_frequency": 2e4, "cells": 2}
-    return hl.spherical_shell(0.03, 3e-3, hl.PTFE, 1e5, base, **mesh)
-
-
 def law(given: Any) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3, law=given), ROD)
 
@@ -111,11 +106,6 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "a piston of PTFE": lambda: hl.CoSimulation(
         hl.Chain([BEAD] * 4, hl.Piston([0.0, 2e-5], [0.0, 2e-6], hl.Surface(hl.PTFE, 50.0))), ROD
     ),
-    "a ball": lambda: hl.CoSimulation(CHAIN, hl.reduce(ball("fixed"), until=UNTIL)),
-    "a ball whose wall is viscous": lambda: hl.CoSimulation(
-        CHAIN, hl.reduce(hl.damped(ball("free"), SOLID, part=0), until=UNTIL)
-    ),
-    "a ball between two chains": lambda: hl.CoSimulation([CHAIN, CHAIN], hl.reduce(ball("contact"), until=UNTIL)),
     "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),
 }
 SLOW = {"viscous layer of a cylinder", "thick laminate", "laminate", "section"}

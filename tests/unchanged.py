@@ -119,15 +119,12 @@ def structures() -> dict[str, Callable[[], Any]]:
         holes=(tuple(reversed(hl.circle(0.01, (0.07, 0.07), 24))),),
         edges="rim",
     )
-    shell = partial(hl.spherical_shell, 0.03, 2e-3, hl.NYLON, highest_frequency=1e4, patch_radius=2e-3)
     beam = partial(hl.beam, 0.4, 300.0, 1.6, hl.STEEL_316, 0.15)
     edge = partial(hl.half_plane, 2e-3, hl.ALUMINIUM_6061, distance=0.02, until=UNTIL)
     thick = partial(hl.mindlin_plate, 0.1, 0.1, 4e-3, hl.ALUMINIUM_6061)
     return {
         "beam": beam,
         "prestressed beam": lambda: beam(supports=("clamped", "free"), axial_force=2e3, foundation=1e6),
-        "ball": lambda: small(shell()),
-        "tyre": lambda: small(shell(pressure=2e5, base="free")),
         "free rod": lambda: small(hl.rod(LAYERS, base="free", elements=80)),
         "absorbing cylinder": lambda: small(hl.layered_cylinder(LAYERS, "absorbing", "absorbing", cells=3)),
         "cylinder on ground": lambda: small(hl.layered_cylinder(LAYERS, hl.Foundation(1e12))),
@@ -437,10 +434,6 @@ def closed_forms() -> Mapping[str, Any]:
             thin.point_impedance,
             hl.drop_speed(0.01),
         ],
-        "shells": [
-            theory.ThinSphere(0.03, 1e-3, hl.PTFE).buckling_pressure,
-            theory.ThinSphere(0.03, 1e-3, hl.PTFE).point_stiffness(1e5),
-        ],
         "beams": theory.beam_buckling_force(0.4, 300.0, ("clamped", "free"), 1e5),
         "laminates": theory.indentation_modulus(theory.orthotropic_stiffness([9e10] * 3, [0.3] * 3, [4e9] * 3)),
         "loss tangent": hl.damping.StandardLinearSolid(0.4, 2e-5).loss_tangent([1e3, 1e4]),
@@ -642,10 +635,6 @@ def entries() -> dict[str, dict[str, Any]]:
         "half-space": part("half_space", **STEEL),
         "nothing": part("nothing"),
         "cylinder": part("layered_cylinder", layers=STEPS[:1], foundation="1e12 N/m^3", side="absorbing", cells=3),
-        "ball": part(
-            "spherical_shell", radius="30 mm", thickness="2 mm", material="nylon", pressure="80 kPa",
-            patch_radius="2 mm", highest_frequency="10 kHz",
-        ),
         "beam": part(
             "beam", length="0.4 m", bending_stiffness="300 N m^2", mass_per_length="1.6 kg/m", at="0.15 m",
             supports=["clamped", "free"], axial_force="2 kN", foundation="1e6 N/m^2", **STEEL,
@@ -716,7 +705,7 @@ def commanded(*lines: str) -> Mapping[str, Any]:
 
 
 STUDIES = (
-    "rod-length", "ellipsoids", "symmetry", "prestress", "pressure", "deformable-chain", "hollow-spheres",
+    "rod-length", "ellipsoids", "symmetry", "prestress", "deformable-chain", "hollow-spheres",
     "dissipation", "yield", "cylinders", "lower-layer", "aspect-ratio", "rod-stiffness",
 )  # fmt: skip
 """Studies whose quick versions take seconds."""

@@ -1,10 +1,9 @@
-"""The structures of a sketch: rods, cylinders, half-spaces, shells and plates from the side; plates along the chain.
+"""The structures of a sketch: rods, cylinders, half-spaces and plates from the side; plates along the chain.
 
 All lengths are mm. What is drawn comes from the description of a structure in the input of a run.
 """
 
 from collections.abc import Mapping, Sequence
-from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from coupling.plots.canvas import COLOURS, INK, PALE, SMALL, plain
@@ -78,8 +77,7 @@ def half_height(structure: Any) -> float:
     """Return half of the height of a structure from the side, mm."""
     if isinstance(structure, Mapping) and structure.get("layers"):
         return 1.2e3 * max(float(layer["radius"]) for layer in structure["layers"])
-    shell = isinstance(structure, Mapping) and structure.get("kind") == "spherical shell"
-    return 1.1e3 * float(structure["radius"]) if shell else SPACE
+    return SPACE
 
 
 def side_view(drawn: Drawn, structure: Any, x: float, y: float, mirrored: bool = False) -> float:
@@ -88,8 +86,6 @@ def side_view(drawn: Drawn, structure: Any, x: float, y: float, mirrored: bool =
     kind, sign = str(data.get("kind", "structure")), -1.0 if mirrored else 1.0
     if data.get("layers"):
         return _layers(drawn, data, x, y, sign)
-    if kind == "spherical shell":
-        return _shell(drawn, data, x, y, sign)
     if "thickness" in data:
         return _plate_from_side(drawn, data, kind, x, y, sign)
     of = f" of {_material(data)}" if data.get("material") else ""
@@ -125,26 +121,6 @@ def _layers(drawn: Drawn, data: Mapping[str, Any], x: float, y: float, sign: flo
     return x + sign * 0.35 * radius
 
 
-def _shell(drawn: Drawn, data: Mapping[str, Any], x: float, y: float, sign: float) -> float:
-    """Draw a hollow sphere, cut through its axis, and the seat that holds it."""
-    from matplotlib.patches import Annulus, Arc
-
-    radius, thick = (1e3 * float(data[name]) for name in ("radius", "thickness"))
-    centre = x + sign * radius
-    words = f"{_material(data)}, radius {radius:.4g} mm, wall {thick:.4g} mm"
-    drawn.add(Annulus((centre, y), radius, thick, facecolor=LAYER_COLOURS[0], edgecolor=INK, linewidth=0.6), words)
-    if data.get("pressure"):
-        drawn.text(centre, y, f"{1e-3 * float(data['pressure']):+.4g} kPa", ha="center", va="center")
-    if data.get("base") == "fixed":
-        half = degrees(float(data["seat"]))
-        middle = 0.0 if sign > 0.0 else 180.0
-        wide = 2.0 * radius + thick
-        seat = Arc((centre, y), wide, wide, theta1=middle - half, theta2=middle + half, color=INK, linewidth=3.0)
-        drawn.add(seat)
-        drawn.line([], [], "seat", color=INK, linewidth=3.0)
-    return x + sign * 2.0 * radius
-
-
 def _plate_from_side(drawn: Drawn, data: Mapping[str, Any], kind: str, x: float, y: float, sign: float) -> float:
     """Draw a thin block at the chain's end, as high as the part of the plate that fits the sketch."""
     thick = 1e3 * float(data["thickness"])
@@ -155,8 +131,7 @@ def _plate_from_side(drawn: Drawn, data: Mapping[str, Any], kind: str, x: float,
 
 def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float, top: float) -> float:
     """Draw a plate as seen along the chain, right of x, below `top`; return its lowest y. Others have no such view."""
-    kind = structure.get("kind") if isinstance(structure, Mapping) else None
-    if kind == "spherical shell" or not isinstance(structure, Mapping) or "thickness" not in structure:
+    if not isinstance(structure, Mapping) or "thickness" not in structure:
         return y - SPACE
     rings = _rings(structure)
     if not rings:

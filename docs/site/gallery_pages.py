@@ -30,7 +30,6 @@ RUN = {
 figure, axes = plt.subplots(figsize=(7.0, 5.0), layout="constrained")
 axes.imshow(plt.imread("plate.png"))
 axes.axis("off")""",
-    "pressurised_ball": "",
     "signal_from_file": "hl.plots.traces(signal)",
     "two_chains": "hl.plots.setup(hl.CoSimulation([chain, chain], body))",
     "viscous_beads": """import matplotlib.pyplot as plt

@@ -268,7 +268,6 @@ def new_case(kind: str, path: Path | None) -> None:
       thick-plate        beads against a rectangular plate with shear
       laminate           beads against a carbon laminate, weakened
       half-plane         beads against a thin plate with one edge, exact
-      shell              beads against a rubber ball under pressure
       sweep              several rods
       critical-distance  how far from its edge a plate must be struck
       identify           a plate from a measured tap, and a simulated trace

@@ -151,17 +151,6 @@ class Cells:
         each = (slice(None), *4 * (None,))
         return self._assembled(lame[each] * dilations + shear[each] * strains)
 
-    def stress_stiffness(self, stress: Vector, hoop: Vector) -> sparse.csr_array:
-        """Return n × n, N/m: ∫ σ_ij u_k,i v_k,j, on rings with the hoop stress's; σ_ij, σ_hoop: at all points, Pa."""
-        cells, count, points = self.values.shape
-        slopes = self.slopes.reshape(cells, count, self.dim, points)
-        pulled = self.weight[:, :, None] * np.einsum("ijcq,caiq->cajq", stress, slopes)
-        alike = pulled.reshape(cells, count, -1) @ slopes.reshape(cells, count, -1).transpose(0, 2, 1)
-        blocks = alike[:, :, None, :, None] * np.eye(self.dim)[:, None, :]
-        if self.hoops is not None:
-            blocks[:, :, 0, :, 0] += (self.weight * hoop[:, None] * self.hoops) @ self.hoops.transpose(0, 2, 1)
-        return self._assembled(blocks)
-
     def _integrals(self, functions: Vector) -> Vector:
         """Return the integrals of the products of all pairs, cells × functions × functions."""
         integrals: Vector = (self.weight * functions) @ functions.transpose(0, 2, 1)

@@ -204,7 +204,6 @@ FINER: dict[str, Callable[[], hl.Structure]] = {
     "beam": lambda: hl.beam(0.5, 100.0, 1.0, hl.STEEL_316, at=0.2),
     "half-plane": lambda: hl.half_plane(3e-3, hl.ALUMINIUM_6061, "clamped", 0.02, UNTIL),
     "cylinder": lambda: hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 0.02, 9e-3)], cells=2),
-    "shell": lambda: hl.spherical_shell(33e-3, 3.5e-3, hl.PTFE, highest_frequency=5e3, cells=2),
     "plate": lambda: PLATE.at(*AT),
     "plate of equal cells": lambda: hl.kirchhoff_plate(0.1, 0.1, 3e-3, hl.PTFE, CLAMPED, cells=(4, 5)).at(*AT),
     "Mindlin plate": lambda: hl.mindlin_plate(0.1, 0.1, 6e-3, hl.PTFE, CLAMPED, cells=(4, 5)).at(*AT),

@@ -61,10 +61,6 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
     "cylinder on ground": lambda n: hl.layered_cylinder(layers(n), base=hl.Foundation(1e12 / n), **up_to(n)),
     "absorbing cylinder": lambda n: hl.layered_cylinder(layers(n), base="absorbing", **up_to(n)),
-    "shell": lambda n: hl.spherical_shell(33e-3 * n, 3e-3 * n, ALLOY, **up_to(n)),
-    "ball": lambda n: hl.spherical_shell(
-        33e-3 * n, 3.5e-3 * n, RUBBER, pressure=80e3, patch_radius=2.2e-3 * n, highest_frequency=3e3 / n
-    ),
     "solid": cube,
     "thin plate": rectangle,
     "plate with additions": lambda n: rectangle(
@@ -99,7 +95,7 @@ TIES = {"thin panel", "thick panel"}
 of two are their numbers those of another size."""
 
 
-LONG = {*TIES, "solid", "thick plate", "shell", "ball", "any position", "absorbing cylinder"}
+LONG = {*TIES, "solid", "thick plate", "any position", "absorbing cylinder"}
 LONG |= {"cylinder on ground"}
 
 

@@ -11,7 +11,6 @@ from skfem.helpers import ddot, div, dot, sym_grad
 
 import hertzlink as hl
 from structures.bodies.elasticity import (
-    Cells,
     Owner,
     body_matrices,
     first_lame_parameter,
@@ -96,11 +95,3 @@ def test_plane_strain(quarter: Basis) -> None:
     steel, owner = hl.STEEL_440C, np.zeros(quarter.mesh.nelements, dtype=np.int64)
     found = plane_stiffness(quarter, first_lame_parameter(steel), shear_modulus(steel))
     assert_same([found], weak_forms(quarter, [steel], owner)[1:])
-
-
-def test_stress(quarter: Basis) -> None:
-    rr, zz, rz, hoop = np.random.default_rng(0).normal(size=(4, *quarter.dx.shape))
-    around = 2.0 * np.pi * np.asarray(quarter.global_coordinates())[0]
-    wanted = prestress.assemble(quarter, rr=rr, zz=zz, rz=rz, hoop=hoop, around=around)
-    found = Cells(quarter, ring=True).stress_stiffness(np.array([[rr, rz], [rz, zz]]), hoop)
-    assert_same([found], [wanted])

@@ -64,7 +64,6 @@ def test_most_studies_are_checked() -> None:
         "thesis",
         "yield",
         "prestress",
-        "pressure",
         "literature",
     }
 

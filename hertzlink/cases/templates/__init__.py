@@ -20,7 +20,7 @@ from structures.checks import nearest
 
 KINDS = (
     "chain", "deformable", "two-chains", "rod", "layered-rod", "beam", "cylinder", "wall", "plate", "thick-plate",
-    "laminate", "half-plane", "shell", "sweep", "critical-distance", "identify",
+    "laminate", "half-plane", "sweep", "critical-distance", "identify",
 )  # fmt: skip
 
 TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
