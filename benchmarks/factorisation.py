@@ -1,11 +1,10 @@
-"""Solids by finite elements: their assembly, factorisation and answers to unit forces, compared with plainer ways.
+"""Solids by finite elements: their assembly and answers to unit forces, compared with plainer ways.
 
     python benchmarks/factorisation.py
 
 Bodies of quadratic tetrahedra, meshed by gmsh (pip install -e ".[mesh]"). Assembly is compared with scikit-fem's forms,
-the order of elimination with SuperLU's minimum degree, and unit forces that are solved together with single ones. These
-times are of one processor. Last, on the clock, a plate is reduced while other processes keep all cores busy, by one
-thread of linear algebra and by one for each core.
+and unit forces that are solved together with single ones. These times are of one processor. Last, on the clock, a plate
+is reduced while other processes keep all cores busy, by one thread of linear algebra and by one for each core.
 """
 
 import inspect
@@ -22,8 +21,6 @@ from typing import Any
 import gmsh
 import numpy as np
 from coupled_plate import one_thread, timed
-from scipy import sparse
-from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import ddot, div, dot, sym_grad
 from threadpoolctl import threadpool_limits
@@ -32,7 +29,6 @@ import hertzlink as hl
 from structures.bodies.body_mesh import BodyMesh
 from structures.bodies.elasticity import body_matrices, first_lame_parameter, shear_modulus
 from structures.linear_algebra.factor import AT_ONCE, Solve, Vector, compliance_at, factorise
-from structures.linear_algebra.ordering import decomposition
 
 STEEL = hl.STEEL_440C
 SHIFT = 2.0 * np.pi * 35e3
@@ -86,11 +82,6 @@ def plain(basis: Basis) -> Any:
     return inertia.assemble(basis) * STEEL.density, strain.assemble(basis, lame=lame, shear=shear)
 
 
-def by_minimum_degree(matrix: sparse.csc_array) -> Any:
-    """SuperLU's factors in its own order."""
-    return splu(matrix, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
-
-
 def one_by_one(solve: Solve, units: Vector) -> list[Vector]:
     """The answers to unit forces."""
     return [solve(one) for one in units]
@@ -123,18 +114,14 @@ def beside_other_work() -> None:
 def main() -> None:
     """Print the table."""
     one_thread()
-    print(f"{'':8}{'unknowns':>9}{'assembly':>10}{'':>10}{'factors':>10}{'':>10}{'entries':>10}{FORCES:4d} unit forces")
-    print(f"{'':17}{'s':>10}{'gain':>10}{'s':>10}{'gain':>10}{'ratio':>10}{'s':>7}{'gain':>7}")
+    print(f"{'':8}{'unknowns':>9}{'assembly':>10}{'':>10}{FORCES:4d} unit forces")
+    print(f"{'':17}{'s':>10}{'gain':>10}{'s':>7}{'gain':>7}")
     for name in BODIES:
         basis = meshed(name)
         owner = np.zeros(basis.mesh.nelements, dtype=np.int64)
         spent, (mass, stiffness) = timed(body_matrices, basis, [STEEL], owner)
         slower, _ = timed(plain, basis)
         matrix = stiffness + SHIFT**2 * mass
-        scale = sparse.diags_array(1.0 / np.sqrt(matrix.diagonal()))
-        scaled = sparse.csc_array(scale @ matrix @ scale)
-        factoring, (factor, _) = timed(decomposition, scaled)
-        usual, other = timed(by_minimum_degree, scaled)
         places = np.linspace(0, basis.N - 1, FORCES).astype(np.int64)
         together, _ = timed(compliance_at, matrix, places)
         once, solve = timed(factorise, matrix)
@@ -142,8 +129,8 @@ def main() -> None:
         units[np.arange(FORCES), places] = 1.0
         alone, _ = timed(one_by_one, solve, units)
         print(
-            f"{name:8}{basis.N:9d}{spent:10.2f}{slower / spent:10.1f}{factoring:10.2f}{usual / factoring:10.2f}"
-            f"{factor.L.nnz / other.L.nnz:10.2f}{together - once:7.2f}{alone / (together - once):7.1f}",
+            f"{name:8}{basis.N:9d}{spent:10.2f}{slower / spent:10.1f}"
+            f"{together - once:7.2f}{alone / (together - once):7.1f}",
             flush=True,
         )
     beside_other_work()

@@ -1,1 +1,1 @@
-"""Sparse symmetric matrices: factorisations, orders of elimination, checks, buckling loads."""
+"""Sparse symmetric matrices: factorisations, checks, buckling loads."""

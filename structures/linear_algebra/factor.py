@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import lu_factor, lu_solve
 
-from structures.linear_algebra.ordering import decomposition
-from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite, check_symmetric
+from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite, check_symmetric, decomposition
 
 Vector: TypeAlias = NDArray[np.float64]
 Solve: TypeAlias = Callable[[Vector], Vector]
@@ -32,16 +31,11 @@ def factorise(matrix: sparse.sparray | Vector) -> Solve:
             return np.asarray(by * lu_solve(factors, columns, check_finite=False)).reshape(right.shape)
 
         return solve_dense
-    factor, order = decomposition(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
-    units = scale if order is None else scale[order]
+    factor = decomposition(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
 
     def solve(right: Vector) -> Vector:
-        by = units if right.ndim == 1 else units[:, None]
-        if order is None:
-            solution: Vector = by * factor.solve(by * right)
-            return solution
-        solution = np.empty(right.shape)
-        solution[order] = by * factor.solve(by * right[order])
+        by = scale if right.ndim == 1 else scale[:, None]
+        solution: Vector = by * factor.solve(by * right)
         return solution
 
     return solve

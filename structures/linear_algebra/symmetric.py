@@ -5,10 +5,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import eigsh
+from scipy.sparse.linalg import SuperLU, eigsh, splu
 
 from structures.linear_algebra.one_thread import one_thread
-from structures.linear_algebra.ordering import decomposition
 
 Vector: TypeAlias = NDArray[np.float64]
 
@@ -111,10 +110,15 @@ def _sparse(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
     return has_positive_pivots(spread @ matrix @ spread + sparse.diags_array(raised))
 
 
+def decomposition(matrix: sparse.sparray) -> SuperLU:
+    """Return L U of a symmetric matrix, without pivoting. Raises RuntimeError if a pivot is zero."""
+    return splu(sparse.csc_array(matrix), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+
+
 def has_positive_pivots(matrix: sparse.sparray) -> bool:
     """Return whether a symmetric matrix is positive definite; see `_sparse`."""
     try:
-        factor, _ = decomposition(matrix)
+        factor = decomposition(matrix)
     except RuntimeError:  # a pivot is zero
         return False
     return bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)
