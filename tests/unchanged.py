@@ -705,7 +705,7 @@ def commanded(*lines: str) -> Mapping[str, Any]:
 
 
 STUDIES = (
-    "rod-length", "ellipsoids", "symmetry", "prestress", "deformable-chain", "hollow-spheres",
+    "rod-length", "ellipsoids", "symmetry", "deformable-chain", "hollow-spheres",
     "dissipation", "yield", "cylinders", "lower-layer", "aspect-ratio", "rod-stiffness",
 )  # fmt: skip
 """Studies whose quick versions take seconds."""

@@ -36,7 +36,7 @@ def test_each_expected_number_says_where_it_is_printed() -> None:
         r"((above |below )?(section|equation|equations|figure|table|chapter) [\d.]+(, [\d.]+)?( and chapter 7)?)"
     )
     parts = expected("thesis.toml")
-    assert sum(map(len, parts.values())) > 250
+    assert sum(map(len, parts.values())) > 200
     for part, entries in parts.items():
         for name, entry in entries.items():
             assert places.fullmatch(entry.source), (part, name)
@@ -63,7 +63,6 @@ def test_most_studies_are_checked() -> None:
         "critical-distance",
         "thesis",
         "yield",
-        "prestress",
         "literature",
     }
 

@@ -30,7 +30,7 @@ from hertzlink.studies import (
 from hertzlink.studies.conditions import DIFFERS, OWN, Conditions, WrongValue
 from hertzlink.studies.table import Row, text
 
-FIXED = {"contact-law", "symmetry", "deformable-chain", "yield", "prestress"}
+FIXED = {"contact-law", "symmetry", "deformable-chain", "yield"}
 """Studies that check a method in fixed cases."""
 
 
