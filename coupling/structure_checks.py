@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupling.interface import Interface
+from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Motion
 from coupling.results.missing_waves import rounded_up
 from coupling.results.schema import LAST
@@ -49,8 +50,9 @@ def check_structures(
     """
     first, worst = interfaces[0], [dict[str, Doubt]() for _ in interfaces]
     for k, contact in enumerate(first.contacts):
-        structures = [interface.structures[contact.structure].structure for interface in interfaces]
-        if all(structure is None for structure in structures):
+        bodies = [interface.structures[contact.structure] for interface in interfaces]
+        structures = [None if isinstance(body, CheckedParticipant) else body.structure for body in bodies]
+        if not any(structures):
             continue
         force = motions[contact.chain].at(-1 if contact.end == LAST else 0) - first.static[k]
         for run, (structure, length) in enumerate(zip(structures, push_lengths(force, interval).tolist(), strict=True)):
