@@ -15,7 +15,7 @@ import pytest
 import hertzlink as hl
 from hertzlink.cases.case import Case
 from hertzlink.cli import main
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 
 UNTIL = 1.5e-4
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
@@ -94,7 +94,7 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "section": lambda: hl.CoSimulation(
         CHAIN, hl.reduce(hl.kirchhoff_plate(0.06, 0.05, None, SECTION, EDGES).at(0.02, 0.02), until=UNTIL)
     ),
-    "computed law": lambda: law(contact_law_fem(BEAD, max_force=60.0)),
+    "computed law": lambda: law(computed_law(BEAD, max_force=60.0)),
     "law with a caution": lambda: law(hl.laws.PowerLaw(1e10, 1.5, caution="a guess")),
     "viscous layer": lambda: hl.CoSimulation(CHAIN, hl.damped(ROD, SOLID, part=1)),
     "viscous layer of a cylinder": cylinder_with_a_viscous_layer,

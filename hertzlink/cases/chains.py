@@ -25,7 +25,7 @@ from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain
 from particles.excitation import Excitation, SpringLoaded
-from particles.laws.choose import computed_law
+from particles.laws.axisymmetric import computed_law
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw
 
@@ -47,10 +47,10 @@ SPECIAL[SpringLoaded] = Spring
 
 
 class NumericalLaw(Declared):
-    """A law that is computed for two of the chain's beads, by finite or boundary elements."""
+    """A law that is computed for two of the chain's beads, by finite elements."""
 
     named_so = "NumericalLaw"
-    without = ("first", "second", "options")
+    without = ("first", "second")
     kind: Literal["numerical"]
 
     def of_beads(self, beads: Sequence[Any]) -> ContactLaw:

@@ -17,7 +17,7 @@ from hertzlink.studies import candidates, draw, waves
 from hertzlink.studies.results import named, over, scalars, with_units
 from hertzlink.studies.table import Row, Rows
 from particles.deformable.vibration import vibration
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from particles.solitary import HERTZ
 from structures.bodies.elasticity import pressure_speed
 from structures.structure import Vector
@@ -70,7 +70,7 @@ def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
     """Return the chain of a few modes at 0.5 m/s, with a contact law computed on a mesh of this spacing, m."""
 
     def computed() -> xr.Dataset:
-        law = contact_law_fem(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
+        law = computed_law(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
         return hl.CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, UNTIL / INTERVALS)
 
     return timed(computed)

@@ -98,7 +98,7 @@ def case_of_the_thesis(case: str) -> hl.CoSimulation:
 
 def fit(law: hl.ContactLaw) -> tuple[float, float]:
     """Return k (N/mⁿ) and n of a law, by least squares over FITTED_RANGE."""
-    nearest = hl.laws.fit_power_law(law, *FITTED_RANGE, weighting="absolute")
+    nearest = waves.power_fit(law, *FITTED_RANGE, "absolute")
     return nearest.stiffness, nearest.exponent
 
 

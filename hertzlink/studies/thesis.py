@@ -37,7 +37,6 @@ CHECKED = {
 STUDIED = {
     "deformable chain (3.3, 3.4)": "deformable-chain",
     "contact laws (3.3.1, 5.3)": "contact-law",
-    "symmetry (3.5)": "symmetry",
     "dissipation (4)": "dissipation",
     "ellipsoids (5.3.1)": "ellipsoids",
     "cylinders (5.3.2)": "cylinders",

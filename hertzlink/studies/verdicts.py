@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from math import inf, isfinite, isnan
 from typing import NamedTuple
 
-from hertzlink.studies.table import EXCEEDED, MEASURED, SIMILAR, SIMULATED, TIMED, WORDS, Row
+from hertzlink.studies.table import MEASURED, SIMILAR, SIMULATED, TIMED, WORDS, Row
 
 REPRODUCED, CONDITION, DIFFERS = "reproduced", "reproduced under a condition", "differs"
 MISPRINT, UNDEFINED = "misprint", "not defined"
@@ -22,11 +22,10 @@ SIMULATION_ERROR = 1e-3
 RULE = f"""Reproduced: ours gives the printed digits when rounded, or lies within the scatter that is printed. Beyond
 these {100 * SIMULATED:g} % are allowed for simulations, {100 * TIMED:g} % for measured times of flight,
 {100 * MEASURED:g} % for other experiments, {100 * ABOUT:g} % for "about", {100 * SIMILAR:g} % for words of agreement,
-and {100 * SIMULATION_ERROR:g} % more for the error of our runs; a verdict that needs this says so, and by how much
-words such as "deviates" are exceeded. Reproduced under a condition: ours agrees under the condition that is named.
-Differs: by how much, outside of every condition that is named. Misprint: the printed number or equation contradicts
-the same author's others, and the corrected form agrees with ours. Not defined: the text lacks an input that is named,
-and without it nothing can be computed.
+and {100 * SIMULATION_ERROR:g} % more for the error of our runs; a verdict that needs this says so. Reproduced under a
+condition: ours agrees under the condition that is named. Differs: by how much, outside of every condition that is
+named. Misprint: the printed number or equation contradicts the same author's others, and the corrected form agrees with
+ours. Not defined: the text lacks an input that is named, and without it nothing can be computed.
 Where the text lacks an input, ours must agree over the range that is stated for it; else that is a condition. A
 difference no larger than that between theory, simulation and experiment of the same author is a condition. Several
 readings of one number are one entry. Inputs have no verdict."""
@@ -104,8 +103,8 @@ def verdict(row: Row) -> Verdict:
 def _agreement(row: Row) -> Verdict | None:
     """Return the verdict on a row where ours agrees, with a condition or without one; None where it does not."""
     if row.holds is not None:
-        limit, how = WORDS.get(str(row.thesis)), "by more than" if row.thesis in EXCEEDED else "within"
-        allowed_by_words = "" if limit is None else f"{how} {100.0 * limit:g} %"
+        limit = WORDS.get(str(row.thesis))
+        allowed_by_words = "" if limit is None else f"within {100.0 * limit:g} %"
         return Verdict(REPRODUCED, allowed_by_words) if row.holds else None
     expected, ours = printed(row.thesis), exact(row.computed)
     if expected is None:

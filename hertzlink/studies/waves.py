@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import minimize_scalar
 from scipy.signal import peak_widths
 
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies.table import Named, Row, Rows
 from particles.chain import LawOfPair
-from particles.laws.power_fit import PowerFit
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
@@ -23,6 +23,7 @@ LEVELS = (0.01, 0.001)
 SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
 # Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
 RANGE = (0.1, 2.0)
+FITTED = 400  # Points of a law that are fitted.
 FORCES_OF_SPEEDS = (0.01, 10.0)  # N, over which it is fitted where strikers are given by their speeds.
 
 
@@ -132,6 +133,40 @@ def power_exponent(x: Vector, y: Vector) -> float:
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
+class PowerFit(NamedTuple):
+    """The power law F = k δⁿ nearest to another one: k, N/mⁿ; n; the largest relative deviation of the force."""
+
+    stiffness: float
+    exponent: float
+    misfit: float
+
+
+def power_fit(law: hl.ContactLaw, lowest: float, highest: float, weighting: str = "relative") -> PowerFit:
+    """Return the power law nearest to a law between two approaches, m.
+
+    weighting: "relative", least squares of ln F at even steps of ln δ; "absolute", of F at even steps of δ.
+    """
+    logarithms, end = np.linspace(np.log(lowest / highest), 0.0, FITTED), float(law.force(np.array(highest)))
+    # In parts of the range's end, so that k of any unit comes out of numbers near one.
+    parts = np.exp(logarithms) if weighting == "relative" else np.linspace(lowest / highest, 1.0, FITTED)
+    forces = law.force(parts * highest) / end
+    if weighting == "relative":
+        exponent, logarithm = np.polyfit(logarithms, np.log(forces), 1)
+        factor = np.exp(logarithm)
+    else:
+
+        def factor_of(n: float) -> float:
+            return float(parts**n @ forces / (parts**n @ parts**n))
+
+        def squares(n: float) -> float:
+            return float(np.sum((factor_of(n) * parts**n - forces) ** 2))
+
+        exponent = minimize_scalar(squares, bounds=(0.5, 10.0), method="bounded", options={"xatol": 1e-10}).x
+        factor = factor_of(exponent)
+    misfit = float(np.abs(factor * parts**exponent / forces - 1.0).max())
+    return PowerFit(float(factor * end / highest**exponent), float(exponent), misfit)
+
+
 @dataclass(frozen=True)
 class Curve:
     """A chain of two particles in turn and its contact law, for several strikers.
@@ -151,7 +186,7 @@ class Curve:
     def fit(self, least: float, most: float) -> PowerFit:
         """Return the power law nearest to the contact law between these forces, N."""
         ends = self.law.approach(np.array([least, most]))
-        return hl.laws.fit_power_law(self.law, float(ends[0]), float(ends[1]))
+        return power_fit(self.law, float(ends[0]), float(ends[1]))
 
     def theory(self, fit: PowerFit) -> hl.theory.UniformChain:
         """Return the theory of long waves for a fitted power law."""

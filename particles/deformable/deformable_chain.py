@@ -18,7 +18,7 @@ from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
 from particles.kernels.motion import DampedVerlet, Verlet
 from particles.kernels.vibrations import Vibrating
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
@@ -336,7 +336,7 @@ def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
     return kind(chain, *facts, **more)
 
 
-_law_of_bodies = lru_cache(maxsize=256)(contact_law_fem)
+_law_of_bodies = lru_cache(maxsize=256)(computed_law)
 
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables

@@ -98,19 +98,13 @@ def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
             *np.column_stack([squares, shapes[half.pole], half.weight @ shapes, np.full_like(squares, sign)])[rigid:]
         ]
     between = drift(together.stiffness, together.weight, together.pole) - squeeze(opposite.stiffness, opposite.pole)
-    return of_modes(np.array(sorted(rows, key=itemgetter(0))[:modes]).reshape(-1, 4), 0.5 * between)
-
-
-def of_modes(modes: Vector, between: float) -> Vibration:
-    """Return a Vibration from a row for each mode: ω², motion of the struck pole, momentum of the half, and −1 where
-    poles move oppositely or 1; and from b, m/N, from one pole to the other."""
-    square, struck, momentum, same = modes.T
+    square, struck, momentum, same = np.array(sorted(rows, key=itemgetter(0))[:modes]).reshape(-1, 4).T
     return Vibration(
         np.sqrt(square),
         struck,
         same * struck,
         compression=float(np.sum((1.0 - same) * struck**2 / square)),
-        cross=between - float(np.sum(same * struck**2 / square)),
+        cross=0.5 * between - float(np.sum(same * struck**2 / square)),
         section=np.where(same < 0.0, momentum, 0.0),
     )
 
@@ -199,19 +193,13 @@ def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
     """
     if count == 0:
         return np.zeros(0), np.zeros((half.along.size, 0))
-    squares, shapes = nearest_modes(half.mass, half.stiffness, count, shift)
+    inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
+    start = np.random.default_rng(0).normal(size=half.mass.shape[0])
+    squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
     rising = np.argsort(squares)
     squares, shapes = squares[rising], shapes[:, rising]
     # The whole bead has twice the mass of the half that eigsh normalises.
     shapes *= np.where(shapes[half.pole] < 0.0, -1.0, 1.0) / sqrt(2.0)
-    return squares, shapes
-
-
-def nearest_modes(mass: Any, stiffness: Any, count: int, shift: float) -> tuple[Vector, Vector]:
-    """Return ω² nearest to −shift, 1/s², and their shapes, n × count, mass-normalised."""
-    inverse = LinearOperator(mass.shape, matvec=factorise(stiffness + shift * mass), dtype=float)
-    start = np.random.default_rng(0).normal(size=mass.shape[0])
-    squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, OPinv=inverse, v0=start)
     return squares, shapes
 
 

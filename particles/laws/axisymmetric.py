@@ -4,7 +4,9 @@ Each body is half a bead, down to its mid-plane, condensed to its surface (`comp
 without friction (`active_set`). Linear elasticity, so strains must stay small.
 """
 
+from dataclasses import replace
 from math import sqrt
+from typing import Annotated
 
 import numpy as np
 
@@ -12,10 +14,13 @@ from particles.bead import Bead, HollowSphere, check_bead, check_body
 from particles.laws.active_set import edge_approach
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.compliance import MIDPLANES, condensed, forces_at_corners
-from particles.laws.computed import ComputedContact, ComputedLaw, Points, error_and_order
+from particles.laws.computed import ComputedLaw, Points, continued_to_zero, error_and_order, force_by_formula
 from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
-from structures.checks import one_of, positive
+from structures.caution import caution
+from structures.checks import within
+from structures.described import checked_call
+from structures.quantities import Length, OneOf, Quantity
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
@@ -41,6 +46,9 @@ MARGIN = 1.15
 WIDENING = 1.4
 """Factor on the reach where bodies touch beyond it; the law is then computed again."""
 
+LEAST_PART = 1e-12
+"""The least approach that is computed, over the radius: narrower contacts a mesh cannot distinguish from a point."""
+
 ROUGH, TRIES = 2.0, 12
 """A factor on the elements' size, and trials, of the rough law that shows the approach at a force."""
 
@@ -49,34 +57,67 @@ STEP_OUT, SURPLUS, BEYOND = 1.2, 1.05, 1.03
 approach, which is some per cent off."""
 
 
-def contact_law_fem(
+@checked_call
+def computed_law(
     first: Bead,
     second: Bead | Surface | None = None,
-    max_force: float | None = None,
-    max_approach: float | None = None,
-    midplane: str = "roller",
-    spacing: float | None = None,
+    max_force: Annotated[float, Quantity("N", "a force", "2 N")] | None = None,
+    max_approach: Length | None = None,
+    midplane: Annotated[str, OneOf(*MIDPLANES)] = "roller",
+    spacing: Length | None = None,
 ) -> ComputedLaw:
-    """Return the law of two bodies of revolution that touch at their poles, by finite elements.
+    """Return the law of two bodies of revolution that touch at their poles, by axisymmetric finite elements.
 
     Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
     active set. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
     converges smoothly, by the square of the spacing; between them the tangent scatters.
     Ranges in which strains are not small, and meshes too coarse for 1 %, get a caution.
 
+    Parameters
+    ----------
+    first : Bead
+        One body: a Sphere, a HollowSphere or an Ellipsoid along the chain.
+    second : Bead or Surface, optional
+        The other one, or a surface; by default like the first.
+    max_force : float, optional
+        Force up to which the law is computed, N. Give this or max_approach.
+    max_approach : float, optional
+        Approach up to which the law is computed, m.
+    midplane : str
+        "roller", whose mid-planes slide sideways as in the thesis, or "clamped".
+    spacing : float, optional
+        The size of the finite elements at the contact, m; by default a thirtieth of its radius.
+
+    Returns
+    -------
+    ComputedLaw
+        It holds its error, and the observed order of convergence.
+
+    Raises
+    ------
+    ValueError
+        For other bodies, and for a contact of few elements.
+    RuntimeError
+        Where the nodes in contact were not found.
+
+    References
+    ----------
     Khatri's thesis, sections 3.2 and 5.3; Hintermüller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> hl.laws.computed_law(bead, max_force=50.0, spacing=20e-6).name
+    'finite elements'
     """
     check_bead("first", first, "a body")
     second = first if second is None else check_body("second", second)
-    one_of("midplane", midplane, MIDPLANES)
-    size = None if spacing is None else positive("spacing", spacing, "m")
-    return _Contact(first, second, midplane, size).law(max_force, max_approach)
+    return _Contact(first, second, midplane, spacing).law(max_force, max_approach)
 
 
-class _Contact(ComputedContact):
+class _Contact:
     """Two bodies that touch at their poles, and what their radii and walls allow."""
-
-    method = "finite elements"
 
     def __init__(self, first: Bead, second: Bead | Surface, midplane: str, spacing: float | None) -> None:
         self.bodies, self.midplane, self.spacing = (first, second), midplane, spacing
@@ -94,6 +135,17 @@ class _Contact(ComputedContact):
         overlap = float(self.below.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
+    def law(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
+        """Return the law up to one of the two, N or m."""
+        smallest = LEAST_PART * self.radius
+        if max_approach is not None and max_force is None:
+            return self.up_to(within("max_approach", max_approach, smallest, self.radius, "m"))
+        if max_force is None or max_approach is not None:
+            raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
+        low, high = self.theory.force(np.array([smallest, self.radius]))
+        law = self.up_to_force(within("max_force", max_force, float(low), float(high), "N"))
+        return replace(law, largest=float(law.approach(np.array(max_force, float))))
+
     def up_to(self, approach: float) -> ComputedLaw:
         """Return the law up to an approach, m."""
         size = self._good(approach) if self.spacing is None else self.spacing
@@ -106,7 +158,12 @@ class _Contact(ComputedContact):
         doubts = self._doubts(approach)
         if error > LARGE_ERROR:
             doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
-        return self.made(fine, approach, error, order, doubts)
+        words = "; ".join(doubts)
+        if words:
+            caution(f"contact law: {words}")
+        points = continued_to_zero(fine, self.below)
+        expected = force_by_formula(self.bodies, float(fine[0][-1]))
+        return ComputedLaw(*points, "finite elements", words, approach, float(fine[0][0]), error, order, expected)  # type: ignore[arg-type]
 
     def up_to_force(self, force: float) -> ComputedLaw:
         """Return the law up to a force, N: a rough law shows how far the bodies approach."""

@@ -89,14 +89,6 @@ Body = Spheroid | Block
 
 
 @dataclass(frozen=True)
-class Disc(Spheroid):
-    """Half the section of a cylinder; length, m: of the cylinder; stress: whether the ends are free (plane stress)."""
-
-    length: float = 1.0
-    stress: bool = False
-
-
-@dataclass(frozen=True)
 class HalfPlane:
     """A mesh in (r, z) of quadratic cells, and its nodes: `along` and `depth` as in `Body.place`, m, n each.
 
@@ -157,10 +149,10 @@ def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -
     return HalfPlane(replace(flat, doflocs=body.place(along, depth)), along, depth, reach)
 
 
-def graded(length: float, first: float, coarser: float, growth: float = GROWTH, fewest: int = 2) -> Vector:
-    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance)."""
-    cells = log1p(growth * length / first)
-    count = max(ceil(cells / growth / coarser), fewest)
-    nodes: Vector = first / growth * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
+def graded(length: float, first: float, coarser: float) -> Vector:
+    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance)."""
+    cells = log1p(GROWTH * length / first)
+    count = max(ceil(cells / GROWTH / coarser), 2)
+    nodes: Vector = first / GROWTH * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
     nodes[-1] = length
     return nodes

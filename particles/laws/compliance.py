@@ -8,8 +8,8 @@ from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector
 
 from particles.laws.active_set import edge_approach, forces_of_steps
-from particles.laws.axisymmetric_mesh import Block, Body, Disc, HalfPlane, Spheroid, Whole, half_plane
-from structures.bodies.elasticity import first_lame_parameter, part_stiffnesses, plane_stiffness, shear_modulus
+from particles.laws.axisymmetric_mesh import Block, Body, HalfPlane, Spheroid, Whole, half_plane
+from structures.bodies.elasticity import part_stiffnesses
 from structures.linear_algebra.factor import compliance_at
 from structures.structure import Vector
 
@@ -56,7 +56,7 @@ def forces_at_corners(compliance: Vector, gap: Vector, fewest: int, past: float 
 def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
     """Return displacements along the axis of the m nodes that may touch, by unit forces there, m × m, m/N; symmetric.
 
-    A node's force is that on its whole ring, or on both sides of a section's middle. The body is factorised once.
+    A node's force is that on its whole ring. The body is factorised once.
     midplane: see `supported_stiffness`.
     """
     stiffness, pressed = supported_stiffness(body, plane, midplane)
@@ -82,7 +82,8 @@ def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sp
     held += [across[end]] if clamped else []
     held += [across[bottom], axial[bottom]] if solid else []
     free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
-    return _stiffness(body, basis)[free][:, free], np.searchsorted(free, axial[plane.surface])
+    stiffness = part_stiffnesses(basis, [body.material], np.zeros(basis.mesh.nelements, dtype=np.int64))[0]
+    return stiffness[free][:, free], np.searchsorted(free, axial[plane.surface])
 
 
 def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
@@ -90,12 +91,3 @@ def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
     across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
     return basis, across, along
-
-
-def _stiffness(body: Body, basis: Any) -> sparse.csr_array:
-    if not isinstance(body, Disc):
-        return part_stiffnesses(basis, [body.material], np.zeros(basis.mesh.nelements, dtype=np.int64))[0]
-    lame, shear = first_lame_parameter(body.material), shear_modulus(body.material)
-    if body.stress:
-        lame *= 2.0 * shear / (lame + 2.0 * shear)
-    return 2.0 * body.length * plane_stiffness(basis, lame, shear)

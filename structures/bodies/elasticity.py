@@ -103,12 +103,6 @@ def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) ->
     ]
 
 
-def plane_stiffness(basis: Any, lame: float, shear: float) -> sparse.csr_array:
-    """Return the stiffness, n × n, N/m, of a body 1 m thick that moves in its plane; both parameters in Pa."""
-    each = np.ones(basis.mesh.nelements)
-    return Cells(basis, ring=False).stiffness(lame * each, shear * each)
-
-
 class Cells:
     """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes two
     to five times as long (`benchmarks/factorisation.py`).

@@ -16,7 +16,7 @@ import hertzlink as hl
 from coupling.plots.motion import known_motion
 from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import vibration
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 
 STEEL = hl.STEEL_316
 BEAD = hl.Sphere(2.38e-3, STEEL)
@@ -73,7 +73,7 @@ def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
     """Poles in contact move equally, although each belongs to a separate field; other poles separate."""
     force = run.contact_force.sel(contact=4, time=passage.time).values
     gap = pole(passage, CHAIN, 4, "struck") - pole(passage, CHAIN, 3, "far")
-    approach = contact_law_fem(BEAD, max_force=30.0).approach(force)
+    approach = computed_law(BEAD, max_force=30.0).approach(force)
     touching = force > 0.5
     assert touching.sum() > 4
     assert gap[touching] == pytest.approx(np.zeros(touching.sum()), abs=3e-3 * approach.max())

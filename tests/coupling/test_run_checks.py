@@ -21,10 +21,8 @@ from coupling.run_checks import check_before
 from coupling.structure_checks import push_lengths
 from particles.bead import Bead
 from particles.deformable.deformable_chain import moving_chain
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from particles.laws.computed import ComputedLaw
-from particles.laws.half_spaces import contact_law_bem
-from particles.laws.plane import contact_law_plane
 from particles.moving import MovingChain
 from structures.units import readable
 
@@ -426,12 +424,9 @@ def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.Monk
 
 TWICE = hl.Sphere(2.0 * 4.76e-3, HARD)
 HOLLOW = hl.HollowSphere(4.76e-3, 4.3e-3, HARD)
-DISC = hl.Cylinder(5e-3, 10e-3, HARD)
 LAWS: dict[str, tuple[Callable[[], ComputedLaw], Bead]] = {
-    "axisymmetric": (lambda: contact_law_fem(BEAD, max_force=50.0, spacing=20e-6), BEAD),
-    "hollow": (lambda: contact_law_fem(HOLLOW, max_force=20.0, spacing=20e-6), HOLLOW),
-    "half-spaces": (lambda: contact_law_bem(BEAD, max_force=50.0, cells=32), BEAD),
-    "plane": (lambda: contact_law_plane(DISC, DISC, max_force=200.0, state="stress"), DISC),
+    "axisymmetric": (lambda: computed_law(BEAD, max_force=50.0, spacing=20e-6), BEAD),
+    "hollow": (lambda: computed_law(HOLLOW, max_force=20.0, spacing=20e-6), HOLLOW),
 }
 
 

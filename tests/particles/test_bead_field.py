@@ -10,7 +10,7 @@ import hertzlink as hl
 from particles.deformable import bead_field
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.vibration import vibration
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316
@@ -99,7 +99,7 @@ def test_the_free_surface_beside_the_contact() -> None:
 @pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
 def test_mid_planes_approach_as_the_contact_law_says(bead: hl.Sphere) -> None:
     field, displacement, _ = squeezed(bead)
-    law = contact_law_fem(bead, max_force=1.5 * FORCE)
+    law = computed_law(bead, max_force=1.5 * FORCE)
     struck, far = displacement[list(poles(field)), 2]
     assert struck == -far
     assert -2.0 * struck == pytest.approx(law.approach(FORCE), rel=4e-3)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import hertzlink as hl
 from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import vibration
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from particles.moving import ChainState
 
 STEEL, BEAD = hl.STEEL_316, hl.Sphere(2.38e-3, hl.STEEL_316)
@@ -23,7 +23,7 @@ def deformable(modes: int = 8, count: int = 5, speed: float = 0.5, **more: Any) 
 
 @pytest.fixture(scope="module")
 def law() -> Any:
-    return contact_law_fem(BEAD, max_force=60.0)
+    return computed_law(BEAD, max_force=60.0)
 
 
 STRUCTURES = {

@@ -12,11 +12,10 @@ from skfem import Basis, ElementQuad2
 
 import hertzlink as hl
 from particles.laws.active_set import ContactNotConverged, contact_forces, edge_approach, forces_of_steps
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from particles.laws.axisymmetric_mesh import Body, HalfPlane, body_of, half_plane
 from particles.laws.compliance import supported_stiffness, surface_compliance
 from particles.laws.computed import ComputedLaw
-from particles.laws.power_fit import fit_power_law
 from structures.structure import Vector
 
 ALUMINIUM, STEEL = hl.ALUMINIUM_6061, hl.STEEL_316
@@ -31,7 +30,7 @@ def bead(ratio: float) -> hl.Sphere | hl.HollowSphere:
 
 @pytest.fixture(scope="module")
 def laws() -> dict[float, ComputedLaw]:
-    return {ratio: contact_law_fem(bead(ratio), max_approach=20e-6) for ratio in TABLE_5_1}
+    return {ratio: computed_law(bead(ratio), max_approach=20e-6) for ratio in TABLE_5_1}
 
 
 def against_hertz(law: ComputedLaw, first: hl.Sphere, second: hl.Sphere | hl.Surface, approaches: Vector) -> Vector:
@@ -49,15 +48,6 @@ def test_hollow_spheres_of_the_thesis(laws: dict[float, ComputedLaw], ratio: flo
     assert laws[ratio].largest == 20e-6
 
 
-@pytest.mark.parametrize("ratio", TABLE_5_1)
-def test_fits_of_the_thesis(laws: dict[float, ComputedLaw], ratio: float) -> None:
-    """Table 5.1's k and n come out of 0.2 to 10 µm by least squares of the force: n within 0.004, k within 1.5 %."""
-    fit = laws[ratio].fit(0.2e-6, 10e-6, "absolute")
-    stiffness, exponent = TABLE_5_1[ratio]
-    assert fit.exponent == pytest.approx(exponent, abs=0.004)
-    assert fit.stiffness == pytest.approx(stiffness, rel=0.015)
-
-
 def test_solid_spheres(laws: dict[float, ComputedLaw]) -> None:
     """Hertz within 0.4 % at 1 µm, 1.2 % at 10 µm; beads are stiffer than half-spaces."""
     off = against_hertz(laws[0.0], SPHERE, SPHERE, np.array([1e-6, 10e-6]))
@@ -66,7 +56,7 @@ def test_solid_spheres(laws: dict[float, ComputedLaw]) -> None:
 
 
 def edge_law(body: Body, reach: float, cells: int, growth: float) -> hl.laws.TabulatedLaw:
-    """The law of a body and its mirror image: cells up to the reach; growth compared with that of contact_law_fem."""
+    """The law of a body and its mirror image: cells up to the reach; growth compared with that of computed_law."""
     plane = half_plane(body, reach, reach / cells / growth, growth)
     compliance = 2.0 * surface_compliance(body, plane, "roller")
     gap = 2.0 * body.drop(plane.along[plane.surface])
@@ -93,7 +83,7 @@ def test_observed_order() -> None:
 def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
     """The estimate exceeds the difference from a law of half the spacing, and its tangent does not scatter."""
     law = laws[0.908]
-    finer = contact_law_fem(bead(0.908), max_approach=20e-6, spacing=3e-6)
+    finer = computed_law(bead(0.908), max_approach=20e-6, spacing=3e-6)
     approaches = np.geomspace(law.smallest, law.largest, 200)
     error = np.abs(law.force(approaches) / finer.force(approaches) - 1.0).max()
     assert 0.3 * law.error < error < law.error < 0.003
@@ -121,7 +111,7 @@ def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
 )
 def test_small_contacts_are_hertzian(first: hl.Sphere, second: hl.Sphere | hl.Surface | None) -> None:
     """Within 0.3 % where the contact is some 10⁻³ of the radius: unequal bodies, flats, hollows, poles of ellipsoids"""
-    law = contact_law_fem(first, second, max_approach=1e-8, spacing=0.3e-6)
+    law = computed_law(first, second, max_approach=1e-8, spacing=0.3e-6)
     approaches = np.geomspace(law.smallest, law.largest, 20)
     assert against_hertz(law, first, first if second is None else second, approaches) == pytest.approx(0.0, abs=0.003)
 
@@ -129,7 +119,7 @@ def test_small_contacts_are_hertzian(first: hl.Sphere, second: hl.Sphere | hl.Su
 def test_thin_shell() -> None:
     """Hertz in series with Reissner's shell, R/h = 20, within 2 %."""
     shell = hl.HollowSphere(RADIUS, 0.95 * RADIUS, ALUMINIUM)
-    law = contact_law_fem(shell, max_force=5.0)
+    law = computed_law(shell, max_force=5.0)
     approaches = np.geomspace(law.smallest, law.largest, 20)
     assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.02)
 
@@ -137,7 +127,7 @@ def test_thin_shell() -> None:
 def test_thinnest_shells() -> None:
     """Where the wall is by far the most compliant part, cells are as small as the contact; the law is a spring."""
     shell = hl.HollowSphere(RADIUS, 0.997 * RADIUS, ALUMINIUM)
-    law = contact_law_fem(shell, max_approach=1e-6)
+    law = computed_law(shell, max_approach=1e-6)
     assert law.error < 0.005
     approaches = np.geomspace(law.smallest, law.largest, 20)
     assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.03)
@@ -146,7 +136,7 @@ def test_thinnest_shells() -> None:
 @pytest.mark.parametrize("ratio", TABLE_5_1)
 def test_clamped_midplane(laws: dict[float, ComputedLaw], ratio: float) -> None:
     """Stiffer, by up to 3.5 %; within 4.2 % of Table 5.1."""
-    law = contact_law_fem(bead(ratio), max_approach=20e-6, midplane="clamped")
+    law = computed_law(bead(ratio), max_approach=20e-6, midplane="clamped")
     approaches = np.geomspace(1e-6, 20e-6, 20)
     stiffness, exponent = TABLE_5_1[ratio]
     assert law.force(approaches) == pytest.approx(stiffness * approaches**exponent, rel=0.042)
@@ -231,9 +221,9 @@ def test_gap_is_that_of_the_arc(fall: float, body: hl.HollowSphere | hl.Ellipsoi
 def test_order_of_bodies_does_not_matter() -> None:
     """F(a, b) = F(b, a); max_force ends where max_approach does."""
     ball = hl.Sphere(2.38e-3, STEEL)
-    law = contact_law_fem(bead(0.908), ball, max_force=20.0)
+    law = computed_law(bead(0.908), ball, max_force=20.0)
     assert float(law.force(np.array(law.largest))) == pytest.approx(20.0, rel=1e-9)
-    swapped = contact_law_fem(ball, bead(0.908), max_approach=law.largest)
+    swapped = computed_law(ball, bead(0.908), max_approach=law.largest)
     approaches = np.geomspace(law.smallest, law.largest, 20)
     assert law.force(approaches) == pytest.approx(swapped.force(approaches), rel=2e-3)
 
@@ -248,8 +238,8 @@ def test_laws_scale(size: float, modulus: float, wall: float, poisson: float) ->
     material, stiffer = hl.Material(70e9, poisson, 2700.0), hl.Material(modulus * 70e9, poisson, 2700.0)
     small = hl.HollowSphere(1e-2, 1e-2 * (1.0 - wall), material)
     large = hl.HollowSphere(size * 1e-2, size * 1e-2 * (1.0 - wall), stiffer)
-    law = contact_law_fem(small, max_approach=10e-6, spacing=20e-6)
-    scaled = contact_law_fem(large, max_approach=size * 10e-6, spacing=size * 20e-6)
+    law = computed_law(small, max_approach=10e-6, spacing=20e-6)
+    scaled = computed_law(large, max_approach=size * 10e-6, spacing=size * 20e-6)
     approaches = np.geomspace(1e-8, 10e-6, 10)
     assert scaled.force(size * approaches) == pytest.approx(size**2 * modulus * law.force(approaches), rel=1e-6)
 
@@ -265,32 +255,6 @@ def test_chain_of_shells(laws: dict[float, ComputedLaw]) -> None:
     assert laws[0.908].force(tail) == pytest.approx(hl.contact_law(shell, shell).force(tail), rel=0.02)
 
 
-def test_fit_gives_back_a_power_law() -> None:
-    """k and n of a power law, by both weightings, with the range that they belong to; and as a law for a chain."""
-    law = hl.laws.PowerLaw(4.671e7, 1.222)
-    for weighting in ("relative", "absolute"):
-        fit = fit_power_law(law, 1e-7, 1e-5, weighting)
-        assert (fit.stiffness, fit.exponent) == pytest.approx((4.671e7, 1.222), rel=1e-6)
-        assert fit.misfit < 1e-6
-        assert (fit.lowest, fit.highest, fit.weighting) == (1e-7, 1e-5, weighting)
-        assert fit.law.largest == 1e-5
-    with pytest.raises(ValueError, match="highest"):
-        fit_power_law(law, 1e-5, 1e-6)
-    with pytest.raises(ValueError, match="weighting"):
-        fit_power_law(law, 1e-7, 1e-6, "linear")
-
-
-def test_fits_depend_on_range_and_weighting(laws: dict[float, ComputedLaw]) -> None:
-    """Errata: a thin shell's exponent is 1.29 over 1 to 10 N, 1.20 over 10 to 100 N."""
-    law = contact_law_fem(bead(0.908), max_force=100.0)
-    low, middle, high = law.approach(np.array([1.0, 10.0, 100.0]))
-    assert law.fit(low, middle).exponent == pytest.approx(1.289, abs=0.005)
-    assert law.fit(middle, high).exponent == pytest.approx(1.198, abs=0.005)
-    whole = laws[0.908].fit()
-    assert (whole.lowest, whole.highest) == (laws[0.908].smallest, 20e-6)
-    assert whole.misfit > 0.05
-
-
 @pytest.mark.parametrize(
     ("first", "second", "asked", "words"),
     [
@@ -303,7 +267,7 @@ def test_fits_depend_on_range_and_weighting(laws: dict[float, ComputedLaw]) -> N
         (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-9}, "spacing = 1e-09"),
         (SPHERE, None, {"max_approach": 8e-3}, "max_approach = 0.008: must lie between"),
         (SPHERE, None, {"max_approach": 1e-30}, "max_approach = 1e-30: must lie between"),
-        (SPHERE, None, {"max_force": 1e-300}, "max_force = 1e-300: must lie between"),
+        (SPHERE, None, {"max_force": 1e-90}, "max_force = 1e-90: must lie between"),
         (SPHERE, None, {"max_approach": 3e-3}, "too small for a contact"),
         (SPHERE, None, {"max_force": 1.0, "spacing": "fine"}, "spacing = 'fine'"),
         (
@@ -322,14 +286,14 @@ def test_fits_depend_on_range_and_weighting(laws: dict[float, ComputedLaw]) -> N
 def test_bad_input(first: object, second: object, asked: dict[str, object], words: str) -> None:
     """A ValueError names what is wrong."""
     with pytest.raises(ValueError, match=words):
-        contact_law_fem(first, second, **asked)  # type: ignore[arg-type]
+        computed_law(first, second, **asked)  # type: ignore[arg-type]
 
 
 @pytest.mark.thorough
 def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
     """Pressed by twice its wall, it touches twenty times as far as by Hertz's law; first it follows Reissner's."""
     shell, approaches = bead(0.999), np.array([1e-6, 1.5e-6, 3e-6])
-    law = contact_law_fem(shell, max_approach=20e-6)
+    law = computed_law(shell, max_approach=20e-6)
     assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.005)
     assert law.error < 0.005
 
@@ -338,20 +302,10 @@ def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
 def test_a_contact_in_a_hollow_is_wide_beside_the_bead() -> None:
     """A quarter of the bead's radius, though small compared with the relative one; so the theory's law ends before."""
     bead, hollow = hl.Sphere(2.38e-3, STEEL), hl.Surface(STEEL, -400.0)
-    law = contact_law_fem(bead, hollow, max_force=500.0, spacing=50e-6)
+    law = computed_law(bead, hollow, max_force=500.0, spacing=50e-6)
     assert "too wide for small strains" in law.caution
     # a² = δ over the relative curvature, a = a fifth of the radius.
     assert hl.contact_law(bead, hollow).largest == pytest.approx((0.2 * 2.38e-3) ** 2 * (1.0 / 2.38e-3 - 400.0))
-
-
-def test_no_fit_beyond_what_was_computed(laws: dict[float, ComputedLaw]) -> None:
-    """The law goes on there by other rules."""
-    law = laws[0.0]
-    with pytest.raises(ValueError, match=r"lowest = 1e-09: must lie between .* and 2e-05 m"):
-        law.fit(1e-9)
-    with pytest.raises(ValueError, match=r"highest = 3e-05: must lie between"):
-        law.fit(highest=3e-5)
-    assert hl.laws.fit_power_law(law, 1e-9, 3e-5).highest == 3e-5
 
 
 @pytest.mark.parametrize("number", ["error", "smallest", "order"])
@@ -371,7 +325,7 @@ def test_a_computed_law_has_numbers(number: str) -> None:
 def test_cautions(ratio: float, approach: float, spacing: float, words: str) -> None:
     """Large strains, large turns and coarse meshes are named by the law, and warned of."""
     with pytest.warns(hl.HertzlinkWarning, match="contact law: ") as caught:
-        law = contact_law_fem(bead(ratio), max_approach=approach, spacing=spacing)
+        law = computed_law(bead(ratio), max_approach=approach, spacing=spacing)
     assert words in law.caution
     assert f"contact law: {law.caution}" in [str(one.message) for one in caught]
 

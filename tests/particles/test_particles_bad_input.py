@@ -21,7 +21,6 @@ from hertzlink.stepping import MovingChain
 from particles import solitary
 from particles.deformable.bead_field import BeadField
 from particles.deformable.vibration import vibration
-from particles.laws.solid import contact_law_solid, midplane_correction
 
 STEEL = hl.STEEL_316
 BALL, RADIUS = hl.Sphere(4.76e-3, hl.STEEL_440C), 2.38e-3
@@ -107,21 +106,11 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
             {"first": BALL, "second": "wall", "max_force": 1.0},
             "second = 'wall': must be a body or a Surface",
         ),
-        (
-            COMPUTED_LAW,
-            {"first": BALL, "max_force": 1.0, "method": "axisymetric"},
-            "method = 'axisymetric': .*did you mean",
-        ),
         (COMPUTED_LAW, {"first": BALL}, "max_force = None, max_approach = None: give one of them"),
         (
             COMPUTED_LAW,
-            {"first": BALL, "second": LYING, "max_force": 1.0, "method": "axisymmetric"},
+            {"first": BALL, "second": LYING, "max_force": 1.0},
             "second = Cylinder.*revolution",
-        ),
-        (
-            COMPUTED_LAW,
-            {"first": SHELL, "max_force": 1.0, "method": "half-spaces"},
-            "first = HollowSphere.*: must be a solid body",
         ),
     ],
 )
@@ -170,7 +159,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.drop_speed(-1.0), r"height = -1\.0: must be a positive number of m"),
         (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m, half"),
         (lambda: hl.laws.TabulatedLaw("ab", "cd"), "approaches = 'ab': must be a list of numbers"),
-        (lambda: hl.laws.fit_power_law("law", 1e-6, 1e-5), "law = 'law': must be"),
         # Chains and their ends
         (lambda: hl.Chain([BEAD], None, -0.3), r"impact_speed = -0\.3: must be a positive number"),
         (lambda: hl.Chain([BEAD], None, "fast"), r"impact_speed = 'fast': must be a finite number"),
@@ -241,7 +229,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: LONG.with_law(np.array(np.nan)), r"law = array\(nan\): must be None, a law"),
         (lambda: hl.laws.PowerLaw(1e9, name=3), "name = 3: must be a text"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0, 2.0], caution=LONG), "caution = Chain.*: must be a text"),
-        (lambda: contact_law_solid(BALL, np.array([1.0, 2.0]), max_approach=1e-6), "second = array.*: must be a"),
         (lambda: hl.KuwabaraKono(1e300), r"time = 1e\+300: must be at most 1e\+100"),
         (lambda: hl.LinearDashpot(1.7e308), r"coefficient = 1\.7e\+308: must be at most 1e\+100"),
         # Excitations
@@ -296,7 +283,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: solitary.UniformChain(D, M, K).peak_force_from_particle_speed(1e300),
             r"particle_speed = 1e\+300: must be at most",
         ),
-        (lambda: midplane_correction([None]), r"bead = \[None\]: must be a"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], xr.Dataset()), "forces = .*: must be a list of numbers"),
         (lambda: solitary.UniformChain(D, M, K).strain(0.0, float("nan"), 500.0), "^time = nan"),
         (lambda: solitary.UniformChain(D, M, K).strain(0.0, 0.0, 0.0), "^speed = 0.0"),

@@ -11,7 +11,7 @@ from particles.bead import Bead
 from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import Vibration, vibration
 from particles.kernels.motion import energies_of_chain
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric import computed_law
 from particles.moving import ChainState
 from structures.damping import ModeLoss
 
@@ -208,7 +208,7 @@ def test_a_loss_of_your_own() -> None:
 @pytest.mark.thorough
 def test_a_loss_in_proportion_to_the_stiffness_is_that_of_the_whole_bead() -> None:
     """Slow beads follow their loads; then modes and contacts with the same time lose what one viscoelastic law does."""
-    law = contact_law_fem(BEAD, max_force=10.0)
+    law = computed_law(BEAD, max_force=10.0)
     more: dict[str, Any] = {"law": lambda one, other: law, "dissipation": hl.KuwabaraKono(5e-7)}
     beads = hl.DeformableChain([BEAD], BEAD, 0.02, modes=4, damping=hl.damping.Rayleigh(0.0, 5e-7), **more)
     bare = hl.DeformableChain([BEAD], BEAD, 0.02, modes=4, **more)

@@ -15,7 +15,6 @@ from structures.bodies.elasticity import (
     body_matrices,
     first_lame_parameter,
     part_stiffnesses,
-    plane_stiffness,
     shear_modulus,
 )
 
@@ -89,9 +88,3 @@ def test_each_part_is_that_of_its_cells_alone(quarter: Basis, owner: Owner) -> N
     for number, part in enumerate(parts):
         own = np.unique(quarter.element_dofs[:, owner == number])
         assert set(part.nonzero()[0]) <= set(own)
-
-
-def test_plane_strain(quarter: Basis) -> None:
-    steel, owner = hl.STEEL_440C, np.zeros(quarter.mesh.nelements, dtype=np.int64)
-    found = plane_stiffness(quarter, first_lame_parameter(steel), shear_modulus(steel))
-    assert_same([found], weak_forms(quarter, [steel], owner)[1:])
