@@ -1,7 +1,6 @@
-"""Closed forms for contacts, waves in chains and plates, impacts, and the stability of beams."""
+"""Closed forms for contacts, waves in chains and plates, and impacts."""
 
 from particles.solitary import UniformChain as UniformChain
-from plates.beam import beam_buckling_force as beam_buckling_force
 from plates.theory import zener as _zener
 from plates.theory.impact import PlateImpact as PlateImpact
 from plates.theory.lamb import LambWaves as LambWaves

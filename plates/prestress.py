@@ -1,4 +1,4 @@
-"""Forces in the plane of a plate that stiffen it, soften it and buckle it."""
+"""Forces in the plane of a plate that stiffen or soften it."""
 
 from dataclasses import replace
 from math import inf
@@ -14,9 +14,6 @@ from structures.quantities import Likely
 from structures.structure import Vector
 
 ForcePerLength = Annotated[float, replace(Likely.FORCE_PER_LENGTH, likely=(0.0, inf))]
-
-GROUND = 1e-9
-"""Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
 
 
 @described
@@ -44,8 +41,8 @@ class Prestress:
     >>> tension = hl.Prestress(xx=20e6 * 1e-3)  # 20 MPa in 1 mm
     >>> sides = hl.Supports("clamped", "clamped", "clamped", "clamped")
     >>> plate = hl.kirchhoff_plate(0.2, 0.2, 1e-3, hl.ALUMINIUM_6061, sides, additions=[tension])
-    >>> plate.buckling_factor
-    inf
+    >>> len(plate.additions)
+    1
     """
 
     xx: ForcePerLength = 0.0
@@ -60,11 +57,6 @@ class Prestress:
     def forces(self) -> Vector:
         """N_ij, 2 × 2, N/m."""
         return np.array([[self.xx, self.xy], [self.xy, self.yy]])
-
-    @property
-    def compresses(self) -> bool:
-        """True if it compresses the plate in some direction."""
-        return bool(np.linalg.eigvalsh(self.forces)[0] < 0.0)
 
 
 def thermal_prestress(rise: float, expansion: float, thickness: float, material: Material) -> Prestress:

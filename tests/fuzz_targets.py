@@ -453,10 +453,6 @@ def _plates() -> dict[str, Target]:
             push,
             {"length": (1e-9, 1e6), "foundation": (1e-300, 1e300)},
         ),
-        "theory.beam_buckling_force": Target(
-            hl.theory.beam_buckling_force,
-            {"length": 0.06, "bending_stiffness": 1.5, "supports": ("clamped", "simple"), "foundation": 1e5},
-        ),
         "thermal_prestress": Target(
             hl.thermal_prestress,
             {"rise": -1.0, "expansion": 2e-5, "thickness": 2e-3, "material": STEEL},

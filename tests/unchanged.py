@@ -433,7 +433,6 @@ def closed_forms() -> Mapping[str, Any]:
             thin.point_impedance,
             hl.drop_speed(0.01),
         ],
-        "beams": theory.beam_buckling_force(0.4, 300.0, ("clamped", "free"), 1e5),
         "laminates": theory.indentation_modulus(theory.orthotropic_stiffness([9e10] * 3, [0.3] * 3, [4e9] * 3)),
         "loss tangent": hl.damping.StandardLinearSolid(0.4, 2e-5).loss_tangent([1e3, 1e4]),
         "calibration": hl.calibration_factor(

@@ -1,1 +1,1 @@
-"""Sparse symmetric matrices: factorisations, checks, buckling loads."""
+"""Sparse symmetric matrices: factorisations, checks."""

@@ -72,13 +72,22 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
 def check_definite(name: str, matrix: sparse.csr_array) -> None:
     """Raise a ValueError if a symmetric matrix has a negative eigenvalue beyond rounding; a mass must not have zero
     ones.
+    """
+    if not is_definite(name, matrix):
+        kind = "must be positive definite" if name == "mass" else "must have no negative eigenvalue"
+        used = np.flatnonzero(matrix.diagonal())
+        raise ValueError(f"{name}: {kind}, but has one of about {_lowest(matrix[used][:, used]):.3g} {UNITS[name]}")
+
+
+def is_definite(name: str, matrix: sparse.csr_array) -> bool:
+    """Return whether a symmetric matrix has no negative eigenvalue beyond rounding, and a mass no zero one.
 
     Rows of zeros are left out: a degree of freedom may be massless, and a free body has no stiffness against rigid
     motion.
     """
     used = np.flatnonzero(matrix.diagonal())
     if used.size == matrix.count_nonzero():
-        return  # Diagonal, and its entries are positive.
+        return True  # Diagonal, and its entries are positive.
     inner = matrix[used][:, used]
     scale = 1.0 / np.sqrt(inner.diagonal())
     # Every motion needs inertia, but a rigid motion needs no stiffness.
@@ -86,10 +95,7 @@ def check_definite(name: str, matrix: sparse.csr_array) -> None:
         raised = np.full(used.size, -EIGENVALUE_ROUNDING)
     else:
         raised = EIGENVALUE_ROUNDING + PROJECTION_ROUNDING * np.minimum(scale / scale.min(), 1e8) ** 2
-    positive = _dense(inner, scale, raised) if used.size <= SMALL_MATRIX else _sparse(inner, scale, raised)
-    if not positive:
-        kind = "must be positive definite" if name == "mass" else "must have no negative eigenvalue"
-        raise ValueError(f"{name}: {kind}, but has one of about {_lowest(inner):.3g} {UNITS[name]}")
+    return _dense(inner, scale, raised) if used.size <= SMALL_MATRIX else _sparse(inner, scale, raised)
 
 
 @one_thread

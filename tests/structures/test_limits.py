@@ -44,14 +44,6 @@ def test_kinds_of_numbers() -> None:
     assert hl.ReducedPlate(PLATE, 1e-4, x=0.03, y=np.array(0.05)).y == 0.05
 
 
-def test_a_long_beam_on_ground_buckles_in_no_time() -> None:
-    """2 √(EI · foundation), and half of it where an end is free (Hetényi, Beams on Elastic Foundation, 1946)."""
-    load = (100.0 * 1e5) ** 0.5
-    assert hl.theory.beam_buckling_force(1000.0, 100.0, foundation=1e5) == pytest.approx(2.0 * load, rel=1e-3)
-    free = hl.theory.beam_buckling_force(1000.0, 100.0, ("free", "free"), foundation=1e5)
-    assert free == pytest.approx(load, rel=1e-3)
-
-
 def test_deep_input_and_what_is_not_there(tmp_path: Any) -> None:
     """A result whose input is no input of ours is reported without it; measures name the variable that they lack."""
     bead = hl.Sphere(4.76e-3, STEEL)
