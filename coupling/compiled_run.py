@@ -33,7 +33,7 @@ class StructureWindows:
     def of(self, interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
         """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
         seats = [seat.tobytes() for seat in interface.of_structure]
-        key = (*((id(structure.structure), structure.stepper) for structure in structures), *seats, length)
+        key = (*(id(structure.structure) for structure in structures), *seats, length)
         if key not in self._known:
             piece = structure_piece(interface, structures, length)
             for old in list(self._known)[: -MOST_WINDOWS or None]:

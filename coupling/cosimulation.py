@@ -43,9 +43,8 @@ class CoSimulation:
     chain : Chain or list of Chain
         The chain, or several chains.
     structure : Structure, MovingStructure, Participant, ContactPoint or None
-        What the last bead faces; None for nothing. A MovingStructure has another stepper, a Participant is a user's
-        own solver. Several chains take a list of as many, or one structure with as many contact points; a
-        ContactPoint(structure, number) is one of them.
+        What the last bead faces; None for nothing. A Participant is a user's own solver. Several chains take a list of
+        as many, or one structure with as many contact points; a ContactPoint(structure, number) is one of them.
     scheme : Condensed, Aitken, IQN_ILS or Explicit, optional
         How both sides agree on the mean forces of a window. By default Condensed(), for linear structures; use
         Aitken() for black boxes.

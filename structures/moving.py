@@ -1,29 +1,22 @@
 """A structure in time, as a participant: state in, state out, driven by the mean force over a window."""
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from structures.checks import instance, one_of, short, takes, within
+from structures.checks import instance, within
 from structures.kernels import linear
 from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite
 from structures.modes import modes_of
 from structures.oscillators import Oscillators
-from structures.step_checks import check_step
 from structures.stepping import (
     LONGEST_WINDOW,
     SHORTEST_WINDOW,
-    CentralDifference,
     DenseMatrices,
-    GeneralisedAlpha,
     ImplicitMidpoint,
-    Newmark,
-    Step,
-    Stepper,
     StructureState,
     energies,
-    lumped,
 )
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -35,22 +28,6 @@ dense product of a window takes as long as a sparse solve.
 """
 
 
-STEPPERS: dict[str, Stepper] = {
-    "midpoint": ImplicitMidpoint,
-    "newmark": Newmark,
-    "generalised-alpha": GeneralisedAlpha,
-    "central-difference": CentralDifference,
-}
-
-
-def _described(stepper: str | Stepper) -> Any:
-    """Return a stepper as plain data: a partial of one of STEPPERS with its constants, a user's function as it is."""
-    names = {stepper: name for name, stepper in STEPPERS.items()}
-    if isinstance(stepper, partial) and stepper.func in names and not stepper.args:
-        return {"name": names[stepper.func], **stepper.keywords}
-    return stepper
-
-
 class MovingStructure:
     """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
 
@@ -60,17 +37,10 @@ class MovingStructure:
     ----------
     structure : Structure
         The structure to move.
-    stepper : str or callable
-        The time integration. "midpoint" conserves energy exactly; "newmark", "generalised-alpha" and
-        "central-difference" use their default constants. A callable makes a Step from a structure and a window, for
-        example functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. Central differences
-        lump the mass; the attribute `structure` holds the lumped structure. With the midpoint stepper, a structure of
-        oscillators (see `reduce`) moves exactly.
 
-    Raises
-    ------
-    ValueError
-        If the stepper is unknown, or does not make a Step.
+    Notes
+    -----
+    The implicit midpoint moves it, which conserves energy exactly; slow oscillators (see `reduce`) move exactly.
 
     Examples
     --------
@@ -83,22 +53,10 @@ class MovingStructure:
     True
     """
 
-    def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
-        structure = as_struck(instance("structure", structure, Structure, "a Structure"))
-        if callable(stepper):
-            takes(
-                f"stepper = {short(stepper)}",
-                stepper,
-                2,
-                "a function of a structure and a window (s) that makes a Step",
-            )
-        else:
-            one_of("stepper", stepper, STEPPERS)
-        method = stepper.func if isinstance(stepper, partial) else STEPPERS.get(str(stepper), stepper)
-        self.structure = lumped(structure) if method is CentralDifference and structure.size else structure
-        self.stepper, self._vectors, self._contacts = stepper, structure.contact_vectors, structure.contacts
-        self._steps: dict[float, Step] = {}
-        self._responses: dict[float, StructureState] = {}
+    def __init__(self, structure: Structure) -> None:
+        self.structure = as_struck(instance("structure", structure, Structure, "a Structure"))
+        self._vectors, self._contacts = self.structure.contact_vectors, self.structure.contacts
+        self._steps: dict[float, Oscillators | ImplicitMidpoint] = {}
 
     @property
     def surface(self) -> Any:
@@ -117,16 +75,9 @@ class MovingStructure:
         """The number of degrees of freedom."""
         return self.structure.size
 
-    @cached_property
-    def modal(self) -> bool:
-        """True if it moves as Oscillators do."""
-        return self.stepper == "midpoint" and self.structure.is_modal
-
     @property
     def compact(self) -> bool:
         """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
-        if self.stepper != "midpoint":
-            return False
         return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
     @cached_property
@@ -154,7 +105,7 @@ class MovingStructure:
         moving = np.flatnonzero(dense.mass.any(axis=0))
         unit, rest = np.eye(size), np.zeros((size, size))
         starts = StructureState(np.hstack([unit, rest[:, moving]]), np.hstack([rest, unit[:, moving]]))
-        (displacement, velocity, _), (pushed, sped, _) = midpoint.free(starts), midpoint.response
+        (displacement, velocity), (pushed, sped) = midpoint.free(starts), midpoint.response
         ends = np.concatenate([displacement, velocity[moving]])
         contact, still = structure.contact_vectors.T, np.zeros((self._contacts, size))
         parts = ends, dense.stiffness, dense.mass[np.ix_(moving, moving)]
@@ -170,17 +121,15 @@ class MovingStructure:
         )
 
     def __repr__(self) -> str:
-        stepper = self.stepper if isinstance(self.stepper, str) else getattr(self.stepper, "__name__", "own stepper")
-        return f"MovingStructure({self.structure!r}, stepper={stepper!r})"
+        return f"MovingStructure({self.structure!r})"
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out factorisations, which the next window computes anew, with the same bits; for pickles and copies."""
-        return {**vars(self), "_steps": {}, "_responses": {}}
+        return {**vars(self), "_steps": {}}
 
     def describe(self) -> dict[str, Any]:
-        """Return how the structure was made, and the stepper if it is not the midpoint, as plain data."""
-        chosen = {} if self.stepper == "midpoint" else {"stepper": _described(self.stepper)}
-        return {**self.structure.origin, **chosen}
+        """Return how the structure was made, as plain data."""
+        return dict(self.structure.origin)
 
     def start(self) -> StructureState:
         """Return the state at rest in static equilibrium."""
@@ -206,9 +155,8 @@ class MovingStructure:
         """The state at the end of the window from the state without force and the mean forces of the K contacts."""
         if not self.structure.size:
             return free
-        pairs = zip(free, self.response(window), strict=True)
-        # A Step without memory may return a memory without columns.
-        return StructureState(*(end + unit @ forces if unit.size else end for end, unit in pairs))
+        pairs = zip(free, self.step(window).response, strict=True)
+        return StructureState(*(end + unit @ forces for end, unit in pairs))
 
     def free(self, state: StructureState, window: float) -> StructureState:
         """The state at the end of the window if no force acts."""
@@ -223,49 +171,23 @@ class MovingStructure:
         """Displacements of the contacts at the end of the window for 1 N of mean force, m/N, K × K.
 
         Entry (i, j) is the displacement of i caused by a force on j. The matrix is symmetric to rounding, because M, C
-        and K are symmetric. Newmark's method with other constants is symmetric to second order only if damping couples
-        the modes.
+        and K are symmetric.
         """
         if not self.structure.size:
             return np.zeros((self._contacts, self._contacts))
-        return self.read(self.response(window))
-
-    def response(self, window: float) -> StructureState:
-        """The states after 1 N from rest at each of the K contacts, a column for each; made once."""
-        if window not in self._responses:
-            parts = self.step(window).response
-            columns = (part.reshape(-1, self._contacts) if part.size else part for part in map(np.asarray, parts))
-            self._responses[window] = StructureState(*columns)
-        return self._responses[window]
+        return self.read(self.step(window).response)
 
     def energy(self, state: StructureState) -> float:
         """Return the kinetic plus elastic energy relative to static equilibrium, J."""
-        return sum(energies(self.structure, state))
+        return sum(self.energies(state))
 
-    def energies(self, state: StructureState, window: float, force: Any = 0.0) -> tuple[float, float]:
-        """Return the kinetic and elastic energy relative to static equilibrium, J, in the form that the stepper
-        conserves for this window.
-
-        Without damping the work of a constant `force` (N; p of them for p contacts) goes into their sum, if the stepper
-        conserves energy at all. For central differences and Newmark's method with γ = ½ the sum differs from `energy`
-        by a fraction (ωH)²/4 of each motion or less.
-        """
-        if not self.structure.size:
-            return 0.0, 0.0
-        energies_of_step = getattr(self.step(window), "energies", None)
-        if energies_of_step is None:
-            return energies(self.structure, state)
-        result: tuple[float, float] = energies_of_step(
-            state, self.structure.contact_vectors @ np.broadcast_to(force, self._contacts)
-        )
-        return result
+    def energies(self, state: StructureState) -> tuple[float, float]:
+        """Return the kinetic and elastic energy relative to static equilibrium, J."""
+        return energies(self.structure, state) if self.structure.size else (0.0, 0.0)
 
     def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
         """Return the energy, J, that damping dissipated between two states a window apart: H v̄ᵀC v̄, v̄ the mean of
-        the two velocities.
-
-        Exact for the midpoint and for oscillators (see Oscillators.dissipated); second order in the window for other
-        steppers.
+        the two velocities; for oscillators see Oscillators.dissipated.
         """
         damping = self.structure.damping
         if damping is None or not self.structure.size:
@@ -283,17 +205,15 @@ class MovingStructure:
         if structure.damping is not None and structure.size > SMALL_MATRIX and "damping" not in structure.origin:
             check_definite("damping", structure.damping)
 
-    def step(self, window: float) -> Step:
-        """Return the Step for this window; made once."""
+    def step(self, window: float) -> Oscillators | ImplicitMidpoint:
+        """Return how it moves over this window; made once."""
         if not isinstance(window, float) or window not in self._steps:
             window = within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
         if window not in self._steps:
             if not self._steps:
                 self._examine()
-            make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
-            step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
-            custom = type(step) not in (Oscillators, *STEPPERS.values())
-            self._steps[window] = check_step(step, self.structure, self.stepper) if custom else step
+            make = Oscillators if self.structure.is_modal else ImplicitMidpoint
+            self._steps[window] = make(self.structure, window)
         return self._steps[window]
 
 
@@ -301,7 +221,7 @@ def _of_oscillators(step: Oscillators, contact: Vector) -> linear.Oscillators:
     """Return a window as a piece. contact: vectors of the contacts, n × K."""
     return linear.Oscillators(
         np.ascontiguousarray(step.rows),
-        np.ascontiguousarray(np.concatenate(step.response[:2]).T),
+        np.ascontiguousarray(np.concatenate(step.response).T),
         np.array(contact.T, order="C"),
         step.square,
         np.array([0, step.square.size]),

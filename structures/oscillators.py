@@ -44,13 +44,8 @@ class Oscillators:
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""
-        u, v, _ = state
+        u, v = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
-
-    def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Return the kinetic and elastic energy, J."""
-        u, v, _ = state
-        return 0.5 * float(v @ v), 0.5 * float(u @ (self.square * u))
 
     def dissipated(self, before: StructureState, after: StructureState) -> float:
         """Return the energy, J, that damping dissipated between two states a window apart, under forces that were
@@ -59,7 +54,7 @@ class Oscillators:
         For slow oscillators it is the work of their force minus their gain of energy, for fast ones H c v̄²; exact to
         the rounding of the energy.
         """
-        (u, v, _), (end_u, end_v, _) = before, after
+        (u, v), (end_u, end_v) = before, after
         force = (end_v - self.rows[2] * u - self.rows[3] * v) / self.push
         gain = 0.5 * ((end_v - v) * (end_v + v) + self.square * (end_u - u) * (end_u + u))
         fast = 0.25 * self.window * self.rate * (v + end_v) ** 2

@@ -353,20 +353,10 @@ def _structures() -> dict[str, Target]:
         "StandardLinearSolid.loss_tangent": Target(
             damping.StandardLinearSolid(0.1, 5e-6).loss_tangent, {"frequency": 3e4}
         ),
-        "stepping.CentralDifference": Target(
-            stepping.CentralDifference, {"structure": ROD, "window": 1e-6, "steps": 20}, _free, {"steps": HUGE, **long}
-        ),
-        "stepping.GeneralisedAlpha": Target(
-            stepping.GeneralisedAlpha, {"structure": ROD, "window": 1e-6, "spectral_radius": 0.8}, _free, long
-        ),
-        "stepping.Newmark": Target(
-            stepping.Newmark, {"structure": ROD, "window": 1e-6, "beta": 0.25, "gamma": 0.5}, _free, long
-        ),
         "stepping.MovingStructure": Target(
             stepping.MovingStructure,
-            {"structure": ROD, "stepper": "midpoint"},
+            {"structure": ROD},
             lambda moving: moving.advance(moving.start(), 10.0, 1e-6),
-            {"stepper": (stepping.Newmark, stepping.CentralDifference, lambda structure, window: None)},
         ),
         "stepping.MovingChain": Target(
             stepping.MovingChain,
@@ -375,11 +365,6 @@ def _structures() -> dict[str, Target]:
             {"dt": (1e-15, 1e-300)},
         ),
     }
-
-
-def _free(step: Any) -> Any:
-    zero = np.ones(step.structure.size)
-    return tuple(step.free(stepping.StructureState(zero, zero)))
 
 
 def _plates() -> dict[str, Target]:
@@ -596,7 +581,7 @@ def _runs() -> dict[str, Target]:
             hl.run_in_precice,
             {
                 **{"body": CHAIN, "surface": FLAT, "configuration": "none.xml", "names": {}, "direction": (1.0, 0.0)},
-                **{"positions": [(0.0, 0.0)], "window": 1e-6, "flexibility": 0.0, "dt": None, "stepper": "midpoint"},
+                **{"positions": [(0.0, 0.0)], "window": 1e-6, "flexibility": 0.0, "dt": None},
             },
         ),
     }

@@ -1,6 +1,6 @@
 """The monolithic reference: chains and structures as one system of equations, with one integrator of eighth order.
 
-It shares with hertzlink's own runs the input and the contact laws alone, neither kernels nor steppers nor windows, and
+It shares with hertzlink's own runs the input and the contact laws alone, neither kernels nor steps nor windows, and
 is meant for small systems: all matrices are dense. With q the displacements from static equilibrium of all bodies and
 all degrees of freedom, the approach of every contact is linear in them, δ = δ_static + A q, and
 

@@ -4,7 +4,6 @@ import csv
 import tomllib
 import warnings
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,10 +46,6 @@ def on_a_rod_with_two_ends() -> hl.CoSimulation:
 
 def deformable(loss: Any) -> hl.CoSimulation:
     return hl.CoSimulation(hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=3, damping=loss), ROD)
-
-
-def stepped(stepper: Any) -> hl.CoSimulation:
-    return hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(ROD, stepper))
 
 
 def modal_by_mode() -> hl.CoSimulation:
@@ -99,10 +94,6 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "viscous layer": lambda: hl.CoSimulation(CHAIN, hl.damped(ROD, SOLID, part=1)),
     "viscous layer of a cylinder": cylinder_with_a_viscous_layer,
     "damping by mode": modal_by_mode,
-    "Newmark": lambda: stepped("newmark"),
-    "central differences": lambda: stepped("central-difference"),
-    "Newmark with constants": lambda: stepped(partial(hl.stepping.Newmark, beta=0.3, gamma=0.6)),
-    "generalised alpha": lambda: stepped(partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.5)),
     "a piston of PTFE": lambda: hl.CoSimulation(
         hl.Chain([BEAD] * 4, hl.Piston([0.0, 2e-5], [0.0, 2e-6], hl.Surface(hl.PTFE, 50.0))), ROD
     ),
@@ -168,12 +159,6 @@ WRONG: list[tuple[str, Any, str]] = [
     ("chain[0].on", {"structure": 1}, r"chain\[0\]\.on\.structure: 1 is no structure of 1"),
     ("chain[1].on", {"point": 0}, r"chain\[1\]\.on: is the contact point of another chain"),
     ("chain[1].behind", {"point": 0}, r"chain\[1\]\.behind: is the contact point of another chain"),
-    ("structure.stepper", {"kind": "newmark", "gamma": 0.1}, r"structure\.stepper\.gamma: 0\.1 must be at least 0\.5"),
-    (
-        "structure.stepper",
-        {"kind": "generalised_alpha", "spectral_radius": 7.0},
-        r"structure\.stepper\.spectral_radius: 7\.0 must lie between 0 and 1",
-    ),
     ("chain[0].damping", {"kind": "modal", "ratio": 0.1}, r"chain\[0\]\.damping: acts inside beads that deform"),
     (
         "structure.damping",
@@ -187,11 +172,6 @@ WRONG: list[tuple[str, Any, str]] = [
     ),
     ("structure.damping", [{"kind": "modal", "ratio": "a lot"}], r'damping\[0\]\.ratio: "a lot" must be a number'),
     ("structure.damping", [{"kind": "rayleigh", "layer": 0}], r"damping\[0\]\.layer: is no entry here"),
-    (
-        "structure.stepper",
-        {"kind": "central_difference", "steps": 0},
-        r"structure\.stepper\.steps: 0 must be at least 1",
-    ),
     ("structure.reduce", {"tolerance": -1.0}, r"structure\.reduce\.tolerance: -1\.0 must be a positive number"),
     ("structure", {"kind": "nothing", "damping": []}, r"structure\.damping: is no entry here"),
     ("chain[1].modes", 99, r"chain\[1\]\.modes: 99 must be at most 20"),
@@ -204,7 +184,6 @@ WRONG: list[tuple[str, Any, str]] = [
         {"plies": [{"material": "PTFE", "thickness": 1e-3}]},
         r"structure\.thickness: belongs to a wall",
     ),
-    ("structure.stepper", {"kind": "euler"}, r'structure\.stepper\.kind: "euler" is no kind'),
     ("structure.reduce", "yes", r"structure\.reduce: .*must be true, false, or a table"),
     ("behind", {"kind": "half_space", "material": "PTFE"}, r"behind: belongs to one \[chain\]"),
     ("measure", {"chain": 2}, r"measure\.chain: 2 is no chain of 2"),

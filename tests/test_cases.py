@@ -424,10 +424,6 @@ class Drilled:
         return hl.Surface(hl.STEEL_316, 250.0)
 
 
-def own_step(structure: hl.Structure, window: float) -> hl.stepping.Step:
-    return hl.stepping.Newmark(structure, window)
-
-
 def stiff(first: Any, second: Any) -> Any:
     return hl.contact_law(first, second)
 
@@ -442,7 +438,6 @@ CHAIN = hl.Chain([STEEL] * 4, STEEL, 0.1)
         (lambda: hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.1, law=stiff), None), "chain.law: cannot be rebuilt", "--with FILE.py"),
         (lambda: hl.CoSimulation(CHAIN, hl.Structure([[1.0]], [[1e6]], None, [1.0], 0.0, hl.Surface(hl.PTFE))), "structure: cannot be rebuilt: 'a structure of your own'", "--with FILE.py"),
         (lambda: hl.CoSimulation(CHAIN, hl.scaled(hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, hl.Supports("clamped"), cells=(6, 5)).at(0.02, 0.02), 3e-3)), "structure.scaled_from: cannot be rebuilt", "build the plate with its own thickness"),
-        (lambda: hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(hl.rod(ROD), own_step)), "structure.stepper: cannot be rebuilt", "use one of midpoint, newmark"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_rebuilt_is_named(simulation: Callable[[], hl.CoSimulation], words: str, cure: str) -> None:

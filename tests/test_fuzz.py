@@ -48,7 +48,7 @@ ROOMS = ("theory.", "Sphere", "HollowSphere", "Cylinder")
 
 ELSEWHERE = {
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
-    *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "stepping.Step", "damping.Viscous"),
+    *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "damping.Viscous"),
     "stepping.StructureState",
     "laws.YieldingLaw",
     *("HertzlinkWarning", "NotConverged", "NoWaveError"),

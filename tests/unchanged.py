@@ -244,9 +244,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "explicit": lambda: co(chain(), SpringMass(), scheme=hl.Explicit(tolerance=None)),
         "adaptive windows": lambda: co(chain(6), SpringMass(), hl.Aitken(), hl.Adaptive()),
         "quadratic waveform": lambda: co(chain(6), SpringMass(), hl.Aitken(), waveform="quadratic"),
-        "Newmark": lambda: co(chain(), hl.stepping.MovingStructure(rod(), hl.stepping.Newmark)),
-        "generalised alpha": lambda: co(chain(), hl.stepping.MovingStructure(rod(), hl.stepping.GeneralisedAlpha)),
-        "central difference": lambda: co(chain(), hl.stepping.MovingStructure(rod(), hl.stepping.CentralDifference)),
         "piston": lambda: co(chain(striker=hl.Piston([0.0, 1e-4, 1.0], [0.0, 4e-5, 4e-5]), impact_speed=None), wall),
         "pushed bead": lambda: co(
             chain(striker=hl.PushedBead([0.0, 2e-5, 4e-5, 1.0], [0.0, 50.0, 0.0, 0.0]), impact_speed=None), wall
@@ -658,9 +655,6 @@ def entries() -> dict[str, dict[str, Any]]:
         "ellipsoids": {"chain.bead": {"shape": "ellipsoid", "length": "12 mm", "axis": "along", "angle": 0.3, **body}},
         "crossed cylinders": {"chain.beads": crossed},
         "deformable": {"chain.modes": 3, "chain.damping": part("modal", ratio=0.05)},
-        "Newmark": {"structure.stepper": part("newmark", beta=0.3, gamma=0.6), "structure.elements": 60},
-        "generalised alpha": {"structure.stepper": part("generalised_alpha", spectral_radius=0.7)},
-        "central difference": {"structure.stepper": part("central_difference")},
         "Aitken": {"run.scheme": part("aitken", tolerance=1e-10), "run.reduce": False, "run.waveform": "quadratic"},
         "explicit": {"run.scheme": part("explicit", predictor=1), "run.window": "1 us", "run.save_every": "2 us"},
         "screening": {"run.accuracy": "screening", "run.reduce": {"tolerance": 0.1, "largest": 40}},

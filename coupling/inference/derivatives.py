@@ -234,7 +234,7 @@ def _with_signs(moving: Any, usual: Any) -> Any:
         for matrix in [getattr(structure, name)]
     }
     changes["contact"] = structure.contact * (sign if structure.contact.ndim == 1 else sign[:, None])
-    return MovingStructure(replace(structure, **changes, matrices=None), moving.stepper)
+    return MovingStructure(replace(structure, **changes, matrices=None))
 
 
 class Column:

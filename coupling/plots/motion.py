@@ -440,11 +440,11 @@ def _check_end(name: str, facing: object, place: int | None, stated: Mapping[str
 
 
 def _check_structure(name: str, structure: Structure, place: int, stated: Mapping[str, Any], advice: str) -> None:
-    """Raise a ValueError if another structure was at a place of the run. Reduction and time stepping may differ."""
+    """Raise a ValueError if another structure was at a place of the run. Its reduction may differ."""
     described = stated["structures"][place] if "structures" in stated else stated.get("structure")
     if isinstance(described, dict):
         theirs, mine = (
-            {key: value for key, value in origin.items() if key not in ("reduction", "stepper")}
+            {key: value for key, value in origin.items() if key != "reduction"}
             for origin in (described, structure.origin)
         )
         _refuse(name, theirs, mine, advice)

@@ -25,7 +25,6 @@ from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import count_of, each, finite, instance, one_of, positive, short
 from structures.moving import MovingStructure
-from structures.stepping import Stepper
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -69,7 +68,6 @@ def run_in_precice(
     window: float | None = None,
     flexibility: float = 0.0,
     dt: float | None = None,
-    stepper: str | Stepper = "midpoint",
 ) -> xr.Dataset:
     """Run a chain, or a structure, as a participant of a preCICE coupling, to its end.
 
@@ -102,8 +100,6 @@ def run_in_precice(
         Compliance in series with a chain's contact, m/N; `structure.flexibility` for a Structure.
     dt : float, optional
         Time step of a chain, s; see MovingChain.
-    stepper : str or callable
-        The time integration of a structure, see `stepping.MovingStructure`.
 
     Returns
     -------
@@ -144,7 +140,7 @@ def run_in_precice(
     """
     instance("body", body, Chain | Structure, "a Chain or a Structure")  # type: ignore[arg-type]
     if isinstance(body, Structure):
-        return _run_structure(body, configuration, names, direction, positions, stepper)
+        return _run_structure(body, configuration, names, direction, positions)
     instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
     return _run_chain(
         guest_chain(body, cast(Surface, surface), flexibility, dt), configuration, names, direction, positions, window
@@ -172,10 +168,10 @@ def _run_chain(
 
 
 def _run_structure(
-    structure: Structure, configuration: str | Path, names: Any, direction: Any, positions: Any, stepper: str | Stepper
+    structure: Structure, configuration: str | Path, names: Any, direction: Any, positions: Any
 ) -> xr.Dataset:
     """Run a structure to the end of the coupling."""
-    moving = MovingStructure(structure, stepper)
+    moving = MovingStructure(structure)
     called, file = _called(STRUCTURE_NAMES, names), _file(configuration)
     count = len(moving.surfaces)
     if positions is None and count > 1:

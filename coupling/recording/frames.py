@@ -177,7 +177,7 @@ class Frames:
         for number, structure in enumerate(interface.structures):
             now = state.structures[number]
             if isinstance(structure, MovingStructure):
-                energies = structure.energies(now, length, interface.at(number, state.force))
+                energies = structure.energies(now)
                 lost = state.ledger.damped[number]
             else:
                 energies, lost = (nan, nan), nan  # not known of a user's participant

@@ -1,8 +1,6 @@
 """The structures of a case that are no plates, and how structures are damped."""
 
 from collections.abc import Mapping
-from functools import partial
-from inspect import isclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
@@ -17,7 +15,6 @@ from hertzlink.cases.declared import (
     refused,
     table_of,
     tables_of,
-    union,
     union_of,
 )
 from hertzlink.cases.faults import Fault
@@ -29,8 +26,7 @@ from structures.bodies.rod import rod
 from structures.bodies.solid import solid
 from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_layer
 from structures.damping import damped as with_damping
-from structures.described import Described, of_family, registered
-from structures.moving import STEPPERS
+from structures.described import of_family
 from structures.other_programs.imported import MEMORY, from_matrices
 from structures.other_programs.imported_modes import from_modes
 from structures.reduction import reduce
@@ -61,24 +57,6 @@ def damped(part: Declared, structure: Structure, world: World) -> Structure:
     layer = getattr(part, "layer", None)
     matrix = None if layer is None else part_of_layer(structure, layer)
     return with_damping(structure, part.of.target(**part.arguments(world)), matrix)
-
-
-class Stepping(Declared):
-    """How a structure is moved in time. Such a structure is not reduced."""
-
-    without = ("structure", "window")
-
-    def make(self, world: World) -> Any:
-        """Return the name of a stepper, or a function of a structure and a window."""
-        arguments, target = self.arguments(world), self.of.target
-        self.of.checked(arguments, self.of.name)
-        names = {stepper: name for name, stepper in STEPPERS.items()}
-        return partial(target, **arguments) if arguments else names.get(target, target)
-
-
-def steppers() -> list[Described]:
-    """Return the steppers that are described: classes of a structure and a window."""
-    return [of for of in registered() if isclass(of.target) and tuple(of.parameters)[:2] == Stepping.without]
 
 
 class Reduction(Declared):
@@ -124,15 +102,10 @@ class Built(Declared, Body):
 
     damping: list[Any] = Field(default_factory=list)
     reduce: Reduce | None = Field(None, description="as in [run], for this structure alone")
-    stepper: Any = None
 
     @classmethod
     def others(cls) -> Data:
-        how = 'how it is moved in time, such as { kind = "newmark" }'
-        return {
-            "damping": (list[union_of(Viscous)], Field(default_factory=list)),  # type: ignore[misc]
-            "stepper": (union(tables_of(steppers(), "kind", Stepping)) | None, Field(None, description=how)),
-        }
+        return {"damping": (list[union_of(Viscous)], Field(default_factory=list))}  # type: ignore[misc]
 
     @property
     def contacts(self) -> int:

@@ -154,15 +154,9 @@ def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
     if structure is None or not isinstance(body, Built):
         return structure
     structure = _damped(body, structure, world, path, early=True)
-    if body.stepper is None:
-        run_of_body = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
-        structure = reduced(structure, run_of_body, ("run",) if body.reduce is None else path)
-    structure = _damped(body, structure, world, path, early=False)
-    if body.stepper is None:
-        return structure
-    at: Path = (*path, "stepper")
-    stepper = made(body.stepper, world, at)
-    return located(body.stepper, at, partial(MovingStructure, structure, stepper))
+    run_of_body = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
+    structure = reduced(structure, run_of_body, ("run",) if body.reduce is None else path)
+    return _damped(body, structure, world, path, early=False)
 
 
 def _damped(body: Built, structure: Structure, world: World, path: Path, early: bool) -> Structure:

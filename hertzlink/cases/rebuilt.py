@@ -24,8 +24,6 @@ from particles.bead import Bead
 from particles.excitation import Excitation
 from structures.checks import short
 from structures.damping import Viscous
-from structures.described import description
-from structures.moving import STEPPERS
 from structures.reduction import reduce
 
 SAME, SAME_ESTIMATE = 1e-9, 1e-2
@@ -156,25 +154,13 @@ def structure_data(inputs: Any) -> tuple[Data, Any]:
     data: Data = {name: value for name, value in inputs.items() if value is not None}
     if "scaled_from" in data:
         raise refused("structure.scaled_from", "a scaled plate", "build the plate with its own thickness and material")
-    stepper = _stepper(data.pop("stepper", None))
     reduction = _reduction(data.pop("reduction", None))
     damping = [
         _damping(damping_input, f"structure.damping[{i}]") for i, damping_input in enumerate(data.pop("damping", []))
     ]
     table = built[data["kind"]]
     data = {"kind": table.of.kind, **table.entries(data)}
-    return data | stepper | ({"damping": damping} if damping else {}), reduction
-
-
-def _stepper(inputs: Any) -> Data:
-    """Return the entry `stepper`; none for the usual one."""
-    if inputs is None:
-        return {}
-    stepper = {"name": inputs} if isinstance(inputs, str) else inputs
-    of = None if not isinstance(stepper, Mapping) else description(STEPPERS.get(str(stepper.get("name"))))
-    if of is None:
-        raise refused("structure.stepper", "a stepper of your own", f"use one of {', '.join(STEPPERS)}")
-    return {"stepper": {"kind": of.kind, **fields_of(stepper, of, "structure.stepper")}}
+    return data | ({"damping": damping} if damping else {}), reduction
 
 
 def _reduction(inputs: Any) -> bool | Data:

@@ -98,7 +98,7 @@ def _run(case: "Case", simulation: "CoSimulation", participant: str, file: Path)
     assert side.surface is not None
     assert isinstance(body, MovingStructure)
     if participant == "Structure":
-        data = run_in_precice(body.structure, file, stepper=body.stepper)
+        data = run_in_precice(body.structure, file)
         return data, [f"The structure took {float(data.interface_work[-1]):.4g} J."]
     data = run_in_precice(side.chain, file, side.surface, flexibility=side.flexibility, dt=side.dt)
     return data, [str(reflections(data, sensor)) for sensor in task_of(case).sensors]

@@ -17,7 +17,7 @@ LARGEST_ASYMMETRY = 1e-8
 
 SMALL_MATRIX = 500
 """A matrix of at most this many rows is factorised immediately to look for negative eigenvalues, in one or two
-milliseconds. Larger matrices are checked when they are factorised or projected anyway (`reduce`, the steppers).
+milliseconds. Larger matrices are checked when they are factorised or projected anyway (`reduce`, windows).
 """
 
 EIGENVALUE_ROUNDING = 1e-9

@@ -30,8 +30,6 @@ STRUCTURES = {
     "half-space": hl.half_space(hl.BRASS_360),
 }
 
-STEPPERS = ("newmark", "generalised-alpha", "central-difference")
-
 
 class Duffing:
     """m ẍ + k x + k₃ x³ = F, a black box that is not linear, by twenty steps of Runge and Kutta's method a window."""
@@ -59,7 +57,6 @@ class Duffing:
 
 PARTICIPANTS: dict[str, Callable[[], Any]] = {
     **{name: partial(hl.stepping.MovingStructure, structure) for name, structure in STRUCTURES.items()},
-    **{f"rod, {stepper}": partial(hl.stepping.MovingStructure, ROD, stepper) for stepper in STEPPERS},
     "Duffing": Duffing,
 }
 

@@ -96,16 +96,6 @@ def test_a_loss_inside_beads_in_another_unit() -> None:
         assert check_before([moving_chain(usual, None)], 1e-3) == []
 
 
-def test_energy_that_the_stepper_loses() -> None:
-    body = hl.rod([hl.Layer(hl.PTFE, 0.0254, 0.01)], elements=20)
-    stepper = hl.stepping.MovingStructure(body, partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.0))
-    run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), stepper, window=8e-6, substeps=1).run(4e-4)
-    error = hl.energy_error(run)
-    (finding,) = found(run, "energy")
-    assert f"{100.0 * error:.2g} %" in finding
-    assert "the structure's stepper, see structure_numerical_loss" in finding
-
-
 @pytest.mark.parametrize(
     ("until", "meant"), [(1.5, "0.0015 (1.5 ms)"), (1500.0, "0.0015 (1.5 ms)"), (0.4, "0.0004 (400 µs)")]
 )

@@ -90,7 +90,7 @@ def test_an_entry_of_a_chain_or_a_run_stands_in_one_place() -> None:
 
 
 def test_an_entry_of_a_structure_or_a_wall_stands_in_one_place() -> None:
-    """No table says the type of what a signature declares: materials, walls, dampings, steppers, gaps, reductions."""
+    """No table says the type of what a signature declares: materials, walls, dampings, reductions."""
     names = {name for one in ours() for name, parameter in one.parameters.items() if parameter.notes}
     for file in ("bodies", "plates", "materials", "chains"):
         text = (HOME / "hertzlink" / "cases" / f"{file}.py").read_text("utf-8")
@@ -105,7 +105,7 @@ def test_a_report_has_no_unit_of_its_own_for_a_parameter() -> None:
     assert not set(setup_in_words.UNITS) & {name for one in ours() for name in one.units}
 
 
-def test_a_damping_and_a_stepper_of_ones_own_stand_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(described_module, "_ALL", dict(described_module._ALL))
 
     @hl.described
@@ -120,35 +120,25 @@ def test_a_damping_and_a_stepper_of_ones_own_stand_in_a_case(monkeypatch: pytest
         def of_structure(self, structure: hl.Structure) -> hl.Structure:
             return hl.damped(structure, hl.damping.Rayleigh(self.rate))
 
-    @hl.described
-    class Leapfrog:
-        """Central differences."""
-
-        def __init__(self, structure: hl.Structure, window: float, parts: Annotated[int, Count(2)] = 20) -> None:
-            method = hl.stepping.CentralDifference(structure, window, parts)
-            self.response, self.free, self.energies = method.response, method.free, method.energies
-
-    def run(damping: dict[str, Any], stepper: dict[str, Any]) -> Any:
+    def run(damping: dict[str, Any]) -> Any:
         layer = {"material": "PTFE", "length": 0.02, "radius": 9e-3}
         bead = {"shape": "sphere", "radius": 4.76e-3, "material": "PTFE"}
-        rod = {"kind": "rod", "layers": [layer], "elements": 4, "damping": [damping], "stepper": stepper}
+        rod = {"kind": "rod", "layers": [layer], "elements": 4, "damping": [damping]}
         return Case(
             {"chain": {"beads": 2, "bead": bead, "impact_speed": 0.3}, "structure": rod, "run": {"until": 2e-5}}
         ).run()
 
-    mine = run({"kind": "drag", "rate": "2e3 1/s"}, {"kind": "leapfrog"})
-    ours = run({"kind": "rayleigh", "mass_rate": 2e3}, {"kind": "central_difference", "steps": 20})
+    mine = run({"kind": "drag", "rate": "2e3 1/s"})
+    ours = run({"kind": "rayleigh", "mass_rate": 2e3})
     assert mine.contact_force.equals(ours.contact_force)
     assert hl.from_input(ours).run().identical(ours)
-    with pytest.raises(ValueError, match=r"structure\.stepper\.parts: 1 must be at least 2"):
-        run({"kind": "drag", "rate": 2e3}, {"kind": "leapfrog", "parts": 1})
     with pytest.raises(ValueError, match=r"structure\.damping\[0\]\.rate: -1\.0 must be a positive number of 1/s"):
-        run({"kind": "drag", "rate": -1.0}, {"kind": "leapfrog"})
+        run({"kind": "drag", "rate": -1.0})
 
 
 def test_what_users_get_keeps_its_ranges() -> None:
     """The signatures that users read have no notes; those of a case do, whichever is looked at first."""
-    for target in (hl.stepping.Newmark, hl.stepping.GeneralisedAlpha, hl.Sphere, hl.kirchhoff_plate, hl.reduce):
+    for target in (hl.Sphere, hl.kirchhoff_plate, hl.reduce):
         assert "Annotated" not in str(inspect.signature(target))
         assert Described(target).units
 
