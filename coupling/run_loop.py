@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from numba.core.errors import NumbaError
+from numba import NumbaError
 
 from coupling.compiled_run import Engine, StructureWindows, check_finite
 from coupling.interface import Interface

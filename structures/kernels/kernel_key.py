@@ -12,7 +12,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
-from numba.core import types
+from numba import types
 
 OURS = "structures", "particles", "coupling"
 """Packages whose folders `kernels` hold functions that call each other: a checksum of their sources is kept."""

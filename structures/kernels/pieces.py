@@ -8,8 +8,7 @@ from functools import wraps
 from inspect import signature
 from typing import Any
 
-from numba import float64, int64, njit, typeof
-from numba.core.errors import NumbaError
+from numba import NumbaError, float64, int64, njit, typeof
 from numba.extending import overload
 
 Function = Callable[..., Any]
@@ -70,7 +69,7 @@ def by_type(function: Function, small: bool = True) -> Function:
 
     choose.__signature__ = parameters  # type: ignore[attr-defined]
     # Not strict: annotations of a user's functions need not be ours.
-    overload(call, OPTIONS | {"forceinline": small}, strict=False, target="generic")(choose)
+    overload(call, OPTIONS | {"forceinline": small}, strict=False)(choose)
     return call
 
 
@@ -102,7 +101,7 @@ def for_each(function: Function) -> Function:
 
         return last if len(entries) == 1 else rest  # type: ignore[return-value]
 
-    overload(each, target="generic", jit_options=OPTIONS)(choose)
+    overload(each, OPTIONS)(choose)
     return each
 
 
