@@ -71,7 +71,6 @@ from plates.additions import PointMass as PointMass
 from plates.additions import Stiffener as Stiffener
 from plates.additions import Weakened as Weakened
 from plates.beam import beam as beam
-from plates.builders import kirchhoff_panel as kirchhoff_panel
 from plates.builders import kirchhoff_plate as kirchhoff_plate
 from plates.builders import mindlin_panel as mindlin_panel
 from plates.builders import mindlin_plate as mindlin_plate

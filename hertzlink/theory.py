@@ -1,10 +1,8 @@
-"""Closed forms for contacts, waves in chains and plates, and impacts."""
+"""Closed forms for contacts, waves in chains and rods, and impacts."""
 
 from particles.solitary import UniformChain as UniformChain
 from plates.theory import zener as _zener
 from plates.theory.impact import PlateImpact as PlateImpact
-from plates.theory.lamb import LambWaves as LambWaves
-from plates.theory.lamb import rayleigh_speed as rayleigh_speed
 from structures.bodies import layers as _layers
 from structures.bodies.anisotropy import indentation_modulus as indentation_modulus
 from structures.bodies.anisotropy import orthotropic_stiffness as orthotropic_stiffness

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from plates.additions import Addition
 from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
-from plates.elements.morley import Morley
 from plates.laminate import Laminate, section_of
 from plates.plate import Plate
 from plates.section import SHEAR_CORRECTION, Section, ShearCorrection
@@ -180,74 +179,6 @@ def mindlin_plate(
     section = section_of(thickness, material, shear_correction)
     element = Mindlin(_patch(section, patch_radius))
     return Plate(shape, section, supports, element, highest_frequency, additions, _made_of(material))
-
-
-@described_as(called="Kirchhoff panel")
-def kirchhoff_panel(
-    shape: PanelShape,
-    thickness: WallThickness | None,
-    material: Wall,
-    supports: Mapping[Tag, Edge] | None = None,
-    highest_frequency: Frequency = HIGHEST_FREQUENCY,
-    additions: Sequence[Addition] = (),
-    scale: Scale | None = None,
-    merge: Annotated[Length, MERGE] | None = None,
-    tags: Annotated[str, TAGS] | None = None,
-) -> Plate:
-    """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; the contact force acts at a point.
-
-    By default the static compliance at the contact is within 0.1 % of closed forms, and AR within 0.001 of the incident
-    wave where echoes of the edges shape it. `mindlin_panel` needs a tenth of the degrees of freedom, in thin plates
-    too; this function serves to check it. A mesh from a file may be coarser: its error grows with the square of the
-    size of its cells.
-
-    Parameters
-    ----------
-    shape : Outline, path or meshio.Mesh
-        An Outline, or a flat mesh of triangles; see `mindlin_panel`.
-    thickness : float or None
-        Thickness, m. A Laminate or a Section has its own: give that, or None.
-    material : Material, Laminate or Section
-        One material for all the thickness, or a wall of its own.
-    supports : Mapping, optional
-        How edges are held, by name: {"rim": "clamped"}; see `mindlin_panel`.
-    highest_frequency : float
-        The mesh resolves flexural waves up to it, Hz. The default suits steel beads of 4 to 20 mm.
-    additions : sequence of PointMass, Weakened and Prestress
-        What is fixed to the plate; stiffeners are refused.
-    scale : float, optional
-        Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.
-    merge : float, optional
-        Distance, m, within which points of the mesh become one: it joins parts whose points coincide.
-    tags : str, optional
-        Name of the data of cells whose whole numbers name the edges; needed where a file has several.
-
-    Returns
-    -------
-    Plate
-        `plate.at(x, y)` is the structure struck at a point.
-
-    Raises
-    ------
-    ValueError
-        For meshes of quadrilaterals, and as `mindlin_panel`.
-
-    References
-    ----------
-    Morley, Aero. Quart. 19 (1968) 149, with most of the error of order 2 removed (plates/elements/morley.py).
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> disc = hl.Outline(hl.circle(0.1), edges="rim")
-    >>> hl.kirchhoff_panel(disc, 2e-3, hl.ALUMINIUM_6061, {"rim": "clamped"}).kind
-    'Kirchhoff panel'
-    """
-    section = section_of(thickness, material)
-    panel = _shape(shape, section, scale, merge, tags, supports)
-    if isinstance(panel, FlatMesh) and panel.quadrilateral:
-        raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
-    return Plate(panel, section, _named(supports), Morley(), highest_frequency, additions, _made_of(material))
 
 
 @described_as(called="Mindlin panel")

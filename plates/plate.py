@@ -54,8 +54,7 @@ BUCKLES = 8.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plate:
-    """A plate of any shape in any theory; `kirchhoff_plate`, `mindlin_plate`, `kirchhoff_panel` and `mindlin_panel`
-    make one.
+    """A plate of any shape in any theory; `kirchhoff_plate`, `mindlin_plate` and `mindlin_panel` make one.
 
     Parameters
     ----------

@@ -388,7 +388,6 @@ def _plates() -> dict[str, Target]:
             {**cells, **sizes, "patch_radius": (1e-9, 1.0)},
         ),
         "mindlin_plate by frequency": Target(hl.mindlin_plate, {**size, **frequency}, at_middle, sizes),
-        "kirchhoff_panel": Target(hl.kirchhoff_panel, {**shape, **frequency, "scale": None}, _on_panel, sizes),
         "mindlin_panel": Target(
             hl.mindlin_panel,
             {**shape, **frequency, "shear_correction": 0.8, "patch_radius": 5e-3, "scale": None},
@@ -824,8 +823,6 @@ def closed(ax: Any) -> None:
 def _formulas() -> dict[str, Target]:
     d, m, k = {"size": BEAD.size}, {"mass": BEAD.mass}, {"stiffness": STIFFNESS}
     chain, load = theory.UniformChain(BEAD.size, BEAD.mass, STIFFNESS), {"preload": 10.0}
-    plate = {"material": hl.ALUMINIUM_6061, "thickness": 2e-3}
-    waves = theory.LambWaves(hl.ALUMINIUM_6061, 2e-3)
     surfaces = {"first": BEAD.surface, "second": FLAT}
     table: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
         "theory.UniformChain": (theory.UniformChain, {**d, **m, **k, "exponent": 1.5}),
@@ -838,11 +835,6 @@ def _formulas() -> dict[str, Target]:
         "UniformChain.wave_speed_from_force": (chain.wave_speed_from_force, {"force": 20.0, "preload": 1.0}),
         "UniformChain.wave_speed_from_particle_speed": (chain.wave_speed_from_particle_speed, {"particle_speed": 0.3}),
         "UniformChain.peak_force_from_particle_speed": (chain.peak_force_from_particle_speed, {"particle_speed": 0.3}),
-        "theory.LambWaves": (theory.LambWaves, {**plate, "mode": "A1"}),
-        "LambWaves.frequency": (waves.frequency, {"wave_number": 500.0}),
-        "LambWaves.group_speed": (waves.group_speed, {"frequency": 3e4}),
-        "LambWaves.phase_speed": (waves.phase_speed, {"frequency": 3e4}),
-        "theory.rayleigh_speed": (theory.rayleigh_speed, {"material": STEEL}),
         "theory.zener_contact_time": (theory.zener_contact_time, {"inelasticity": 1.28}),
         "theory.zener_restitution": (theory.zener_restitution, {"inelasticity": 1.28}),
         "theory.hertz_pressure": (theory.hertz_pressure, {**surfaces, "force": 50.0}),

@@ -103,7 +103,7 @@ def test_only_public_names_are_listed() -> None:
 
 def test_public_objects_survive_pickling() -> None:
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    for thing in (bead, hl.Sphere, hl.sweep, hl.theory.rayleigh_speed, hl.damping.Modal(0.02)):
+    for thing in (bead, hl.Sphere, hl.sweep, hl.theory.hertz_pressure, hl.damping.Modal(0.02)):
         assert pickle.loads(pickle.dumps(thing)) == thing
 
 

@@ -23,7 +23,6 @@ assert_type(plate, hl.Plate)
 assert_type(plate.at(0.1, 0.1), hl.Structure)
 assert_type(run, xr.Dataset)
 assert_type(hl.amplitude_ratio(run, sensor=7), xr.DataArray)
-assert_type(hl.theory.LambWaves(hl.PTFE, 1e-3).group_speed(1e4), float)
 assert_type(hl.theory.UniformChain(bead.size, bead.mass, 1e10).sound_speed(2.0), float)
 
 

@@ -12,7 +12,7 @@ from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Length, Part, World, either, file_of, forms, made
 from plates.additions import Addition, PointMass
-from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
+from plates.builders import kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate
 from plates.laminate import Laminate
 from plates.plate import Plate
@@ -199,6 +199,6 @@ class Panel(PlateBody):
 
 
 SPECIAL.update({
-    kirchhoff_plate: KirchhoffPlate, mindlin_plate: RectanglePlate, kirchhoff_panel: Panel, mindlin_panel: Panel,
+    kirchhoff_plate: KirchhoffPlate, mindlin_plate: RectanglePlate, mindlin_panel: Panel,
     infinite_plate: Walled,
 })  # fmt: skip

@@ -80,7 +80,7 @@ class PlateImpact:
     bead : Bead
         The bead that hits the plate; any object with `mass`, `size` and `surface`.
     plate : Plate
-        A thin plate, from `kirchhoff_plate` or `kirchhoff_panel`.
+        A thin plate, from `kirchhoff_plate`.
     impact_speed : float or ndarray
         Speed v of the bead at impact, m/s, positive.
     inelasticity : float or ndarray, optional
@@ -216,12 +216,12 @@ def critical_distance_bounds(
     bead : Bead
         The last bead of the chain; any object with `mass`, `size` and `surface`.
     plate : Plate
-        A thin plate, from `kirchhoff_plate` or `kirchhoff_panel`.
+        A thin plate, from `kirchhoff_plate`.
     impact_speed : float
         Speed, m/s, of the striker (see Notes).
     wave_speeds : tuple of two floats, optional
-        Two other wave speeds, m/s, such as `theory.LambWaves(material, thickness).group_speed(frequency)` and
-        `theory.rayleigh_speed(material)`. Plates of a Laminate need them.
+        Two other wave speeds, m/s, such as the group speed of A0 and the speed of Rayleigh waves. Plates of a Laminate
+        need them.
 
     Returns
     -------
@@ -271,8 +271,8 @@ def critical_distance_bounds(
 
 def wall_stiffness(bead: Bead, plate: Plate) -> float:
     """Return the stiffness k, N/m^1.5, of the Hertz contact between a bead and a thin plate."""
-    if not instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or kirchhoff_panel make").thin:
-        raise ValueError(f"plate = {plate!r}: must be thin, as kirchhoff_plate or kirchhoff_panel make")
+    if not instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes").thin:
+        raise ValueError(f"plate = {plate!r}: must be thin, as kirchhoff_plate makes")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")) or not isinstance(bead.mass, float):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass, size and surface")
     return hertz_stiffness(bead.surface, Surface(plate.section.struck))

@@ -257,7 +257,7 @@ def test_setup_shows_outline_supports_mesh_and_contact() -> None:
     assert "42 beads that are not drawn" in said
     panel = hl.Outline([(0, 0), (0.3, 0), (0, 0.2)], holes=[[(0.05, 0.05), (0.08, 0.05), (0.05, 0.08)]])
     ax = hl.plots.setup(
-        hl.CoSimulation(chain, hl.kirchhoff_panel(panel, 2e-3, hl.PTFE, {}, highest_frequency=1e4).at(0.1, 0.05))
+        hl.CoSimulation(chain, hl.mindlin_panel(panel, 2e-3, hl.PTFE, {}, highest_frequency=1e4).at(0.1, 0.05))
     )
     assert any(one.startswith("right: seen along the chain, 300 × 200 mm") for one in words(ax))
 

@@ -40,9 +40,9 @@ def cross_ply(n: float) -> hl.Structure:
     return hl.kirchhoff_plate(0.1 * n, 0.08 * n, None, wall, CLAMPED, **up_to(n)).at(0.04 * n, 0.03 * n)
 
 
-def disc(make: Callable[..., Any], n: float) -> hl.Structure:
+def disc(n: float) -> hl.Structure:
     outline = hl.Outline(hl.circle(0.04 * n), edges=("rim",) * 96)
-    made = make(outline, 3e-3 * n, ALLOY, {"rim": "clamped"}, **up_to(n)).at(0.01 * n, 0.0)
+    made = hl.mindlin_panel(outline, 3e-3 * n, ALLOY, {"rim": "clamped"}, **up_to(n)).at(0.01 * n, 0.0)
     assert isinstance(made, hl.Structure)
     return made
 
@@ -77,8 +77,7 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     "thick plate": lambda n: hl.mindlin_plate(0.1 * n, 0.08 * n, 4e-3 * n, ALLOY, CLAMPED, **up_to(n)).at(
         0.04 * n, 0.03 * n
     ),
-    "thin panel": lambda n: disc(hl.kirchhoff_panel, n),
-    "thick panel": lambda n: disc(hl.mindlin_panel, n),
+    "panel": disc,
     "any position": lambda n: hl.ReducedPlate(
         hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED, **up_to(n)),
         UNTIL * n, (0.03 * n, 0.05 * n), 0.03 * n, pulse=PULSE * n,
@@ -90,7 +89,7 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     ),
 }  # fmt: skip
 
-TIES = {"thin panel", "thick panel"}
+TIES = {"panel"}
 """Rounding decides which of two equal triangles is made, or which of two equal directions is left out: only for powers
 of two are their numbers those of another size."""
 

@@ -160,10 +160,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (lambda: hl.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
         (lambda: hl.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
-        (
-            lambda: hl.theory.LambWaves(MATERIAL, 1e300).frequency([1e300]),
-            r"thickness = 1e\+300: must be at most 1e\+100",
-        ),
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, impact_speed=0.0), "impact_speed = 0"),
         (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
         (lambda: hl.mindlin_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
@@ -195,7 +191,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
         (lambda: hl.Stiffener(np.array(np.nan), (0.1, 0.0), 1.0), r"start = array\(nan\): must be"),
-        (lambda: hl.theory.LambWaves(MATERIAL, 1e-3, "A0").group_speed(1e300), r"frequency = 1e\+300: must be at most"),
         (lambda: replace(PLATE, supports={"left": np.ones(2)}), r"left.* = array.*"),
         (lambda: hl.Ply(STEEL, 1e300), r"thickness = 1e\+300: must lie between"),
         (lambda: replace(WALL, mass=0.0), r"mass = 0\.0"),
@@ -209,7 +204,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             "symmetric and positive",
         ),
         (lambda: replace(WALL, shear=np.full((2, 2), np.nan)), "shear = .*finite"),
-        (lambda: hl.theory.LambWaves(MATERIAL, 1e-3, "A0").phase_speed("1e4"), "frequency = '1e4'"),  # type: ignore[type-var]
     ],
 )
 def test_bad_calls(call: Callable[[], object], message: str) -> None:

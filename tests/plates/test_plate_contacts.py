@@ -32,9 +32,6 @@ PLATES: dict[str, Callable[[], hl.Plate]] = {
     "mindlin_panel": partial(
         hl.mindlin_panel, RIM, THICKNESS, hl.ALUMINIUM_6061, {"rim": "simple"}, patch_radius=2e-3, highest_frequency=2e3
     ),
-    "kirchhoff_panel": partial(
-        hl.kirchhoff_panel, RIM, THICKNESS, hl.ALUMINIUM_6061, {"rim": "simple"}, highest_frequency=4e3
-    ),
 }
 X, Y = [0.11, 0.26, 0.31], [0.2, 0.07, 0.21]
 
@@ -71,7 +68,6 @@ def navier(x: list[float], y: list[float], shift: float, terms: int = 700) -> Ar
         ("uniform", 1e-2, 2e-4),
         ("mindlin_plate", 2e-3, 1e-3),
         ("mindlin_panel", 2e-3, 1e-3),
-        ("kirchhoff_panel", 2e-2, 4e-3),
     ],
 )
 def test_three_contacts_move_each_other_as_in_naviers_series(name: str, own: float, cross: float, shift: float) -> None:

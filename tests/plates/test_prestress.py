@@ -18,7 +18,7 @@ def square(kind: str, *forces: float, held: str = "simple", **more: object) -> h
     if kind == "panel":
         corners = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)]
         shape, edges = hl.Outline(corners, edges="rim"), {"rim": held}
-        return hl.kirchhoff_panel(shape, THICKNESS, ALUMINIUM, edges, additions=additions, **more)
+        return hl.mindlin_panel(shape, THICKNESS, ALUMINIUM, edges, additions=additions, **more)
     build = {"kirchhoff": hl.kirchhoff_plate, "mindlin": hl.mindlin_plate}[kind]
     return build(SIDE, SIDE, THICKNESS, ALUMINIUM, hl.Supports(*[held] * 4), additions=additions, **more)
 

@@ -2,10 +2,8 @@
 
 from dataclasses import replace
 
-import meshio
 import numpy as np
 import pytest
-from skfem import MeshTri
 
 import hertzlink as hl
 from structures.described import Parameter, description
@@ -47,15 +45,6 @@ def test_scaled_plate_is_the_plate_built_anew_on_the_same_mesh(thickness, materi
     assert {name: scaled.origin[name] for name in same} == {name: anew.origin[name] for name in same}
     bending = [one.origin["section"]["bending"] for one in (scaled, anew)]
     assert np.array_equal(*bending)
-
-
-def test_panel_scales_as_well():
-    mesh = MeshTri.init_tensor(np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 17)).oriented()
-    flat = meshio.Mesh(np.column_stack([0.1 * mesh.p.T, np.zeros(mesh.p.shape[1])]), [("triangle", mesh.t.T)])
-    thin, thick = (hl.kirchhoff_panel(flat, t, hl.ALUMINIUM_6061, {}).at(0.04, 0.03) for t in (THIN, THICK))
-    scaled = hl.scaled(thin, THICK)
-    assert abs(scaled.stiffness - thick.stiffness).max() < 1e-11 * abs(thick.stiffness).max()
-    assert abs(scaled.mass - thick.mass).max() < 1e-11 * abs(thick.mass).max()
 
 
 def test_frequencies_of_the_scaled_reduction_are_those_of_the_theory():

@@ -57,10 +57,6 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
         r"mindlin_panel highest_frequency = 40: is read as 40 Hz, .* mean \S+ kHz\?",
     ),
     (
-        lambda: hl.kirchhoff_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
-        "kirchhoff_panel highest_frequency = 40: ",
-    ),
-    (
         lambda: hl.layered_cylinder([hl.Layer(STEEL, 0.02, 0.01)], highest_frequency=40),
         "cylinder highest_frequency = 40: ",
     ),
