@@ -45,7 +45,6 @@ from hertzlink import quantities as quantities
 from hertzlink import stepping as stepping
 from hertzlink import testing as testing
 from hertzlink import theory as theory
-from hertzlink.cases.rebuilt import from_input as from_input
 from particles.bead import Bead as Bead
 from particles.bead import Cylinder as Cylinder
 from particles.bead import Ellipsoid as Ellipsoid

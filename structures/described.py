@@ -129,7 +129,7 @@ class Described:
 
 @dataclass_transform(frozen_default=True)
 def described(target: Thing) -> Thing:
-    """Describe a class or a function by its signature: a part that hertzlink checks, stores, rebuilds and varies.
+    """Describe a class or a function by its signature: a part that hertzlink checks, stores and varies.
 
     A class becomes a frozen dataclass. Parameters with a quantity, such as hl.Length, are checked, become floats, and
     warn where the number is probably in another unit. A function that returns a Structure notes its arguments in the

@@ -624,7 +624,6 @@ def _measures() -> dict[str, Target]:
     return {
         "amplitude_ratio": Target(hl.amplitude_ratio, {**at, "wave": "primary"}, None, of_run, infinite=True),
         "time_of_flight": Target(hl.time_of_flight, {**at, "wave": "primary"}, None, of_run, infinite=True),
-        "from_input": Target(lambda given: hl.from_input(given).until, {"given": record().attrs["input"]}),
         "reflections": Target(hl.reflections, {**at, "smallest": 0.01}, None, of_run),
         "wave_speed": Target(hl.wave_speed, {"run": run, "first": 2, "second": 5}, None, of_run, infinite=True),
         "contact_events": Target(hl.contact_events, {"run": run, "smallest": 1e-3}, None, of_run, infinite=True),

@@ -510,9 +510,9 @@ def test_a_result_without_a_case_says_what_to_do(
         ("folder", "is no file; give a netCDF file such as results.nc"),
         ("linked", "linked.nc: /x links to another file, secret.nc; it was not read"),
         ("huge", "huge.nc: /x claims 8e+12 bytes, more than its file can hold; it was not read"),
-        ("found", "is an identification made in Python, which has no case"),
+        ("found", "holds no case, as what was made in Python"),
         ("study", "is a study, which has no case; `hertzlink study rod-length` repeats it"),
-        ("other", "must be the input of a run"),
+        ("other", "holds no case, as what was made in Python"),
     ):
         assert words in complaint(capsys, "new", f"{name}.nc")
 

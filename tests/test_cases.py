@@ -8,8 +8,6 @@ import signal
 import tomllib
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -290,7 +288,7 @@ def test_a_mixed_chain_is_that_of_python() -> None:
     wall = hl.half_space(hl.Material(6.52e9, 0.40, 1150.0, "like nylon"))
     case, simulation = case_of(text), hl.CoSimulation(chain, wall, hl.Aitken(1e-8), accuracy="screening")
     assert case.simulation().chain.chain == chain
-    assert input_of(case.simulation()) == input_of(simulation)
+    assert as_text(case.simulation().describe()) == as_text(simulation.describe())
     assert (case.until, case.model.run.save_every) == (0.2e-3, 1e-6)
 
 
@@ -309,169 +307,8 @@ def test_a_plate_is_that_of_python_and_comes_back(tmp_path: Path) -> None:
     chain = hl.Chain([bead] * 20, bead, 0.31)
     run = hl.CoSimulation(chain, hl.reduce(plate.at(0.06, 0.075), 0.4e-3)).run(0.4e-3)
     assert case.run().identical(run)
-    assert hl.from_input(run.attrs["input"]).run().identical(run)
-    text = hl.from_input(run).to_toml()
-    assert case_of(text).run().identical(run)
+    assert case_of(case.to_toml()).run().identical(run)
     assert case.simulation().structure.structure is case.simulation().structure.structure, "is built once"
-
-
-BEADS = {
-    "hollow": [hl.HollowSphere(9.525e-3, 8.655e-3, hl.STEEL_316)] * 4,
-    "ellipsoids": [hl.Ellipsoid(4.76e-3, 15e-3, hl.STEEL_316, axis) for axis in ("along", "across")],
-    "cylinders": [hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=0.3 * n) for n in range(3)],
-    "own material": [hl.Sphere(5e-3, hl.Material(7e10, 0.2, 2500.0, "glass"))] * 3,
-    "nameless": [hl.Sphere(5e-3, hl.Material(7e10, 0.2, 2500.0, yield_strength=1e8))] * 3,
-}
-
-CHAINS = {
-    **{name: hl.Chain(beads, beads[0], 0.2) for name, beads in BEADS.items()},
-    "no striker": hl.Chain([STEEL] * 4, None, 0.2),
-    "other striker": hl.Chain([STEEL] * 4, BEADS["hollow"][0], 0.2),
-    "spring": hl.Chain([STEEL] * 4, hl.SpringLoaded(STEEL, 200.0, 2e-3, 1e-3)),
-    "push": hl.Chain([STEEL] * 4, hl.PushedBead((0.0, 1e-5, 2e-5), (0.0, 5.0, 0.0))),
-    "piston": hl.Chain([STEEL] * 4, hl.Piston((0.0, 1e-5), (0.0, 1e-6)), preload=3.0),
-    "gravity, LinearDashpot": hl.Chain(
-        [STEEL] * 4, STEEL, 0.1, gravity=9.81, inclination=0.4, dissipation=hl.LinearDashpot(5.0)
-    ),
-    **{
-        f"loss {type(loss).__name__}": hl.Chain([STEEL] * 4, STEEL, 0.2, dissipation=loss)
-        for loss in (
-            hl.PowerDashpot(5.0, 1.5, "thesis"), hl.MassProportional(900.0),
-            hl.KuwabaraKono(1e-6), hl.Tsuji(0.07), hl.Restitution(0.9),
-        )
-    },
-    "power law": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.PowerLaw(1e9, 1.4)),
-    "limited law": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.PowerLaw(1e9, 1.5, largest=1e-5, name="mine")),
-    "Thornton": hl.Chain([STEEL] * 4, STEEL, 0.5, law=hl.laws.Thornton()),
-    "Jackson and Green": hl.Chain([STEEL] * 4, STEEL, 0.5, law=hl.laws.JacksonGreen(3e8)),
-    "table": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.TabulatedLaw((0.0, 1e-6, 5e-6), (0.0, 2.0, 30.0))),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", CHAINS)
-def test_chains_come_back_as_they_are(name: str) -> None:
-    """Equal chains in equal windows have the same run, which is not made: most of these compile a loop of their own."""
-    simulation = hl.CoSimulation(CHAINS[name], hl.rod(ROD))
-    again = hl.from_input(input_of(simulation)).simulation()
-    assert again.chain.chain == CHAINS[name]
-    assert input_of(again) == input_of(simulation)
-
-
-def input_of(simulation: hl.CoSimulation) -> str:
-    windows = simulation.plan(3e-5).describe(simulation.interface, simulation.window)
-    return as_text({**simulation.describe(), "until": 3e-5, **windows})
-
-
-def small_plate(**given: Any) -> hl.Plate:
-    supports = hl.Supports("clamped", "simple", hl.ElasticEdge(1e7, 2.0), "soft simple")
-    return hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, supports, cells=(6, 5), **given)
-
-
-STRUCTURES: dict[str, Callable[[], Any]] = {
-    "nothing": lambda: None,
-    "half-space": lambda: hl.half_space(hl.NYLON),
-    "rod": lambda: hl.rod(ROD[1:], "free", elements=9),
-    "layered rod": lambda: hl.rod(ROD),
-    "damped rod": lambda: hl.damped(hl.rod(ROD), hl.damping.Rayleigh(100.0, 1e-7)),
-    "reduced rod": lambda: hl.reduce(hl.rod(ROD), 2e-4, 1e-3, pulse=1e-5),
-    "modal rod": lambda: hl.damped(hl.reduce(hl.rod(ROD), 2e-4), hl.damping.Modal(0.01)),
-    "cylinder": lambda: hl.layered_cylinder(ROD[1:], hl.Foundation(1e12), patch_radius=3e-3, cells=1),
-    "plate": lambda: small_plate().at(0.02, 0.025),
-    "reduced plate": lambda: hl.reduce(small_plate().at(0.02, 0.025, "back"), 1e-4),
-    "additions": lambda: small_plate(
-        additions=[
-            hl.PointMass(0.03, 0.02, 1e-3), hl.Weakened((0.01, 0.02, 0.01, 0.02), 0.5),
-            hl.Stiffener((0.0, 0.02), (0.06, 0.02), 20.0, 1.0, 0.2), hl.Prestress(2e3, -1e3, 500.0),
-        ]
-    ).at(0.02, 0.025),
-    "thick plate": lambda: hl.mindlin_plate(
-        0.06, 0.05, 4e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), cells=(4, 4)
-    ).at(0.03, 0.02),
-    "half-plane": lambda: hl.half_plane(2e-3, hl.ALUMINIUM_6061, "free", 0.02, until=2e-4),
-    "infinite plate": lambda: hl.infinite_plate(2e-3, hl.ALUMINIUM_6061),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", STRUCTURES)
-def test_structures_come_back_to_the_same_bits(name: str) -> None:
-    run = hl.CoSimulation(hl.Chain([STEEL] * 4, STEEL, 0.1), STRUCTURES[name]()).run(until=5e-5)
-    assert hl.from_input(run).run().identical(run)
-
-
-@pytest.mark.parametrize(
-    ("settings", "saved"),
-    [
-        ({}, 1e-6), ({"accuracy": "screening"}, None), ({"accuracy": "reference"}, None), ({"window": 4e-7}, None),
-        ({"window": 4e-6, "substeps": 16}, None), pytest.param({"waveform": "quadratic"}, None, marks=pytest.mark.thorough), ({"scheme": hl.Explicit()}, None),
-        ({"scheme": hl.IQN_ILS(reuse=1), "window": hl.Adaptive(1e-4)}, None),
-    ],
-)  # fmt: skip
-def test_windows_come_back_to_the_same_bits(settings: dict[str, Any], saved: float | None) -> None:
-    run = hl.CoSimulation(hl.Chain([STEEL] * 4, STEEL, 0.1), hl.rod(ROD), **settings).run(5e-5, saved)
-    assert hl.from_input(run).run().identical(run)
-
-
-@dataclass(frozen=True)
-class Drilled:
-    """A body of a user's own."""
-
-    radius: float
-
-    mass, size = 1e-3, 8e-3
-
-    @cached_property
-    def surface(self) -> hl.Surface:
-        return hl.Surface(hl.STEEL_316, 250.0)
-
-
-def stiff(first: Any, second: Any) -> Any:
-    return hl.contact_law(first, second)
-
-
-CHAIN = hl.Chain([STEEL] * 4, STEEL, 0.1)
-
-
-@pytest.mark.parametrize(
-    ("simulation", "words", "cure"),
-    [
-        (lambda: hl.CoSimulation(hl.Chain([STEEL, Drilled(4e-3)], STEEL, 0.1), None), "chain.beads[1]: cannot be rebuilt: 'Drilled'", "write it under @hl.described, and import its file before"),
-        (lambda: hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.1, law=stiff), None), "chain.law: cannot be rebuilt", "--with FILE.py"),
-        (lambda: hl.CoSimulation(CHAIN, hl.Structure([[1.0]], [[1e6]], None, [1.0], 0.0, hl.Surface(hl.PTFE))), "structure: cannot be rebuilt: 'a structure of your own'", "--with FILE.py"),
-        (lambda: hl.CoSimulation(CHAIN, hl.scaled(hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, hl.Supports("clamped"), cells=(6, 5)).at(0.02, 0.02), 3e-3)), "structure.scaled_from: cannot be rebuilt", "build the plate with its own thickness"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_rebuilt_is_named(simulation: Callable[[], hl.CoSimulation], words: str, cure: str) -> None:
-    run = simulation().run(until=2e-5)
-    with pytest.raises(ValueError, match="cannot be rebuilt") as error:
-        hl.from_input(run)
-    assert str(error.value).startswith(words)
-    assert cure in str(error.value)
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("given", ["", "{}", "[1]", 7, xr.Dataset(), {"chain": {}, "structure": None}])
-def test_what_is_no_input_is_refused(given: Any) -> None:
-    with pytest.raises(ValueError, match=r'run\.attrs\["input"\]'):
-        hl.from_input(given)
-
-
-def test_a_chain_with_more_than_a_case_has_is_refused() -> None:
-    given = json.loads(hl.CoSimulation(CHAIN, None).run(until=2e-5).attrs["input"])
-    given["chain"]["colour"] = 3
-    with pytest.raises(ValueError, match=r"chain\.colour: cannot be rebuilt: .*; build the chain in Python"):
-        hl.from_input(given)
-
-
-def test_an_input_that_no_builder_gives_is_refused() -> None:
-    """A number that was changed, where the builder computes another."""
-    run = hl.CoSimulation(CHAIN, hl.infinite_plate(2e-3, hl.BRASS_360)).run(until=2e-5)
-    given = json.loads(run.attrs["input"])
-    given["structure"]["impedance"] *= 1.01
-    with pytest.raises(
-        ValueError,
-        match=r"structure\.impedance: cannot be rebuilt: .*, which a case builds as .*; give the builder what differs",
-    ):
-        hl.from_input(given)
 
 
 def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
@@ -488,7 +325,7 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     assert "bead 10" not in page
     with xr.open_dataset(folder / "results.nc") as data:
         waves = hl.reflections(data.load(), sensor=8)
-        assert hl.from_input(data.attrs["input"]).run().contact_force.equals(data.contact_force)
+        assert case_of(data.attrs["case"]).run().contact_force.equals(data.contact_force)
         assert json.loads(data.attrs["input"])["chain"]["impact_speed"] == 0.2
     rows = (folder / "waves.csv").read_text().splitlines()
     assert float(rows[2].split(",")[4]) == waves.primary.amplitude_ratio

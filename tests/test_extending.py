@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import hertzlink as hl
+from coupling.results.provenance import stored
 from hertzlink.__main__ import main
 from hertzlink.cases import with_parts
 from hertzlink.cases.case import read
@@ -67,10 +67,7 @@ def command(*words: str) -> int:
 def test_a_part_of_ones_own_runs_in_a_case(cantilever: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command("run", "case.toml", "--with", "mine.py") == 0
     data = xr.open_dataset(cantilever / "case" / "results.nc")
-    rebuilt = hl.from_input(data)
-    assert rebuilt.data["structure"]["kind"] == "cantilever"
-    assert rebuilt.data["structure"]["length"] == 0.05
-    assert np.array_equal(rebuilt.run().contact_force, data.contact_force)
+    assert stored(data.attrs["input"])["structure"]["length"] == 0.05
     report = (cantilever / "case" / "report.html").read_text("utf-8")
     assert re.search(r"length</t[dh]>\s*<td[^>]*>50 mm", report)
     assert re.search(r"side</t[dh]>\s*<td[^>]*>20 mm", report)

@@ -18,7 +18,6 @@ GROUPS = {
     "Waves, signals and measures": ("coupling.results",),
     "Sweeps and batches": ("coupling.sweeps",),
     "Identification": ("coupling.inference",),
-    "Case files": ("hertzlink.cases",),
     "Other programs": ("coupling.ports",),
 }
 """Headings of the index, and the modules that define what stands below them."""

@@ -1,6 +1,5 @@
 """The structures of a case that are no plates, and how structures are damped."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
@@ -10,9 +9,7 @@ from hertzlink.cases.declared import (
     Data,
     Declared,
     described_by,
-    fields_of,
     quantity_of,
-    refused,
     table_of,
     tables_of,
     union_of,
@@ -23,11 +20,10 @@ from plates.plate import Plate
 from structures.bodies.cylinder import layered_cylinder
 from structures.bodies.elasticity import Foundation
 from structures.bodies.rod import rod
-from structures.bodies.solid import solid
 from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_layer
 from structures.damping import damped as with_damping
 from structures.described import of_family
-from structures.other_programs.imported import MEMORY, from_matrices
+from structures.other_programs.imported import from_matrices
 from structures.other_programs.imported_modes import from_modes
 from structures.reduction import reduce
 from structures.structure import Structure
@@ -111,23 +107,12 @@ class Built(Declared, Body):
     def contacts(self) -> int:
         return 2 if getattr(self, "base", "") == "contact" else 1
 
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        """Return the entries from the origin of a structure; raise a ValueError for what no case can hold."""
-        return fields_of(inputs, cls.of, "structure")
-
 
 class Rod(Built):
     """A rod."""
 
     if TYPE_CHECKING:
         elements: int | None
-
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        counts = set(inputs["elements"])
-        rest = {name: inputs[name] for name in ("layers", "base")}
-        return super().entries(rest | ({"elements": counts.pop()} if len(counts) == 1 else {}))
 
 
 class LayeredCylinder(Built):
@@ -142,27 +127,10 @@ class LayeredCylinder(Built):
         return super().arguments(world) | ground
 
 
-class Solid(Built):
-    """A body from a mesh file, of one material."""
-
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        if inputs["mesh"] == "meshio.Mesh" or len(inputs["materials"]) != 1:
-            raise refused("structure.mesh", "a mesh in memory, or of several materials", "give a file of one")
-        return super().entries({**inputs, "material": inputs["materials"][0]})
-
-
 class Imported(Built):
     """A body from files of another program or of a test."""
 
     without = ("shapes",)
-
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        lost = [name for name, value in inputs.items() if value == MEMORY]
-        if lost:
-            raise refused(f"structure.{lost[0]}", "numbers in memory", "write them to a file and give its path")
-        return super().entries(inputs)
 
 
 class FromMatrices(Imported):
@@ -176,15 +144,10 @@ class FromMatrices(Imported):
             return super().arguments(world)
         return super().arguments(world) | {"damping": file_of(self.damping_matrix, world, "damping_matrix")}
 
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        more = {"damping_matrix": inputs["damping_matrix"]} if "damping_matrix" in inputs else {}
-        return super().entries(inputs) | more
-
 
 SPECIAL.update({
     from_matrices: FromMatrices, from_modes: Imported, rod: Rod,
-    layered_cylinder: LayeredCylinder, solid: Solid,
+    layered_cylinder: LayeredCylinder,
     StandardLinearSolid: LinearSolid,
 })  # fmt: skip
 

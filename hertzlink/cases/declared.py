@@ -1,11 +1,10 @@
-"""The way from a described class or function to its table in a case, to the object that the table means, and back."""
+"""The way from a described class or function to its table in a case, and to the object that the table means."""
 
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from inspect import isclass
-from math import isfinite
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 import numpy as np
@@ -22,7 +21,7 @@ from particles.dissipation import Dissipation
 from particles.excitation import Excitation
 from particles.laws.law import ContactLaw
 from particles.laws.yielding import YieldingLaw
-from structures.checks import MOST, short
+from structures.checks import MOST
 from structures.damping import Viscous
 from structures.described import Described, Parameter, description, noted, of_family, registered
 from structures.quantities import Asks, Count, InFile, OneOf, Quantity
@@ -32,19 +31,17 @@ Data = dict[str, Any]
 EMPTY: Mapping[Any, Any] = {}
 
 MOST_BEADS = 100_000
-DESCRIBE = "write it under @hl.described, and import its file before hl.from_input (a case file takes --with FILE.py)"
 
 
 @dataclass(frozen=True)
 class Form:
-    """The form of a value in a case: the type of its entry, the argument that an entry means, and the entry of one.
+    """The form of a value in a case: the type of its entry, and the argument that an entry means.
 
-    build takes the entry, the case around it and its path; plain the argument as results hold it and its path.
+    build takes the entry, the case around it and its path.
     """
 
     entry: Any
     build: Callable[[Any, World, Path], Any] = lambda value, world, path: value
-    plain: Callable[[Any, str], Any] = lambda value, path: value
 
 
 TAGS: Mapping[type, str] = {Bead: "shape"}
@@ -155,30 +152,6 @@ def tables_of(many: Iterable[Described], tag: str = "kind", base: type[Declared]
     return [table_of(by_kind[kind], tag, SPECIAL.get(by_kind[kind].target, base)) for kind in sorted(by_kind)]
 
 
-def data_of(value: Any, path: str, *families: type) -> Data:
-    """Return table of an object that results hold by its class and fields; a ValueError for what no case can hold."""
-    by_class = {entry.name: (entry, TAGS.get(family, "kind")) for family in families for entry in members(family)}
-    if not isinstance(value, Mapping) or value.get("class") not in by_class:
-        what = value.get("class", value) if isinstance(value, Mapping) else value
-        raise refused(path, f"{short(what)}, which is no part of a case", DESCRIBE)
-    of, tag = by_class[value["class"]]
-    return {tag: of.kind, **fields_of(value, of, path)}
-
-
-def fields_of(inputs: Mapping[str, Any], of: Described, path: str) -> Data:
-    """Return the entries of arguments that results hold."""
-    # JSON holds infinity and NaN as texts; both stand for a number that was left out.
-    absent = (None, "", "Infinity", "NaN")
-    forms = {name: form for name, form in forms_of(of).items() if name in inputs}
-    for name in forms:
-        default = of.parameters[name].default
-        if inputs[name] is None and isinstance(default, int | float) and isfinite(default):
-            raise refused(f"{path}.{name}", f"None; what is left out is {default!r}", "state a number in `given`")
-    return {
-        name: form.plain(inputs[name], f"{path}.{name}") for name, form in forms.items() if inputs[name] not in absent
-    }
-
-
 def forget_tables() -> None:
     """Forget tables that may hold others: what is described since may stand in them too."""
     table_of.cache_clear()
@@ -197,11 +170,6 @@ def described_by(target: Any) -> Described:
     of = description(target)
     assert of is not None
     return of
-
-
-def refused(path: str, what: str, cure: str) -> ValueError:
-    """Return the error for what no case can hold. cure: what the user can do."""
-    return ValueError(f"{path}: cannot be rebuilt: {what}; {cure}")
 
 
 def field_of(parameter: Parameter) -> tuple[Any, Any]:
@@ -240,12 +208,12 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
     if kind in FORMS:
         return FORMS[kind]
     if kind in FAMILIES:
-        return Form(union_of(kind), made, lambda value, path: data_of(value, path, kind))
+        return Form(union_of(kind), made)
     if get_origin(kind) is Union:
         return _either([noted(member) for member in get_args(kind)], notes)
     of, origin = description(kind) if isclass(kind) else None, get_origin(kind)
     if of is not None:
-        return Form(table_of(of), made, lambda value, path: fields_of(value, of, path))
+        return Form(table_of(of), made)
     if isclass(origin) and issubclass(origin, Sequence):
         return _list(kind, least)
     # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
@@ -256,7 +224,6 @@ def _form(kind: Any, notes: Sequence[Any] = (), least: int = 0) -> Form:
         return Form(
             dict[str, inner.entry],  # type: ignore[name-defined]
             lambda value, world, path: {name: inner.build(item, world, (*path, name)) for name, item in value.items()},
-            lambda value, path: {name: inner.plain(item, f"{path}.{name}") for name, item in value.items()},
         )
     return Form(kind)
 
@@ -265,7 +232,7 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     """Return of a union: one of several tables, a word or a table, or else the first member that a case can hold."""
     families = [kind for kind, _ in members if kind in FAMILIES]
     if len({TAGS.get(family, "kind") for family in families}) == 1:
-        return Form(union_of(*families), made, lambda value, path: data_of(value, path, *families))
+        return Form(union_of(*families), made)
     kinds = [description(kind) if isclass(kind) and kind not in FORMS else None for kind, _ in members]
     if all(kinds):
         return Form(union(tables_of(filter(None, kinds))), made)
@@ -283,7 +250,6 @@ def _either(members: Sequence[tuple[Any, Any]], notes: Sequence[Any]) -> Form:
     return Form(
         either(f"must be {asks}", word=(str, Literal[tuple(choices)]), table=(dict | Part, model)),
         lambda value, world, path: value if isinstance(value, str) else made(value, world, path),
-        lambda value, path: fields_of(value, table, path) if isinstance(value, Mapping) else value,
     )
 
 
@@ -300,5 +266,4 @@ def _list(kind: Any, least: int) -> Form:
     return Form(
         Annotated[list[inner.entry], Field(min_length=count or least, max_length=count)],  # type: ignore[name-defined]
         build,
-        lambda value, path: [inner.plain(item, f"{path}[{i}]") for i, item in enumerate(value)],
     )

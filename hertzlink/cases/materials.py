@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, Tag, ValidationInfo
 
-from hertzlink.cases.declared import FORMS, Data, Declared, Form, described_by, refused, table_of
+from hertzlink.cases.declared import FORMS, Declared, Form, described_by, table_of
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Part, World, forms, hint_of, made
@@ -118,23 +118,5 @@ def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
     return next((sheet for key, sheet in world.sheets.items() if name_key(key) == name_key(name)), None)
 
 
-def _plain(inputs: Any, path: str) -> str | Data:
-    """Return a material by its name, or by its properties where it is none of the table's."""
-    if not isinstance(inputs, Mapping) or set(inputs) != set(described_by(Material).parameters):
-        raise refused(path, "not of one isotropic material, as of a laminate", "state the wall in a case file")
-    if MATERIALS.get(inputs["name"]) == Material(**inputs):
-        return str(inputs["name"])
-    return stated(inputs)
-
-
-def _plain_sheet(inputs: Any, path: str) -> str | Data:
-    return stated(inputs) if "youngs_modulus_along" in inputs else _plain(inputs, path)
-
-
-def stated(inputs: Mapping[str, Any]) -> Data:
-    """Return the properties that are stated."""
-    return {name: value for name, value in inputs.items() if value not in (None, "")}
-
-
-FORMS[Material] = Form(AnyMaterial, lambda value, world, path: material_of(value, world, *path), _plain)
-FORMS[Material | OrthotropicMaterial] = Form(AnySheet, _sheet_of, _plain_sheet)
+FORMS[Material] = Form(AnyMaterial, lambda value, world, path: material_of(value, world, *path))
+FORMS[Material | OrthotropicMaterial] = Form(AnySheet, _sheet_of)

@@ -1,25 +1,23 @@
 """The plates of a case."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag
 
 from hertzlink.cases import materials as _materials  # noqa: F401  for its forms
 from hertzlink.cases.bodies import Built
-from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, fields_of, refused, table_of
+from hertzlink.cases.declared import SPECIAL, Data, Declared, described_by, table_of
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Length, Part, World, either, file_of, forms, made
-from plates.additions import Addition, PointMass
+from plates.additions import PointMass
 from plates.builders import kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.infinite import infinite_plate
 from plates.laminate import Laminate
 from plates.plate import Plate
 from plates.section import Section
 from plates.shapes.outline import Outline, circle
-from structures.checks import short
-from structures.described import description
 from structures.structure import Structure
 
 Place = Annotated[list[Length], Field(min_length=2, max_length=2)]
@@ -81,14 +79,6 @@ class Walled(Built):
         wall = {} if self.wall is None else {"thickness": None, "material": made(self.wall, world, ("wall",))}
         return super().arguments(world) | wall
 
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        wall = inputs.get("material", inputs.get("section"))
-        of = next((entry for name, entry in WALLS.items() if name in wall), None) if isinstance(wall, Mapping) else None
-        without = ONE_MATERIAL if of is not None else ()
-        rest = {name: value for name, value in inputs.items() if name not in without}
-        return super().entries(rest) | ({} if of is None else {"wall": fields_of(wall, of, "structure.wall")})
-
 
 class PlateBody(Walled):
     """What all meshed plates have in common."""
@@ -128,29 +118,6 @@ class PlateBody(Walled):
         x, y = (coordinate for coordinate in self.at if isinstance(coordinate, float))
         return x, y
 
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        at = inputs.get("at")
-        if not isinstance(at, list):
-            raise refused("structure.at", f"{short(at)}, which is no point", "strike the plate with plate.at(x, y)")
-        places = [list(place) for place in zip(*at, strict=True)] if isinstance(at[0], list) else at
-        additions = [_addition(addition) for addition in inputs.get("additions", [])]
-        rest = {name: value for name, value in inputs.items() if name != "additions"}
-        struck = {"at": places, "face": inputs.get("face", "front")}
-        return super().entries(rest) | struck | ({"additions": additions} if additions else {})
-
-
-def _addition(inputs: Mapping[str, Any]) -> Data:
-    """Return an addition from its fields."""
-    kinds: tuple[type, ...] = get_args(Addition)
-    of = next((of for of in map(description, kinds) if of is not None and set(of.parameters) == set(inputs)), None)
-    if of is None:
-        raise refused("structure.additions", short(dict(inputs)), f"use {', '.join(kind.__name__ for kind in kinds)}")
-    data: Data = {"kind": of.kind, **fields_of(inputs, of, "structure.additions")}
-    if of.target is PointMass:
-        return {"kind": of.kind, "at": [inputs["x"], inputs["y"]], "mass": inputs["mass"]}
-    return data
-
 
 class RectanglePlate(PlateBody):
     """A rectangular plate."""
@@ -189,13 +156,6 @@ class Panel(PlateBody):
         holes = tuple(tuple((x, y) for x, y in hole) for hole in self.holes)
         edges: Any = self.edges if isinstance(self.edges, str) else tuple(self.edges or ())
         return Outline(tuple(corners), holes, edges)
-
-    @classmethod
-    def entries(cls, inputs: Mapping[str, Any]) -> Data:
-        if inputs.get("mesh") == "meshio.Mesh":
-            raise refused("structure.mesh", "a mesh in memory", "write it to a file and give its path")
-        names = ("mesh",) if "mesh" in inputs else ("corners", "holes", "edges")
-        return super().entries(inputs) | {name: inputs[name] for name in names if name in inputs}
 
 
 SPECIAL.update({

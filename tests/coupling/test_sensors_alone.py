@@ -127,11 +127,9 @@ def test_pictures_of_sensors(picture: Callable[[xr.Dataset], Any]) -> None:
     plt.close("all")
 
 
-def test_a_report_of_sensors_and_the_case_of_such_a_run(tmp_path: Path) -> None:
+def test_a_report_of_sensors(tmp_path: Path) -> None:
     hl.plots.report(run(7), tmp_path / "page.html", sensors=[7])
     assert "bead 7" in (tmp_path / "page.html").read_text()
-    case = hl.from_input(run(7).attrs["input"]).run()
-    xr.testing.assert_identical(case.velocity.sel(bead=[7]), run(7).velocity)
 
 
 def test_the_contact_of_the_last_bead_is_measured_at_it() -> None:

@@ -87,13 +87,12 @@ def test_long_beam_on_ground_sinks_as_winkler_says() -> None:
 
 
 @pytest.mark.thorough
-def test_energy_and_input() -> None:
-    """Energy is conserved under compression, and the input of a run rebuilds the beam to the same bits."""
+def test_energy_under_compression() -> None:
+    """Energy is conserved."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     one = hl.reduce(strip(axial_force=-0.5 * EULER, supports=("clamped", "simple")), until=3e-4)
     run = hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3), one).run(until=3e-4)
     assert hl.energy_error(run) < 1e-6
-    assert hl.from_input(run).run().identical(run)
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,6 @@ def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch)
     mine = run({"kind": "drag", "rate": "2e3 1/s"})
     ours = run({"kind": "rayleigh", "mass_rate": 2e3})
     assert mine.contact_force.equals(ours.contact_force)
-    assert hl.from_input(ours).run().identical(ours)
     with pytest.raises(ValueError, match=r"structure\.damping\[0\]\.rate: -1\.0 must be a positive number of 1/s"):
         run({"kind": "drag", "rate": -1.0})
 

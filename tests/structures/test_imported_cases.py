@@ -39,22 +39,12 @@ def test_matrices_in_a_case(tmp_path: Path) -> None:
     body = hl.from_matrices(ROD.mass, ROD.stiffness, hl.ALUMINIUM_6061, ROD.contact)
     same = hl.CoSimulation(hl.Chain([bead] * 6, bead, impact_speed=0.02), body).run(until=3e-4)
     assert run.contact_force.equals(same.contact_force)
-    assert hl.from_input(run.attrs["input"]).run().contact_force.equals(run.contact_force)
 
 
 def test_modes_in_a_case(tmp_path: Path) -> None:
     text = 'kind = "modes"\nfrequencies = "modes.csv"\nresidual_flexibility = "1e-9 m/N"\nmaterial = "PTFE"\n'
     run = read(case(tmp_path, text))[0].run()
-    assert hl.from_input(run.attrs["input"]).run().contact_force.equals(run.contact_force)
     assert json.loads(run.attrs["input"])["structure"]["modes"] == 2
-
-
-def test_numbers_in_memory_are_in_no_case() -> None:
-    body = hl.from_modes([900.0], hl.PTFE, shapes=[2.0], residual_flexibility=0.0)
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    run = hl.CoSimulation(hl.Chain([bead] * 6, bead, impact_speed=0.02), body).run(until=3e-4)
-    with pytest.raises(ValueError, match="numbers in memory; write them to a file"):
-        hl.from_input(run.attrs["input"])
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,17 @@
 """Case files that are written: first ones, by kind, and the case of a result."""
 
-import json
 import os
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from shlex import quote
-from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from coupling.files.loading import read_netcdf
+from coupling.results.provenance import stored
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError
-from hertzlink.cases.rebuilt import from_input
 from structures.caution import collected
 from structures.checks import nearest
 
@@ -91,24 +88,9 @@ def case_again(file: Path) -> tuple[str, str]:
     data = read_netcdf(file)
     if "case" in data.attrs:
         return str(data.attrs["case"]), str(data.attrs.get(TRACE, ""))
-    inputs = _input(data)
-    if "verdict" in data:
-        raise CaseError(f"{file}: is an identification made in Python, which has no case; `hertzlink new identify`")
-    if "study" in inputs:
-        name = inputs["study"]
+    if name := stored(data.attrs.get("input")).get("study"):
         raise CaseError(f"{file}: is a study, which has no case; `hertzlink study {name}` repeats it")
-    try:
-        return from_input(data).to_toml(), ""
-    except ValueError as error:
-        raise CaseError(f"{file}: {str(error).removeprefix('given: ')}") from error
-
-
-def _input(data: xr.Dataset) -> dict[str, Any]:
-    try:
-        inputs = json.loads(str(data.attrs.get("input", "{}")))
-    except ValueError:
-        return {}
-    return inputs if isinstance(inputs, dict) else {}
+    raise CaseError(f"{file}: holds no case, as what was made in Python; `hertzlink new` writes a first one")
 
 
 def example_trace(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""Everything that the public API builds can be written as a case: run → input → TOML → run gives the same bits."""
+"""Cases of several chains and structures: the numbers of the same Python, and faults that are named."""
 
 import csv
 import tomllib
@@ -7,109 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import meshio
-import numpy as np
 import pytest
 
 import hertzlink as hl
 from hertzlink.cases.case import Case
 from hertzlink.cli import main
-from particles.laws.axisymmetric import computed_law
 
 UNTIL = 1.5e-4
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
-CHAIN, BETWEEN = hl.Chain([BEAD] * 5, BEAD, 0.3), hl.Chain([BEAD] * 4, None)
 EDGES = hl.Supports("clamped", "clamped", "clamped", "clamped")
 PLATE = hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, EDGES, cells=(6, 5))
-LAYERS = [hl.Layer(hl.STEEL_440C, 6e-3, 5e-3), hl.Layer(hl.PTFE, 20e-3, 5e-3)]
-ROD = hl.rod(LAYERS)
-CARBON = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
-WALL = hl.Laminate([hl.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, 0.7, 0.7, 0.0)])
-SECTION = hl.homogeneous_section(2e-3, hl.PTFE)
-SOLID = hl.damping.StandardLinearSolid(0.3, 1e-5)
-
-
-def at(*places: Any, **more: Any) -> hl.Structure:
-    return hl.reduce(PLATE.at(*places, **more), until=UNTIL)
-
-
-def between_plates() -> hl.CoSimulation:
-    near = at([0.02, 0.02], [0.02, 0.02], face=["front", "back"])
-    front, back = hl.ContactPoint(near, 0), hl.ContactPoint(near, 1)
-    return hl.CoSimulation([CHAIN, BETWEEN], [front, ROD], behind=[None, back])
-
-
-def on_a_rod_with_two_ends() -> hl.CoSimulation:
-    body = hl.rod(LAYERS, base="contact")
-    return hl.CoSimulation([CHAIN, BETWEEN], [hl.ContactPoint(body, 0), None], behind=[None, hl.ContactPoint(body, 1)])
-
-
-def deformable(loss: Any) -> hl.CoSimulation:
-    return hl.CoSimulation(hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=3, damping=loss), ROD)
-
-
-def modal_by_mode() -> hl.CoSimulation:
-    body = hl.reduce(ROD, until=UNTIL)
-    return hl.CoSimulation(CHAIN, hl.damped(body, hl.damping.Modal([1e-3 * i for i in range(body.size)])))
-
-
-def cylinder_with_a_viscous_layer() -> hl.CoSimulation:
-    body = hl.layered_cylinder(LAYERS, cells=1)
-    body = hl.damped(body, SOLID, part=1)
-    return hl.CoSimulation(CHAIN, hl.reduce(body, until=UNTIL))
-
-
-def laminate(builder: Any) -> hl.CoSimulation:
-    return hl.CoSimulation(CHAIN, hl.reduce(builder(0.06, 0.05, None, WALL, EDGES).at(0.02, 0.02), until=UNTIL))
-
-
-def law(given: Any) -> hl.CoSimulation:
-    return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3, law=given), ROD)
-
-
-BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
-    "two chains on a plate": lambda: hl.CoSimulation([CHAIN, CHAIN], at([0.02, 0.04], [0.02, 0.02])),
-    "one of two points": lambda: hl.CoSimulation(CHAIN, hl.ContactPoint(at([0.02, 0.04], [0.02, 0.02]), 1)),
-    "between plates": between_plates,
-    "a rod with two ends": on_a_rod_with_two_ends,
-    "nothing and a rod": lambda: hl.CoSimulation([CHAIN, CHAIN], [None, ROD]),
-    "nothing twice": lambda: hl.CoSimulation([CHAIN, CHAIN], [None, None]),
-    "half-spaces": lambda: hl.CoSimulation([CHAIN, CHAIN], [hl.half_space(hl.PTFE), hl.half_space(hl.BRASS_360)]),
-    "reduced and not": lambda: hl.CoSimulation(
-        [CHAIN, CHAIN], [at(0.02, 0.02), hl.damped(ROD, hl.damping.Rayleigh(1.0, 1e-8))]
-    ),
-    "a rod at both ends": lambda: hl.CoSimulation(BETWEEN, ROD, behind=hl.rod(LAYERS)),
-    "beads that deform": lambda: deformable(None),
-    "modal beads": lambda: deformable(hl.damping.Modal(0.03)),
-    "Rayleigh beads": lambda: deformable(hl.damping.Rayleigh(1.0, 1e-8)),
-    "viscoelastic beads": lambda: deformable(hl.damping.StandardLinearSolid(0.2, 1e-6, "instantaneous")),
-    "laminate": lambda: laminate(hl.kirchhoff_plate),
-    "thick laminate": lambda: laminate(hl.mindlin_plate),
-    "infinite laminate": lambda: hl.CoSimulation(CHAIN, hl.infinite_plate(None, WALL)),
-    "section": lambda: hl.CoSimulation(
-        CHAIN, hl.reduce(hl.kirchhoff_plate(0.06, 0.05, None, SECTION, EDGES).at(0.02, 0.02), until=UNTIL)
-    ),
-    "computed law": lambda: law(computed_law(BEAD, max_force=60.0)),
-    "law with a caution": lambda: law(hl.laws.PowerLaw(1e10, 1.5, caution="a guess")),
-    "viscous layer": lambda: hl.CoSimulation(CHAIN, hl.damped(ROD, SOLID, part=1)),
-    "viscous layer of a cylinder": cylinder_with_a_viscous_layer,
-    "damping by mode": modal_by_mode,
-    "a piston of PTFE": lambda: hl.CoSimulation(
-        hl.Chain([BEAD] * 4, hl.Piston([0.0, 2e-5], [0.0, 2e-6], hl.Surface(hl.PTFE, 50.0))), ROD
-    ),
-    "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),
-}
-SLOW = {"viscous layer of a cylinder", "thick laminate", "laminate", "section"}
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=pytest.mark.thorough if one in SLOW else ()) for one in BUILT]
-)
-def test_a_run_comes_back_to_the_same_bits(name: str) -> None:
-    run = BUILT[name]().run(until=UNTIL)
-    text = hl.from_input(run.attrs["input"]).to_toml()
-    assert Case(tomllib.loads(text)).run().identical(run)
-
 
 TWO = """
 [[chain]]
@@ -294,21 +201,3 @@ def test_a_check_names_all_chains_and_structures(command: Callable[..., str], tm
     assert "structure 0: half-space" in said
     assert "structure 1: rod" in said
     assert "sensors: bead 2 of chain 0" in said
-
-
-@pytest.mark.thorough
-@pytest.mark.filterwarnings("ignore:mesh. edges of up to")
-def test_a_mesh_in_two_parts_comes_back(tmp_path: Path) -> None:
-    """`merge` and `tags` are part of the case, which joins the parts again."""
-    line = [0.0, 5e-3, 0.01]
-    points = np.array([(x, y, 0.0) for x in line for y in line])
-    cells = np.array([(i, i + 3, i + 4, i + 1) for i in (0, 1, 3, 4)])
-    twice = np.concatenate([points, points + [0.01, 0.0, 0.0]])
-    mesh = meshio.Mesh(twice, [("quad", np.concatenate([cells, cells + 9]))])
-    mesh.cell_data = {"part": [np.ones(8, dtype=int)], "other": [np.ones(8, dtype=int)]}
-    mesh.write(tmp_path / "plate.vtu")
-    panel = hl.mindlin_panel(tmp_path / "plate.vtu", 2e-3, hl.PTFE, merge=1e-6, tags="part")
-    run = hl.CoSimulation(CHAIN, hl.reduce(panel.at(6e-3, 5e-3), until=UNTIL)).run(until=UNTIL)
-    text = hl.from_input(run.attrs["input"]).to_toml()
-    assert tomllib.loads(text)["structure"]["tags"] == "part"
-    assert Case(tomllib.loads(text)).run().identical(run)
