@@ -62,9 +62,7 @@ def test_the_whole_tutorial(
     assert "the model explains the signal" in printed
 
 
-@pytest.mark.parametrize(
-    "name", ["theory.md", "howto_structure.md", "howto_law.md", "howto_sweeps.md", "literature.md"]
-)
+@pytest.mark.parametrize("name", ["theory.md", "howto_structure.md", "howto_law.md", "howto_sweeps.md"])
 def test_the_lines_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert blocks(name)
     run_all(blocks(name), tmp_path, monkeypatch)

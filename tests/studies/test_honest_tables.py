@@ -63,7 +63,6 @@ def test_most_studies_are_checked() -> None:
         "critical-distance",
         "thesis",
         "yield",
-        "literature",
     }
 
 
