@@ -67,7 +67,6 @@ class Described:
     def parameters(self) -> dict[str, Parameter]:
         """Its parameters by name."""
         is_class = inspect.isclass(self.target)
-        # Wrappers for users have signatures without notes.
         call = inspect.unwrap(self.target.__init__ if is_class else self.target)
         hints = {**_hints(call), **_hints(self.target)}
         arguments = list(inspect.signature(call).parameters.values())[is_class:]
