@@ -65,7 +65,7 @@ def run_windows(work: Work) -> None:
     if scheme.repeats:
         for black_box in interface.black_boxes:
             black_box.check(PROBE * interface.force_scale, plan.length, PROBE * interface.indentation_scale)
-    frames.record(work.interface, 0, state, counts, plan.length)
+    frames.record(work.interface, 0, state, counts)
     while done < plan.total:
         many = min(plan.substeps, plan.total - done) if scheme.whole_window else 1
         ends = _advanced(work, windows, state, done, many)
@@ -75,7 +75,7 @@ def run_windows(work: Work) -> None:
         for state in ends:
             done, counts = done + 1, counts.plus(state.counts)
             if done % plan.stride == 0:
-                frames.record(work.interface, done // plan.stride, state, counts, plan.length)
+                frames.record(work.interface, done // plan.stride, state, counts)
                 counts = Counts()
         _check(work.interface, state)
 

@@ -167,8 +167,8 @@ class Frames:
         self.ledger.structure["taken"] = 0.0
         return self
 
-    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
-        """Put a state into a row. length, s: of a substep."""
+    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts) -> None:
+        """Put a state into a row."""
         models, work = tuple(chain.model for chain in interface.chains), np.zeros((WORK_ROWS, interface.begin[-1, 0]))
         run = as_run(state, counts)
         record_row(self.saved, row, state.time, run, models, Elsewhere(), interface.begin, work)
