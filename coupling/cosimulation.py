@@ -106,7 +106,7 @@ class CoSimulation:
         else:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         if scheme is not None:
-            instance("scheme", scheme, Scheme, "Condensed(), Aitken(), IQN_ILS() or Explicit()")
+            instance("scheme", scheme, Scheme, "a scheme such as Condensed() or Aitken()")
         facing = for_each("structure", structure, len(chains), several)
         back = for_each("behind", behind, len(chains), several)
         self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps
