@@ -73,16 +73,17 @@ def read_mesh(source: Any) -> Any:
 
 def in_a_process(path: Path, name: str) -> dict[str, Any]:
     """Return the parts of the mesh, read by a process that cannot take this one with it."""
-    suffix = path.suffix.lower()
+    suffix, size = path.suffix.lower(), path.stat().st_size
+    seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
     try:
-        mesh: dict[str, Any] = read_bounded(PROCESS, path)
+        mesh: dict[str, Any] = read_apart(PROCESS, "read", path, seconds=seconds, memory=memory)
     except Unread as error:
         if error.missing:
             reason = f"a {suffix} file needs gmsh to be read: pip install hertzlink[mesh]"
         else:
             reason = (
                 f"cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or "
-                f"holds what is not understood{words_of(error) or _hint(suffix)}"
+                f"holds what is not understood{_words_of(error) or _hint(suffix)}"
             )
         raise ValueError(f"mesh = {name!r}: {reason}") from None
     if not mesh["cells"]:
@@ -90,18 +91,11 @@ def in_a_process(path: Path, name: str) -> dict[str, Any]:
     return mesh
 
 
-def read_bounded(script: Path, path: Path, *arguments: str) -> Any:
-    """Return what the function `read` of a script returns for a file, within limits by its size. Raises Unread."""
-    size = path.stat().st_size
-    seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
-    return read_apart(script, "read", path, *arguments, seconds=seconds, memory=memory)
-
-
 def _hint(suffix: str) -> str:
     return "; gmsh reads more: pip install hertzlink[mesh]" if suffix in BY_GMSH and find_spec("gmsh") is None else ""
 
 
-def words_of(error: Unread) -> str:
+def _words_of(error: Unread) -> str:
     """Return what a library said of the file, where it is a sentence for users and no internal error."""
     match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", error.said)
     return f" ({match[1]})" if match else ""
