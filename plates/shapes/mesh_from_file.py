@@ -93,11 +93,6 @@ class FlatMesh:
         self._tags.of("supports", name)
 
     @property
-    def quadrilateral(self) -> bool:
-        """True if its cells have four corners."""
-        return bool(self._mesh.mesh.t.shape[0] == 4)
-
-    @property
     def names(self) -> list[Tag]:
         """The names and numbers of the edges."""
         return list(self._mesh.edges)
