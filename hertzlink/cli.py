@@ -3,10 +3,9 @@
 import errno
 import signal
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import click
 import joblib
@@ -20,10 +19,9 @@ from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
 from hertzlink.commands.precice_command import precice_case
 from hertzlink.commands.signal_command import show_signal
-from hertzlink.commands.study_command import Studies, folder_options
+from hertzlink.commands.study_command import StudyCommand, folder_options, study_options
 from hertzlink.output_folder import check_output, forget, write_folder
 from hertzlink.studies import STUDIES, LongStudy, study
-from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import QUICK, Written, read_study
 from hertzlink.terminal import WRONG_INPUT, complain, set_up, show, written
 from structures.caution import collected
@@ -94,13 +92,11 @@ for _command in (*COMMANDS, explore_case, precice_case, show_signal):
     cli.add_command(_command)
 
 
-def run_study(
-    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, parameters: Mapping[str, Any]
-) -> None:
-    """Run a study: netCDF, figures, a table and a report.
-
-    form: of the figures; parameters: those that the user gave.
-    """
+@cli.command(
+    "study", cls=StudyCommand, short_help="Run a study of the thesis, or one beyond it.", params=study_options()
+)
+def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str) -> None:
+    """Run a study of the thesis, or one beyond it: netCDF, figures, a table and a report."""
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
@@ -108,25 +104,21 @@ def run_study(
     keep = {"keep": parts} if isinstance(chosen, LongStudy) else {}
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, 0 if parameters else STUDIES[name].runs[not quick]):
+        with collected() as findings, one_bar(name, STUDIES[name].runs[not quick]):
             begin = perf_counter()
-            data = chosen.run(quick, jobs, **parameters, **keep)
-            remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)
+            data = chosen.run(quick, jobs, **keep)
             data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
-            found = Written(name, chosen, data.assign_attrs({"comment": remark} if remark else {}), form)
+            found = Written(name, chosen, data.assign_attrs({"comment": QUICK} if quick else {}), form)
     finally:
         warn(one_of_each(findings))
     inputs = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    attributes = provenance(inputs | ({"own": dict(parameters)} if parameters else {}))
+    attributes = provenance(inputs)
     data = with_warnings(found.data.assign_attrs(attributes), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
     if keep:
         forget(parts)
     show(found.shown)
     written(folder)
-
-
-cli.add_command(Studies("study", run_study))
 
 
 STORE = click.Argument(["store"], metavar="FILE", type=click.Path(path_type=Path))

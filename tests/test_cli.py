@@ -431,7 +431,7 @@ def test_closed_streams_and_the_backend_of_a_notebook_do_no_harm(tmp_path: Path,
     [
         ("study rod", ["rod-stiffness", "rod-length"]),
         ("study --quick critical", ["critical-distance"]),
-        ("study plate-boundary --mat", ["--material"]),
+        ("study plate-boundary --qu", ["--quick"]),
         ("study none x", []),
         ("ru", ["run"]),
         ("run --outp", ["--output"]),

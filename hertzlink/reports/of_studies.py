@@ -17,29 +17,23 @@ if TYPE_CHECKING:
 
 
 def study_report(
-    name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = "",
-    parameters: str = "",
-) -> str:  # fmt: skip
-    """Return the report of a study as HTML. remark: what stands in a box at the top; parameters: the user's, in words,
-    with which the table has no column of the thesis.
+    name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = ""
+) -> str:
+    """Return the report of a study as HTML. remark: what stands in a box at the top.
 
     The time that it took, s, is the attribute `time_taken` of the data.
     """
-    column = "" if parameters else STUDIES[name].column
-    head, cells = head_and_cells(rows, column)
+    head, cells = head_and_cells(rows)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
-    comparison = Table(
-        f"Numbers of {f'the {column}, of ' if column else ''}theory and of hertzlink", tuple(head), lines
-    )
+    comparison = Table("Numbers of the thesis, of theory and of hertzlink", tuple(head), lines)
     took = data.attrs.get("time_taken")
     results = [
         Section("Figures", pictures=[picture(figure, key, caption(name, key)) for key, figure in figures.items()]),
-        Section("Comparison", footnotes(rows, column), tables=[comparison]),
+        Section("Comparison", footnotes(rows), tables=[comparison]),
     ]
     sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
     facts = usual_facts(None if took is None else float(took), data.attrs)
-    summary = [STUDIES[name].about, *([f"{parameters[0].upper()}{parameters[1:]}."] if parameters else [])]
-    return html(Page(f"Study {name}", summary, sections, facts, remark))
+    return html(Page(f"Study {name}", [STUDIES[name].about], sections, facts, remark))
 
 
 def caption(study: str, figure: str) -> str:

@@ -1,30 +1,26 @@
-"""Studies of the thesis and beyond it, one module each: run(quick, jobs, **own), table(data), figures(data)."""
+"""Studies of the thesis and beyond it, one module each: run(quick, jobs), table(data), figures(data)."""
 
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import xarray as xr
 
-from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.draw import Figure
 from hertzlink.studies.table import Row
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of `studies.toml`. runs: of a quick one and of a whole one; figures: captions by file name;
-    column: whose numbers its table prints.
-    """
+    """An entry of `studies.toml`. runs: of a quick one and of a whole one; figures: captions by file name."""
 
     about: str
     runs: tuple[int, int]
     figures: Mapping[str, str]
     module: str = ""
-    column: str = "thesis"
 
 
 STUDIES = {
@@ -42,13 +38,8 @@ def __dir__() -> list[str]:
 class Study(Protocol):
     """A study, as the command line uses it."""
 
-    Conditions: type[Conditions]
-    """The parameters that can be changed."""
-
-    def run(self, quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
-        """Simulate; `quick` runs a coarse version in seconds. parameters: values of the Conditions, the others are the
-        thesis's.
-        """
+    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+        """Simulate; `quick` runs a coarse version in seconds."""
         ...
 
     def table(self, data: xr.Dataset) -> list[Row]:
@@ -64,9 +55,7 @@ class Study(Protocol):
 class LongStudy(Study, Protocol):
     """A study that keeps its parts as they are finished, and whose table is too long for a terminal."""
 
-    def run(
-        self, quick: bool = False, jobs: int | None = None, keep: Path | None = None, **parameters: Any
-    ) -> xr.Dataset:
+    def run(self, quick: bool = False, jobs: int | None = None, keep: Path | None = None) -> xr.Dataset:
         """Run as a Study. keep: a folder for the parts; a later run takes those that it finds there."""
         ...
 

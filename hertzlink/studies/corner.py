@@ -6,14 +6,14 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw
-from hertzlink.studies.on_plates import IMPACT_SPEED, SENSOR, OnPlate, measure
+from hertzlink.studies.on_plates import IMPACT_SPEED, SENSOR, chain, measure
 from hertzlink.studies.table import Row, Rows, bracketed
 from plates.critical_distance import edge_length
 
 row = Rows("corner")
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
 THICKNESS, MATERIAL = 2.29e-3, hl.ALUMINIUM_6061
-UNTIL, CHAIN = 0.7e-3, OnPlate().chain(2.0 * BEAD.radius)
+UNTIL, CHAIN = 0.7e-3, chain(2.0 * BEAD.radius)
 SIDE = 0.24  # m, side of the square plate: the echoes of its other edges return after the end of the record.
 # Tolerance of the reduction, and the frequency that the mesh resolves, Hz.
 REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3

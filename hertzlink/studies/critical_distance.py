@@ -1,18 +1,15 @@
 """Beyond section 6.2.2: AR near an edge depends on λ and d/ℓ only; the law for the critical distance that follows."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable
 from itertools import product
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 import hertzlink as hl
-from hertzlink.studies import conditions, corner, draw, edge_shear
-from hertzlink.studies.conditions import BEAD, SPEED, WrongValue
+from hertzlink.studies import corner, draw, edge_shear
 from hertzlink.studies.edge_cases import MAIN, OTHER_PAIRS, SAME_MATERIALS, Pair, measure
 from hertzlink.studies.on_plates import DIAMETERS, SENSOR, THICKNESSES
 from hertzlink.studies.results import over, with_units
@@ -25,7 +22,6 @@ from structures.structure import Vector
 row = Rows("critical_distance")
 DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))  # d/ℓ.
 QUICK_PARAMETERS, QUICK_DISTANCES = (0.12, 0.34, 0.75), (0.2, 0.6, 1.0, 1.4, 1.8, 2.2, 2.6, 3.4)
-OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)  # d/ℓ of a quick run for a user's own pair.
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
 # Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results.
 TOLERANCES = (0.01, 0.02, 0.05)
@@ -37,65 +33,31 @@ PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.
 FIGURE_TOLERANCE = 0.02  # Tolerance of AR in the figures.
 SHOWN_PARAMETERS = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)  # λ in the figure of the collapse, if it was simulated.
 JUMP_PARAMETERS = (0.2, 0.25, 0.3, 0.4)  # λ around the value at which c of a simply supported edge jumps.
-INELASTICITY = hl.quantities.Quantity(low=0.05, high=2.0)
-FROM_INELASTICITY = "Zener's inelasticity parameter λ, from which the plate's thickness follows"
 
 
-@dataclass(frozen=True)
-class Conditions(conditions.Conditions):
-    """Parameters that can be changed. Other pairs, shear and corners are then left out."""
-
-    material: Annotated[hl.Material, "Material of the plate"] = hl.ALUMINIUM_6061
-    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.53e-3
-    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
-    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = 0.31
-    edge: Annotated[tuple[str, ...], hl.quantities.OneOf(*EDGES), "Supports of the edge"] = tuple(EDGES)
-    inelasticity: Annotated[tuple[float, ...], INELASTICITY, FROM_INELASTICITY] = PARAMETERS
-
-    def check(self) -> None:
-        """Refuse a pair that the law does not hold: AR at equal λ could not be compared."""
-        if not self.own:
-            return
-        try:
-            scaled_critical_distance("clamped", self.pair.stiffness_ratio, self.inelasticity[0], 0.02)
-        except ValueError as error:
-            raise WrongValue("material", self.material.name, f"with these beads: {error}") from None
-
-    @cached_property
-    def pair(self) -> Pair:
-        """Bead, plate and speed."""
-        return Pair(hl.Sphere(self.bead / 2.0, self.bead_material), self.material, self.impact_speed)
-
-
-def run(quick: bool = False, jobs: int | None = None, **changes: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR over edge, λ and d/ℓ; of other pairs; the law compared with both; shear; corners. quick: fewer."""
-    of, parameters = Conditions.of(changes), QUICK_PARAMETERS if quick else PARAMETERS
-    if of.own:
-        distances = OWN_QUICK_DISTANCES if quick else DISTANCES
-        return of.marked(main_map(of.few("inelasticity", parameters), distances, jobs, of.pair, of.edge))
-    data = main_map(parameters, QUICK_DISTANCES if quick else DISTANCES, jobs)
+    parameters, distances = (QUICK_PARAMETERS, QUICK_DISTANCES) if quick else (PARAMETERS, DISTANCES)
+    data = main_map(parameters, distances, jobs)
     data = data.merge(other_pairs(list(OTHER_PAIRS)[::3] if quick else list(OTHER_PAIRS), quick, jobs))
     data = data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
     return data.merge(corner.run(quick, jobs))
 
 
-def main_map(
-    parameters: Iterable[float], distances: Iterable[float], jobs: int | None,
-    pair: Pair = MAIN, edges: Sequence[str] = EDGES,
-) -> xr.Dataset:  # fmt: skip
-    """Return AR of a pair by edge and far away, the values of the law's table, and the critical distances over ℓ."""
+def main_map(parameters: Iterable[float], distances: Iterable[float], jobs: int | None) -> xr.Dataset:
+    """Return AR of MAIN by edge and far away, the values of the law's table, and the critical distances over ℓ."""
 
     def near(edge: str, inelasticity: float, scaled_distance: float) -> hl.CoSimulation:
-        return pair.coupled(pair.struck(edge, inelasticity, scaled_distance))
+        return MAIN.coupled(MAIN.struck(edge, inelasticity, scaled_distance))
 
     def away(inelasticity: float) -> hl.CoSimulation:
-        return pair.coupled(pair.struck("free", inelasticity, np.inf))
+        return MAIN.coupled(MAIN.struck("free", inelasticity, np.inf))
 
-    runs = hl.sweep(near, pair.record, jobs, measure, edge=edges, inelasticity=parameters, scaled_distance=distances)
-    far = hl.sweep(away, pair.record, 1, measure, inelasticity=parameters)
+    runs = hl.sweep(near, MAIN.record, jobs, measure, edge=EDGES, inelasticity=parameters, scaled_distance=distances)
+    far = hl.sweep(away, MAIN.record, 1, measure, inelasticity=parameters)
     data = xr.Dataset({"amplitude_ratio": runs.amplitude_ratio, "far_ratio": far.amplitude_ratio})
     difference = data.amplitude_ratio - data.far_ratio
-    data["table_error"] = tabulated(difference, pair.stiffness_ratio) - difference
+    data["table_error"] = tabulated(difference, MAIN.stiffness_ratio) - difference
     data = data.assign_coords(within=list(TOLERANCES))
     data["simulated"] = xr.apply_ufunc(
         crossing, difference, data.within, input_core_dims=[["scaled_distance"], []],
@@ -210,9 +172,6 @@ def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, fl
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the collapse, the law and its error, the thesis's two lines, and the limit of Kirchhoff's theory."""
-    of = Conditions.read(data)
-    if of.own:
-        return _own_rows(data, of)
     return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
 
 
@@ -255,24 +214,8 @@ def _thesis(data: xr.Dataset) -> Iterable[Row]:
             yield row("clamped", float(value), parameter, *bounds, **named)
 
 
-def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """Return the critical distance over ℓ by runs, compared with the law, for each edge and λ."""
-    rows = []
-    for edge, inelasticity, within in product(data.edge.values, data.inelasticity.values, data.within.values):
-        length, thickness = of.pair.length(float(inelasticity)), of.pair.plate(float(inelasticity)).thickness
-        at = data.sel(edge=edge, inelasticity=inelasticity)
-        value = float(at.simulated.sel(within=within))
-        law = scaled_critical_distance(str(edge), of.pair.stiffness_ratio, float(inelasticity), float(within))
-        said = *law[1:], 1e3 * length * value, 1e3 * thickness, 1e3 * length, float(at.far_ratio)
-        shown: float | str = value if np.isfinite(value) else "not settled"
-        rows.append(row("pair", shown, *said, theory=law[0], edge=edge, inelasticity=inelasticity, within=within))
-    return rows
-
-
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the collapse, the law, its jumps, shear, and corners."""
-    if Conditions.read(data).own:
-        return {"collapse": collapse(data)}
     return {
         "collapse": collapse(data),
         "critical_distance": critical_distance(data),

@@ -4,14 +4,12 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import partial
 from math import radians
-from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw, waves
-from hertzlink.studies.conditions import BEAD, SPEED
+from hertzlink.studies import draw, waves
 from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import MEASURED, Row, Rows
 from particles.bead import STANDARD_GRAVITY
@@ -38,7 +36,6 @@ CASES = {
     "90°, printed masses": (90.0, "printed masses"),
     "0°": (0.0, "mass from geometry"),
 }
-ANGLE = hl.quantities.Quantity("degrees", or_zero=True, high=90.0)
 
 
 @dataclass(frozen=True)
@@ -57,36 +54,20 @@ class Tacit:
         return replace(law, caution="") if isinstance(law, hl.laws.TabulatedLaw) else law
 
 
-@dataclass(frozen=True)
-class Conditions(conditions.Conditions):
-    """Parameters that can be changed. The striker then equals the beads."""
-
-    coloured = ("angle",)
-    material: Annotated[hl.Material, "Material of the cylinders"] = hl.STEEL_316
-    radius: Annotated[float, BEAD, "Radius of the cylinders"] = RADIUS
-    length: Annotated[float, conditions.LENGTH, "Length of the cylinders"] = LENGTH
-    angle: Annotated[tuple[float, ...], ANGLE, "Angle between neighbours; 0 is a line contact"] = ANGLES
-    impact_speed: Annotated[tuple[float, ...], SPEED, "Speed of the striker"] = SPEEDS
-
-    def curve(self, angle: float) -> waves.Curve:
-        """Return the chain of an angle."""
-        first, second = (hl.Cylinder(self.radius, self.length, self.material, radians(turn)) for turn in (0.0, angle))
-        law = Tacit()
-        return waves.Curve(_named(angle), (first, second), law(first, second), law, speeds=self.impact_speed)
+def curve(angle: float, speeds: tuple[float, ...]) -> waves.Curve:
+    """Return the chain of an angle, degrees, for strikers of these speeds, m/s."""
+    law, pair = Tacit(), (cylinder(0.0), cylinder(angle))
+    return waves.Curve(_named(angle), pair, law(*pair), law, speeds=speeds, striker=STRIKER)
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and the thesis's cases.
 
     Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
     default, because starting processes takes longer than the runs.
     """
-    of, jobs = Conditions.of(parameters), jobs or 1
-    if of.own:
-        curves = [of.curve(angle) for angle in of.few("angle", (0.0, 5.0, 10.0, 30.0, 45.0, 90.0))]
-        return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
-    speeds = SPEEDS[::4] if quick else SPEEDS
-    curves = [replace(Conditions(impact_speed=speeds).curve(angle), striker=STRIKER) for angle in ANGLES]
+    jobs, speeds = jobs or 1, SPEEDS[::4] if quick else SPEEDS
+    curves = [curve(angle, speeds) for angle in ANGLES]
     data = waves.run_curves(curves, BEADS, FIRST, SECOND, jobs, UNTIL, APPROACHES)
     data = data.rename(curve="angle", striker="impact_speed")
     data = data.assign_coords(angle=list(ANGLES), impact_speed=list(speeds))
@@ -129,8 +110,6 @@ def case_of_the_thesis(case: str) -> hl.CoSimulation:
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 5.3.2, compared with those of hertzlink."""
-    if Conditions.read(data).own:
-        return waves.curve_rows(data)
     return [*_crossed_at_right_angles(data), *_turned(data), *_parallel(data)]
 
 
@@ -204,8 +183,6 @@ def _normalised(data: xr.Dataset, angle: float, force: float) -> float:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
-    if Conditions.read(data).own:
-        return waves.curve_figures(data)
     curves = [waves.line(data.sel(angle=angle), f"{angle:.0f}°") for angle in (30.0, 45.0, 90.0)]
     speeds = [(f"F = {force:.0f} N", np.array([_normalised(data, a, force) for a in ANGLES])) for force in FORCES]
     angles = np.sort([*np.geomspace(1.0, 90.0, 91), HERTZ_ANGLE])

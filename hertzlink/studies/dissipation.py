@@ -6,16 +6,15 @@ The experiments of the thesis exist as figures only; so nothing is fitted here, 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Annotated, Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw, waves
-from hertzlink.studies.conditions import BEAD, SPEED
+from hertzlink.studies import draw, waves
 from hertzlink.studies.results import with_units
-from hertzlink.studies.table import Named, Row, Rows
+from hertzlink.studies.table import Row, Rows
 from particles.moving import STEPS_PER_CONTACT
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
@@ -39,26 +38,20 @@ MEETINGS = ("at a contact", "at a bead")
 MEETING_BEADS, MEETING_SENSOR, MEETING_UNTIL = 70, 50, 9e-4
 QUICK_STEP = 4.0  # Factor of the step of quick runs: forces change by less than 1e-4.
 YIELD_STRESS = 1e9  # Pa, from Johnson's example of a medium-hard steel; the thesis gives no value.
-FIRST, FROM_END = 9, 7  # The sensors whose forces are compared: from the struck end, and from the free one.
-EXPONENT = hl.quantities.Quantity(low=0.5, high=5.0)
-COEFFICIENT = hl.quantities.Quantity("N (s/m)^α", low=1e-12, high=1e9)
 
 
 @dataclass(frozen=True)
-class Conditions(conditions.Conditions):
-    """Parameters that can be changed; the defaults are the thesis's chain of steel."""
+class Lossy:
+    """The chain of spheres of a material, and its losses of Table 4.1: α, and |γ| in N (s/m)^α."""
 
-    material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_316
-    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 2.0 * RADIUS
-    beads: Annotated[int, hl.quantities.Count(20, 500), "Number of beads"] = BEADS
-    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
-    exponent: Annotated[float, EXPONENT, "Exponent α of the losses"] = 1.81
-    coefficient: Annotated[float, COEFFICIENT, "Coefficient |γ| of the losses"] = 5.58
+    material: hl.Material = hl.STEEL_316
+    exponent: float = 1.81
+    coefficient: float = 5.58
 
     @property
     def sphere(self) -> hl.Sphere:
         """A bead with the mass from its geometry."""
-        return hl.Sphere(self.bead / 2.0, self.material)
+        return hl.Sphere(RADIUS, self.material)
 
     def law(self, name: str) -> hl.Dissipation | None:
         """Return a law of LAWS."""
@@ -70,31 +63,27 @@ class Conditions(conditions.Conditions):
             return hl.PowerDashpot(self.coefficient * self.sphere.mass, self.exponent, "thesis")
         return hl.PowerDashpot(self.coefficient, self.exponent, name)
 
-    def wave(self, speed: float | None = None) -> tuple[float, float]:
-        """Return speed, m/s, and peak force, N, of the long wave without losses, for a striker's speed."""
-        chain, moved = waves.long_waves(self.sphere), PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
-        return chain.wave_speed_from_particle_speed(moved), chain.peak_force_from_particle_speed(moved)
-
-    def until(self, speed: float | None = None) -> float:
+    def until(self, speed: float = IMPACT_SPEED) -> float:
         """Return time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
-        return DELAY * self.beads * self.bead / self.wave(speed)[0]
+        moved = PARTICLE_TO_STRIKER_SPEED * speed
+        return DELAY * BEADS * 2.0 * RADIUS / waves.long_waves(self.sphere).wave_speed_from_particle_speed(moved)
 
 
 class Fit(NamedTuple):
     """A row of Table 4.1: chain and law, standard deviations of exponent and coefficient."""
 
-    of: Conditions
+    of: Lossy
     exponent_deviation: float
     coefficient_deviation: float
 
 
 SOFTER = replace(hl.PTFE, youngs_modulus=1.46e9)
 TABLE_4_1 = {
-    "steel 316": Fit(Conditions(), 0.25, 1.30),
-    "PTFE": Fit(Conditions(SOFTER, exponent=1.78, coefficient=0.582), 0.14, 0.087),
-    "brass 360": Fit(Conditions(hl.BRASS_360, exponent=1.85, coefficient=6.84), 0.13, 0.66),
+    "steel 316": Fit(Lossy(), 0.25, 1.30),
+    "PTFE": Fit(Lossy(SOFTER, 1.78, 0.582), 0.14, 0.087),
+    "brass 360": Fit(Lossy(hl.BRASS_360, 1.85, 6.84), 0.13, 0.66),
 }
-STEEL = Conditions()
+STEEL = Lossy()
 LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
 LAW_NAMES = {
     "undamped": "undamped",
@@ -102,23 +91,17 @@ LAW_NAMES = {
     "pairwise": "the same α and γ, pairwise",
     "drag": "drag, α₁ = 6900 1/s",
 }
-OWN_LAWS = dict(zip(LAWS, ("undamped", "thesis's law, equation 4.1", "the same α and γ, pairwise"), strict=False))
 CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "α+ γ−": (1, -1), "α+ γ+": (1, 1)}
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
 
     Chains are horizontal and free at their end; the striker equals the beads. quick: steps four times as long, and
     three striker speeds instead of eight for the speed over the force.
     """
-    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
+    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
     step = QUICK_STEP if quick else 1.0
-    if of.own:
-        laws = list(OWN_LAWS)
-        return of.marked(
-            hl.sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=laws)
-        )
     speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
     parts = [table_4_1(step, jobs), over_corners(step, jobs), over_speeds(speeds, step, jobs), *asides(jobs)]
     data = xr.merge(parts, join="outer", combine_attrs="override")
@@ -126,10 +109,10 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
 
 
 def simulation(
-    of: Conditions, law: hl.Dissipation | None, speed: float | None = None, step: float = 1.0
+    of: Lossy, law: hl.Dissipation | None, speed: float = IMPACT_SPEED, step: float = 1.0
 ) -> hl.CoSimulation:
     """Return the horizontal chain of spheres; step in units of the default step."""
-    chain = hl.Chain([of.sphere] * of.beads, of.sphere, speed or of.impact_speed, dissipation=law)
+    chain = hl.Chain([of.sphere] * BEADS, of.sphere, speed, dissipation=law)
     free = hl.CoSimulation(chain, None)
     return free if step == 1.0 else hl.CoSimulation(chain, None, dt=step * free.chain.contact_time / STEPS_PER_CONTACT)
 
@@ -244,7 +227,7 @@ def secondary_waves(run: xr.Dataset) -> xr.Dataset:
 def forces_and_speeds(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
     """Return the geometric mean of neighbouring sensors' peak forces (N), and the front speed between them (m/s)."""
     swept = data[["swept_peak", "swept_arrival"]].sel(law=law).transpose("striker_speed", "swept_sensor")
-    peak, distance = swept.swept_peak.values, np.diff(swept.swept_sensor.values) * STEEL.bead
+    peak, distance = swept.swept_peak.values, np.diff(swept.swept_sensor.values) * 2.0 * RADIUS
     speed = distance / np.diff(swept.swept_arrival.values, axis=1)
     return np.sqrt(peak[:, 1:] * peak[:, :-1]).ravel(), speed.ravel()
 
@@ -266,28 +249,7 @@ def yield_speed(bead: hl.Sphere, yield_stress: float = YIELD_STRESS) -> float:
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of chapter 4 and those that depend on them, compared with those of hertzlink."""
-    of = Conditions.read(data)
-    if of.own:
-        return _own_rows(data, of)
     return [*(row for name in TABLE_4_1 for row in _material_rows(data, name)), *_other_rows(data)]
-
-
-def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
-    """Return what is left of the wave, and the undamped one compared with theory."""
-    last = of.beads - FROM_END
-    speed, force = of.wave()
-    undamped = data.sel(law="undamped")
-    passed = float(undamped.arrival.sel(sensor=last) - undamped.arrival.sel(sensor=FIRST))
-    rows = [
-        row("own speed", (last - FIRST) * of.bead / passed, theory=speed),
-        row("own force", float(undamped.peak.sel(sensor=FIRST)), force, first=FIRST),
-    ]
-    for law, label in OWN_LAWS.items():
-        first, left = (float(data.peak.sel(law=law, sensor=sensor)) for sensor in (FIRST, last))
-        expected, said = (1.0, "; theory: a solitary wave keeps its form") if law == "undamped" else ("", "")
-        named = Named(last=last, first=FIRST, law=label)
-        rows.append(row("own decay", left / first, first, left, said, theory=expected, **named))
-    return rows
 
 
 def _material_rows(data: xr.Dataset, name: str) -> list[Row]:
@@ -332,9 +294,6 @@ def _other_rows(data: xr.Dataset) -> list[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
-    if Conditions.read(data).own:
-        laws = zip(draw.COLOURS, OWN_LAWS.items(), strict=False)
-        return {"decay": _decay(data, [(colour, "-", label, data.peak.sel(law=law)) for colour, (law, label) in laws])}
     lines = []
     for colour, speed in zip(draw.COLOURS, data.shown_speed.values, strict=False):
         corners = data.corner_peak.sel(shown_speed=speed)

@@ -91,10 +91,10 @@ def legend_above(figure: Figure, axis: Axes, columns: int) -> None:
 
 
 def over_distance(
-    data: xr.Dataset, edge: str, ylabel: str, tolerance: float, sharey: bool = True
+    data: xr.Dataset, ylabel: str, tolerance: float, sharey: bool = True
 ) -> tuple[Figure, list[tuple[Axes, xr.Dataset]]]:
     """Return a figure over the distance from the edge, and its panels with the data of each bead."""
-    labels = Look(xlabel=f"distance from the {edge} edge (mm)", ylabels=[ylabel])
+    labels = Look(xlabel="distance from the clamped edge (mm)", ylabels=[ylabel])
     at = data.sel(within=tolerance)
     return each(at, "diameter", lambda d: f"D = {d * 1e3:.2f} mm", sharey=sharey, **labels)
 
@@ -104,16 +104,14 @@ def thick(thickness: float) -> str:
     return f"t = {thickness * 1e3:.2f} mm"
 
 
-def against_distance(
-    data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0, edge: str = "clamped"
-) -> Figure:
+def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0) -> Figure:
     """Return a variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
 
     Bands are the brackets of the critical distances for a tolerance, open triangles their lower bounds. A ratio has a
     factor of 1.
     """
     ratio = factor == 1.0
-    figure, beads = over_distance(data, edge, label, tolerance, sharey=ratio)
+    figure, beads = over_distance(data, label, tolerance, sharey=ratio)
     for axis, bead in beads:
         log_x(axis)
         for i, thickness in enumerate(data.thickness.values):
@@ -167,9 +165,9 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     return figure
 
 
-def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Figure:
+def refinement(data: xr.Dataset, tolerance: float) -> Figure:
     """Return AR's distance from its far value around the last crossing: samples, brackets, first scan interpolated."""
-    figure, beads = over_distance(data, edge, "|AR − far value|", tolerance)
+    figure, beads = over_distance(data, "|AR − far value|", tolerance)
     scan, first = data.sampled.all(["thickness", "diameter"]), beads[0][0]
     for axis, bead in beads:
         farthest = 0.0

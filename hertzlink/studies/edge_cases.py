@@ -8,10 +8,13 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies.on_plates import ALUMINIUM_STIFFNESS_RATIO, BEADS, RECORD, SENSOR
+from hertzlink.studies.on_plates import BEADS, SENSOR
 from hertzlink.studies.waves import contact_time, long_waves, wall_stiffness
 from plates.critical_distance import edge_length
 
+# Length of records in contact times of aluminium plates, after 30 of which the slowest reflected wave returns; and the
+# ratio of contact stiffnesses of steel beads on aluminium, up to which it is enough.
+RECORD, ALUMINIUM_STIFFNESS_RATIO = 45.0, 0.743
 STEPS_PER_CONTACT = 450  # Steps of the chain in a contact time. The default of 1800 changes AR by 1e-6.
 HIGHEST_PHASE = 3.3  # Highest frequency of the half-plane times the contact time. Twice this value changes AR by 2e-5.
 # A wave below this fraction of the incident one counts as none, with AR = 0; the law's error is larger.

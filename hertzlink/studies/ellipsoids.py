@@ -1,16 +1,14 @@
 """Thesis sections 5.1 and 5.3.1: waves in chains of spheres of four sizes, and of ellipsoids lying and standing."""
 
-from dataclasses import dataclass
 from functools import partial
 from math import pi
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw, waves
-from hertzlink.studies.conditions import BEAD, FORCE, WrongValue
+from hertzlink.studies import draw, waves
 from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import SIMILAR, Row, Rows
 from particles.bead import STANDARD_GRAVITY
@@ -29,48 +27,23 @@ SHAPES = ("minor axis", "major axis", "equivalent sphere")
 CASES = ("printed mass", "mass from geometry", "gravity", "striker of radius 2.38 mm", "striker of diameter 2.38 mm")
 
 
-@dataclass(frozen=True)
-class Conditions(conditions.Conditions):
-    """Parameters that can be changed."""
-
-    material: Annotated[hl.Material, "Material of the ellipsoids and of the sphere of their mass"] = hl.STEEL_316
-    minor: Annotated[float, BEAD, "Minor diameter of the ellipsoids"] = MINOR
-    major: Annotated[float, BEAD, "Major diameter of the ellipsoids"] = MAJOR
-    peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
-
-    def check(self) -> None:
-        """Refuse a major diameter that is not greater than the minor one."""
-        if self.major <= self.minor:
-            raise WrongValue("major", self.major, f"must be more than the minor diameter, {self.minor:g} m")
-
-    def curve(self, shape: str) -> waves.Curve:
-        """Return the chain of a shape."""
-        return struck_by_its_like(shape, self.particle(shape), self.peak_force)
-
-    def particle(self, shape: str) -> hl.Bead:
-        """Return an ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
-        if shape == "equivalent sphere":
-            return hl.Sphere(0.5 * (self.minor**2 * self.major) ** (1.0 / 3.0), self.material)
-        along = "across" if shape == "minor axis" else "along"
-        return hl.Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
+def particle(shape: str) -> hl.Bead:
+    """Return an ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
+    if shape == "equivalent sphere":
+        return hl.Sphere(0.5 * (MINOR**2 * MAJOR) ** (1.0 / 3.0), hl.STEEL_316)
+    return hl.Ellipsoid(MINOR / 2.0, MAJOR, hl.STEEL_316, axis="across" if shape == "minor axis" else "along")
 
 
-particle = Conditions().particle
-
-
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return speed, peak force and width of waves over the striker speed, by shape and size, and in the thesis's cases.
 
     The curves are without gravity, with masses from geometry and a striker equal to the beads. quick: three of the nine
     forces. jobs: 1 by default, because starting processes takes longer than the runs.
     """
-    of, jobs = Conditions.of(parameters), jobs or 1
-    if of.own:
-        return of.marked(waves.run_curves([of.curve(shape) for shape in SHAPES], BEADS, FIRST, SECOND, jobs))
-    forces = FORCES[::4] if quick else FORCES
+    jobs, forces = jobs or 1, FORCES[::4] if quick else FORCES
     spheres = {diameter: hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in DIAMETERS}
     groups: dict[str, dict[Any, waves.Curve]] = {
-        "shape": {shape: Conditions(peak_force=forces).curve(shape) for shape in SHAPES},
+        "shape": {shape: struck_by_its_like(shape, particle(shape), forces) for shape in SHAPES},
         "diameter": {d: struck_by_its_like(f"{d:g} m", sphere, forces) for d, sphere in spheres.items()},
     }
     each = []
@@ -107,8 +80,6 @@ def printed_radius() -> float:
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
-    if Conditions.read(data).own:
-        return waves.curve_rows(data)
     return [*_contacts(), *_speeds(data), *_relations(data)]
 
 
@@ -165,8 +136,6 @@ def _relations(data: xr.Dataset) -> list[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
-    if Conditions.read(data).own:
-        return waves.curve_figures(data)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]
     by_size = [(label, s.size_peak_force.values, s.size_wave_speed.values, s.size_theory.values) for label, s in sizes]
     names = ("along the minor axis", "along the major axis", "equivalent sphere")

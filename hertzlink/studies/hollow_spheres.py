@@ -1,15 +1,12 @@
 """Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
 
-from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import conditions, draw, waves
-from hertzlink.studies.conditions import BEAD, FORCE
+from hertzlink.studies import draw, waves
 from hertzlink.studies.results import named, with_units
 from hertzlink.studies.table import SIMILAR, SIMULATED, Row, Rows
 from particles.bead import STANDARD_GRAVITY
@@ -35,52 +32,33 @@ APPROACHES = np.geomspace(1e-6, 20e-6, 21)
 FITTED_RANGE = (0.2e-6, 10e-6)
 UNTIL = 2.5e-3  # Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres.
 CASES = ("mass from geometry", "printed mass", "printed mass, gravity", "law of hertzlink")
-RATIO = hl.quantities.Quantity(or_zero=True, high=0.95)
 
 
-@dataclass(frozen=True)
-class Conditions(conditions.Conditions):
-    """Parameters to change. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
-
-    coloured = ("ratio",)
-    material: Annotated[hl.Material, "Material of the spheres"] = hl.ALUMINIUM_6061
-    radius: Annotated[float, BEAD, "Outer radius of the spheres"] = RADIUS
-    ratio: Annotated[tuple[float, ...], RATIO, "Inner over outer radius; 0 is a solid sphere"] = tuple(TABLE_5_1)
-    peak_force: Annotated[tuple[float, ...], FORCE, "Approximate peak forces of the waves"] = FORCES
-
-    def particle(self, ratio: float) -> hl.Sphere | hl.HollowSphere:
-        """Return a sphere, solid or hollow."""
-        if ratio <= 0.0:
-            return hl.Sphere(self.radius, self.material)
-        return hl.HollowSphere(self.radius, ratio * self.radius, self.material)
-
-    def law(self, ratio: float) -> hl.ContactLaw:
-        """Return the law of hertzlink: Hertz in series with Reissner's shell."""
-        return hl.contact_law(self.particle(ratio), self.particle(ratio))
+def particle(ratio: float) -> hl.Sphere | hl.HollowSphere:
+    """Return a sphere, solid or hollow, by its inner over its outer radius."""
+    if ratio <= 0.0:
+        return hl.Sphere(RADIUS, hl.ALUMINIUM_6061)
+    return hl.HollowSphere(RADIUS, ratio * RADIUS, hl.ALUMINIUM_6061)
 
 
-THESIS = Conditions()
-particle = THESIS.particle
+def law_of(ratio: float) -> hl.ContactLaw:
+    """Return the law of hertzlink: Hertz in series with Reissner's shell."""
+    return hl.contact_law(particle(ratio), particle(ratio))
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; contact laws.
 
     The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
     three of nine striker speeds. jobs: 1 by default, because starting processes takes longer than the runs.
     """
-    of, jobs = Conditions.of(parameters), jobs or 1
-    if of.own:
-        pairs = {ratio: (of.particle(ratio),) * 2 for ratio in of.ratio}
-        curves = [waves.Curve(_named(r), pair, of.law(r), forces=of.peak_force) for r, pair in pairs.items()]
-        return of.marked(waves.run_curves(curves, BEADS, FIRST, SECOND, jobs))
-    forces = FORCES[::4] if quick else FORCES
+    jobs, forces = jobs or 1, FORCES[::4] if quick else FORCES
     curves = [waves.Curve(_named(r), (particle(r),) * 2, law, law, forces) for r, law in TABLE_5_1.items()]
     data = waves.run_curves(curves, BEADS, FIRST, SECOND, jobs, UNTIL, APPROACHES)
     data = data.rename(curve="ratio", striker="aimed_force", force="table_force")
     data = data.assign_coords(ratio=list(TABLE_5_1), aimed_force=list(forces))
     label = {"units": "N", "long_name": "contact law of hertzlink"}
-    data["force"] = (("ratio", "approach"), [THESIS.law(ratio).force(APPROACHES) for ratio in TABLE_5_1], label)
+    data["force"] = (("ratio", "approach"), [law_of(ratio).force(APPROACHES) for ratio in TABLE_5_1], label)
     cases = hl.sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
     return with_units(data.merge(named(cases, "case")), ratio="1", aimed_force="N")
 
@@ -108,8 +86,6 @@ def _theory(ratio: float) -> hl.theory.UniformChain:
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 5.3.3, compared with those of hertzlink."""
-    if Conditions.read(data).own:
-        return waves.curve_rows(data)
     return [*_laws(data), *_speeds(data), *_relations(data)]
 
 
@@ -118,7 +94,7 @@ def _laws(data: xr.Dataset) -> list[Row]:
     solid = hl.contact_law(particle(0.0), particle(0.0)).kernel[0]
     rows = [row("mass of a hollow sphere", particle(THIN).mass * 1e3), row("k, Ri/Ro 0", solid * 1e-9)]
     for ratio, printed in TABLE_5_1.items():
-        law, at = THESIS.law(ratio), np.array(5e-6)
+        law, at = law_of(ratio), np.array(5e-6)
         share = 100.0 * (data.force / data.table_force - 1.0).sel(ratio=ratio)
         said = "Hertz" if ratio == 0.0 else "Hertz and Reissner's shell in series", *share.values[[0, -1]]
         k, n = fit(law)
@@ -158,7 +134,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
     ahead = (data.wave_speed / data.theory).mean("aimed_force").sel(ratio=[0.0, THIN])
     shown, close = ", ".join(f"{speed:.0f}" for speed in at), bool((abs(ahead - 1.0) < SIMILAR).all())
     return [
-        row("exponent n, Pauchard and Rica", fit(THESIS.law(THIN))[1]),
+        row("exponent n, Pauchard and Rica", fit(law_of(THIN))[1]),
         row("wave speed over force, exponent, Ri/Ro 0.908", slopes[THIN], (n - 1.0) / (2.0 * n), otherwise=rounded),
         row("wave speed over force, exponent, solid", slopes[0.0]),
         row("wave speed at 20 N, Ri/Ro 0, 0.5, 0.75, 0.908", shown, holds=all(np.diff(at) < 0.0)),
@@ -168,8 +144,6 @@ def _relations(data: xr.Dataset) -> list[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
-    if Conditions.read(data).own:
-        return waves.curve_figures(data)
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
     slopes = {r: rf"{_named(r)}: $V \propto F^{{{waves.exponent(walls[r]):.4f}}}$" for r in (0.0, THIN)}
     scaling = draw.compared([waves.line(walls[r], label) for r, label in slopes.items()], log=True, height=3.6)

@@ -4,17 +4,16 @@ Cramér–Rao bounds (`hl.identifiability`) of a plate's distance to its edge an
 layer of a rod, over the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
-from hertzlink.studies.identifiable_cases import BLIND, CHECKED, DISTANCES, FEATURES, Conditions
+from hertzlink.studies.identifiable_cases import BLIND, CHECKED, DISTANCES, FEATURES
 from hertzlink.studies.results import over, with_units
 from hertzlink.studies.table import Named, Row, Rows
 from structures.structure import Vector
@@ -42,7 +41,7 @@ EARLIER = {
 STATICS, UNSEEN = np.array([2.0, -3.0, -1.0]), np.array([0.125, -0.25, 1.0])
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return 95 % half-widths of what is not known: plates near an edge (`edge_error`), with the modulus not known
     either (`combination`), and rods with a bond (`bond_error`).
 
@@ -50,11 +49,7 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     """
     distances, thicknesses = (QUICK_DISTANCES, QUICK_THICKNESSES) if quick else (DISTANCES, THICKNESSES)
     near, bonds = (QUICK_NEAR, (QUICK_UPPERS, QUICK_BONDS)) if quick else (NEAR, (UPPER_THICKNESSES, BOND_STIFFNESSES))
-    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs
-    if of.own:
-        data = edges(jobs, of.few("distance", distances), of.thickness, of.bead, of)
-        data = data.drop_vars(["edge_error_of_steps", "step"])
-        return of.marked(with_units(data, distance="m", thickness="m", diameter="m", record="s"))
+    jobs = 1 if quick and jobs is None else jobs
     data = edges(jobs, distances, thicknesses)
     of_contact = partial(cases.combinations_near_edge, MAIN_DIAMETER, thickness=MAIN_THICKNESS)
     data = data.merge(over(of_contact, jobs, contact=(cases.KNOWN, cases.OF_PLATE), near=near))
@@ -64,25 +59,20 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     return with_units(data, **cases.UNITS)
 
 
-def edges(
-    jobs: int | None, distances: Sequence[float], thicknesses: Sequence[float],
-    diameters: Sequence[float] = DIAMETERS, of: Conditions = cases.THESIS,
-) -> xr.Dataset:  # fmt: skip
+def edges(jobs: int | None, distances: Sequence[float], thicknesses: Sequence[float]) -> xr.Dataset:
     """Return the half-widths over the distance, the thickness, the beads and what is measured."""
-    tested = set() if of.own else {*distances[::TESTED_EVERY], *CHECKED}
+    tested = {*distances[::TESTED_EVERY], *CHECKED}
 
     def errors(diameter: float, distance: float, thickness: float) -> xr.Dataset:
         steps = cases.STEPS if distance in tested else cases.STEPS[:1]
-        return cases.edge_errors(diameter, distance, thickness, steps, of)
+        return cases.edge_errors(diameter, distance, thickness, steps)
 
-    widths = over(errors, jobs, diameter=diameters, distance=distances, thickness=thicknesses).half_width
+    widths = over(errors, jobs, diameter=DIAMETERS, distance=distances, thickness=thicknesses).half_width
     return xr.Dataset({"edge_error": widths.isel(step=0), "edge_error_of_steps": widths.isel(unknown=0, free=0)})
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the half-widths, and earlier estimates if there are any; `blind` where they exceed half of the value."""
-    if Conditions.read(data).own:
-        return list(_own_rows(data))
     grid = product((MAIN_DIAMETER, DIAMETERS[0]), CHECKED, cases.MEASURED)
     rows = [_distance_row(data.sel(diameter=d, thickness=MAIN_THICKNESS), what, x) for d, x, what in grid]
     rows += [_reach_row(data.sel(diameter=d, thickness=t)) for d in data.diameter for t in data.thickness]
@@ -182,40 +172,5 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return the maps of the half-widths: of the distance for each record, and of the bond."""
     from hertzlink.studies import identifiable_figures as drawn
 
-    if Conditions.read(data).own:
-        return {f"distance_{d * 1e3:.2f}_mm": _own_figure(data.sel(diameter=d)) for d in data.diameter.values}
     maps = {f"distance_{1e3 * r:.1f}_ms": drawn.distances(data.sel(record=r)) for r in data.record.values}
     return {**maps, "bond": drawn.bonds(data)}
-
-
-def _own_rows(data: xr.Dataset) -> Iterable[Row]:
-    """Return the half-width of the distance for each bead, plate, distance and way to measure."""
-    axes = (data[name].values for name in ("diameter", "thickness", "distance", "measured"))
-    for diameter, thickness, distance, what in product(*axes):
-        at = data.edge_error.sel(diameter=diameter, thickness=thickness, distance=distance, measured=what)
-        first = at.isel(record=0)
-        said = [_width(first, free="distance")]
-        if what != FEATURES:
-            longer = [f"; record of {r * 1e3:g} ms: {_width(at.sel(record=r))}" for r in data.record.values[1:]]
-            said += [_width(first, "thickness"), _width(first, "impact_speed"), "".join(longer)]
-        kind = "own AR and TOF" if what == FEATURES else "own trace"
-        named = Named(distance=distance * 1e3, diameter=diameter * 1e3, thickness=thickness * 1e3)
-        yield row(kind, _width(first), *said, what=what, **named)
-
-
-def _width(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> str:
-    return printed(float(at.sel(unknown=unknown, free=free)))
-
-
-def _own_figure(data: xr.Dataset) -> draw.Figure:
-    """Return the half-widths of the distance over the distance: a panel for each plate; data: of one bead."""
-    bead, record = f"D = {float(data.diameter) * 1e3:.2f} mm", f"{1e3 * float(data.record[0]):g} ms"
-    labels = draw.Look(xlabel="distance to the edge (mm)", ylabels=[f"half-width of the distance (%), {record}"])
-    figure, plates = draw.each(data, "thickness", lambda t: f"{bead}, t = {t * 1e3:.2f} mm", height=3.6, **labels)
-    for axis, plate in plates:
-        at = plate.edge_error.sel(unknown="distance", free="all").isel(record=0)
-        draw.lines(axis, 100.0 * at.drop_sel(measured=FEATURES), "distance", "measured", factor=1e3)
-        axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)
-        axis.set(xscale="log", yscale="log")
-    plates[0][0].legend()
-    return figure

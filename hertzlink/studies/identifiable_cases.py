@@ -1,11 +1,11 @@
 """The cases of the study of identifiability: chains against plates near an edge, and against rods with a bond."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from math import ceil, pi
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,8 +14,6 @@ import hertzlink as hl
 from coupling.inference.information import REACH, STEP, Design, Sensitivities
 from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.inference.search import inverse
-from hertzlink.studies import conditions
-from hertzlink.studies.conditions import BEAD, LENGTH, SPEED, THICKNESS
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.caution import collected
 from structures.structure import Vector
@@ -55,8 +53,6 @@ FEWEST = 12
 CHECKED = (0.06, 0.16)  # m, the distances of the table.
 DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 14)), *CHECKED}))
 BLIND = 0.5  # A half-width above this part of the value.
-PART = hl.quantities.Quantity(low=1e-9, high=1.0)
-RECORD = hl.quantities.Quantity("s", low=1e-5, high=0.1)
 UNITS = {
     "distance": "m", "near": "m", "thickness": "m", "diameter": "m", "record": "s", "step": "1",
     "upper_thickness": "m", "bond_stiffness": "N/m3",
@@ -64,68 +60,47 @@ UNITS = {
 Places = dict[str, Iterable[Any]]  # Places by the name of the axis.
 
 
-@dataclass(frozen=True)
-class Conditions(conditions.Conditions):
-    """Parameters that can be changed. The plate's modulus stays known, and rods with a bond are left out."""
-
-    coloured = ("thickness", "bead")
-    material: Annotated[hl.Material, "Material of the plate"] = hl.ALUMINIUM_6061
-    thickness: Annotated[tuple[float, ...], THICKNESS, "Thickness of the plate"] = (2.29e-3, 3.0e-3, 4.83e-3)
-    bead: Annotated[tuple[float, ...], BEAD, "Diameter of the beads"] = (4.76e-3, 9.53e-3)
-    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
-    impact_speed: Annotated[float, SPEED, "Speed of the striker"] = IMPACT_SPEED
-    distance: Annotated[tuple[float, ...], LENGTH, "Distance to the clamped edge"] = DISTANCES
-    noise: Annotated[float, PART, "White noise, as a part of the greatest force at each sensor"] = NOISE
-    record: Annotated[tuple[float, ...], RECORD, "Lengths of the records"] = RECORDS
-
-
-THESIS = Conditions()
-
-
 def edge_case(
     diameter: float, distance: float, thickness: float, impact_speed: float, youngs_modulus: float | None = None,
-    contact: str = KNOWN, of: Conditions = THESIS,
+    contact: str = KNOWN,
 ) -> hl.CoSimulation:  # fmt: skip
     """Return a chain of beads against a plate, at a distance from its clamped edge."""
-    bead, wall = hl.Sphere(0.5 * diameter, of.bead_material), of.material
+    bead, wall = hl.Sphere(0.5 * diameter, hl.STEEL_440C), hl.ALUMINIUM_6061
     if youngs_modulus is not None:
         wall = replace(wall, youngs_modulus=youngs_modulus)
-    highest = HIGHEST_FREQUENCY * max(1.0, 4.76e-3 / diameter)
-    plate = hl.half_plane(thickness, wall, "clamped", distance, max(of.record), highest)
+    plate = hl.half_plane(thickness, wall, "clamped", distance, max(RECORDS), HIGHEST_FREQUENCY)
     if contact == KNOWN:
-        plate = replace(plate, surface=hl.Surface(of.material))
+        plate = replace(plate, surface=hl.Surface(hl.ALUMINIUM_6061))
     return hl.CoSimulation(hl.Chain([bead] * BEADS, bead, impact_speed), plate)
 
 
 def edge_design(
-    diameter: float, values: Mapping[str, float], noise: float | None = None, sample_every: float = SAMPLE_EVERY,
-    contact: str = KNOWN, of: Conditions = THESIS,
+    diameter: float, values: Mapping[str, float], noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
+    contact: str = KNOWN,
 ) -> Design:  # fmt: skip
     """Return design of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
 
     def build(**unknowns: float) -> hl.CoSimulation:
-        return edge_case(diameter, **unknowns, contact=contact, of=of)
+        return edge_case(diameter, **unknowns, contact=contact)
 
     sensors = {n for group in MEASURED.values() for n in group}
     with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
-        return Design(build, values, sensors, max(of.record), (GAIN, TIME_ZERO), noise or of.noise, sample_every)
+        return Design(build, values, sensors, max(RECORDS), (GAIN, TIME_ZERO), noise, sample_every)
 
 
-def edge_errors(
-    diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1], of: Conditions = THESIS
-) -> xr.Dataset:
+def edge_errors(diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1]) -> xr.Dataset:
     """Return half-widths as parts of values, over steps, records, measured, free, unknowns; NaN for what is known."""
-    values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, of.impact_speed), strict=True))
-    design = edge_design(diameter, values, of=of)
-    errors = np.full((len(STEPS), len(of.record), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
+    values = dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True))
+    design = edge_design(diameter, values)
+    errors = np.full((len(STEPS), len(RECORDS), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
     for i, step in enumerate(steps):
         changes = Sensitivities(design, step)
-        for (j, record), (k, sensors) in product(enumerate(of.record), enumerate(MEASURED.values())):
+        for (j, record), (k, sensors) in product(enumerate(RECORDS), enumerate(MEASURED.values())):
             if k > 0:
                 errors[i, j, k] = _errors(partial(changes.waveform, sensors, record), EDGE_FREE)
         if i == 0:
-            errors[i, :, 0] = _errors(changes.features(MEASURED[FEATURES], of.record[0], DRAWS), EDGE_FREE)
-    axes: Places = {"step": STEPS, "record": of.record, "measured": MEASURED}
+            errors[i, :, 0] = _errors(changes.features(MEASURED[FEATURES], RECORDS[0], DRAWS), EDGE_FREE)
+    axes: Places = {"step": STEPS, "record": RECORDS, "measured": MEASURED}
     axes |= {"free": EDGE_FREE, "unknown": EDGE_UNKNOWNS}
     return half_widths("half_width", errors, axes)
 

@@ -1,17 +1,13 @@
 """Thesis section 6.1.4: PTFE below a thin steel cylinder. A thicker PTFE layer delays the secondary wave."""
 
-from dataclasses import dataclass
-from typing import Annotated, Any
-
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.table import MEASURED, Row, Rows
-from hertzlink.studies.upper_layer import OF_FREE_MASS, THESIS, TwoLayers, layers_figures
+from hertzlink.studies.upper_layer import TwoLayers, layers_figures
 from structures.structure import Vector
 
 row = Rows("lower_layer")
@@ -21,35 +17,29 @@ SOLID_LOWERS = (9.52e-3, 12.7e-3, 19.05e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3,
 ECHOLESS_LENGTH = 25.4e-3  # m; for thicker layers the primary wave has left before the echo of the base returns.
 
 
-@dataclass(frozen=True)
-class Conditions(TwoLayers):
-    """Parameters that can be changed."""
-
-    upper: Annotated[float, LENGTH, "Thickness of the upper layer"] = UPPER
-    lower: Annotated[tuple[float, ...], LENGTH, "Thickness of the lower layer"] = LOWERS
-
-    swept = "lower"
+class LowerLayers(TwoLayers):
+    """Cylinders over the thickness of the lower layer."""
 
     def stack(self, length: float) -> list[hl.Layer]:
         """Return the cylinder with this thickness of the lower layer, m."""
-        return self.layers(self.upper, length)
+        return self.layers(UPPER, length)
 
     def expected(self, lengths: Vector) -> xr.Dataset:
         """Return theory over the thickness of the lower layer, m."""
-        return self.theory(np.full(len(lengths), self.upper), lengths)
+        return self.theory(np.full(len(lengths), UPPER), lengths)
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+THESIS = LowerLayers()
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
     few = sorted({*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]}), SOLID_LOWERS[::3]
-    return struck.over_lengths(Conditions.of(parameters), quick, jobs, *(few if quick else (LOWERS, SOLID_LOWERS)))
+    return struck.over_lengths(THESIS, quick, jobs, *(few if quick else (LOWERS, SOLID_LOWERS)))
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 6.1.4, compared with ours, and the secondary wave's delay, with theory."""
-    of = Conditions.read(data)
-    if of.own:
-        return struck.own_rows(data, of, "lower layer", OF_FREE_MASS)
     middle, primary = data.sel(dashpot=struck.DASHPOT), data.sel(wave="primary")
     ratios, flights = middle.amplitude_ratio.sel(wave="primary"), middle.time_of_flight.sel(wave="primary") * 1e6
     thick = ratios.where(data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9))
@@ -81,5 +71,4 @@ def _delay(data: xr.Dataset, length: float) -> Row:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force map (6.12)."""
-    of = Conditions.read(data)
-    return layers_figures(data, of, of.lower_material.name if of.own else "PTFE")
+    return layers_figures(data, THESIS, "PTFE")

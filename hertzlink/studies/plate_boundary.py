@@ -1,15 +1,25 @@
 """Thesis section 6.2.2: the reflected wave against the distance from a clamped edge, and the critical distance."""
 
-from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import draw, plate_edges
-from hertzlink.studies.on_plates import BEADS, DIAMETERS, SENSOR, SIDE, THICKNESSES, UNTIL, OnPlate, theirs
+from hertzlink.studies import draw, on_plates, plate_edges
+from hertzlink.studies.on_plates import (
+    DIAMETERS,
+    IMPACT_SPEED,
+    MATERIAL,
+    SENSOR,
+    SIDE,
+    THICKNESSES,
+    UNTIL,
+    chain,
+    plate,
+    sphere,
+    theirs,
+)  # fmt: skip
 from hertzlink.studies.results import each, scalars, with_units
 from hertzlink.studies.table import WORDS, Named, Row, Rows, bracketed
 from hertzlink.studies.waves import contact_time
@@ -39,66 +49,29 @@ RELATIVE_TOLERANCE = 0.05  # The tolerance in units of the far value, for compar
 # t a/d² at which a clamped edge has cancelled half of the displacement after an impulse, g = −1/2 (docs/plate_edge.md;
 # Fourier transform along the edge, Laplace transform in time).
 HALF_ECHO = 0.4613
-# Thicknesses up to this ratio share a basis. For 1 and 4 mm it takes half as long as one for each, for 1 and 10 mm
-# twice as long.
-SIMILAR = 4.0
-# NEAR, in units of the greatest ℓ, and brackets, in units of the least one, for plates of a user's own.
-OWN_NEAR, OWN_BRACKET, OWN_QUICK_BRACKET = 2.5, 0.02, 0.4
 
 
-@dataclass(frozen=True)
-class Conditions(OnPlate):
-    """Parameters that can be changed."""
-
-    shortest_side: ClassVar[float] = 8.0
-
-    def distances(self, quick: bool) -> tuple[float, ...]:
-        """Return the first scan, m."""
-        if self.own:
-            return tuple(self.scan(quick))
-        return QUICK_DISTANCES if quick else DISTANCES
-
-    def bracket(self, quick: bool) -> float:
-        """Return the greatest length of a bracket, m."""
-        if self.own:
-            return float(self.lengths().min()) * (OWN_QUICK_BRACKET if quick else OWN_BRACKET)
-        return QUICK_BRACKET if quick else BRACKET
-
-    def bases(self, quick: bool) -> list[tuple[Range, Range]]:
-        """Return the distances and thicknesses, m, that share a basis.
-
-        All short distances do, and each farther one of the first scan has its own; so do similar thicknesses.
-        """
-        near = min(OWN_NEAR * float(self.lengths().max()), self.side / 2.0) if self.own else NEAR
-        scan, walls = self.distances(quick), list[list[float]]()
-        for thickness in sorted(self.thickness):
-            if not walls or thickness > SIMILAR * walls[-1][0]:
-                walls.append([])
-            walls[-1].append(thickness)
-        places: list[Range] = [(scan[0], near), *(distance for distance in scan if distance > near)]
-        return [(place, (wall[0], wall[-1])) for place in places for wall in walls]
+def bases(quick: bool) -> list[Range]:
+    """Return the distances, m, of each basis: one serves all short ones, each farther one of the scan has its own."""
+    scan = QUICK_DISTANCES if quick else DISTANCES
+    return [(scan[0], NEAR), *(distance for distance in scan if distance > NEAR)]
 
 
-THESIS = Conditions()
-
-
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
     Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
     eight of the 27 distances of the first scan, and brackets of 5 mm, beside which numerical errors do not count.
     """
-    of = Conditions.of(parameters)
-    plates = tuple(
-        each(reduced, [{"place": place, "walls": walls, "of": of} for place, walls in of.bases(quick)], jobs)
-    )
+    plates = tuple(each(reduced, [{"place": place} for place in bases(quick)], jobs))
 
     def build(thickness: float, distance: float, diameter: float) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
+        return hl.CoSimulation(chain(diameter), struck(plates, thickness, distance))
 
+    scan, bracket = (QUICK_DISTANCES, QUICK_BRACKET) if quick else (DISTANCES, BRACKET)
     find = partial(
-        hl.critical_distance_search, build, of.until, of.sensor, of.distances(quick),
-        bracket=of.bracket(quick), jobs=jobs, thickness=of.thickness, diameter=of.bead,
+        hl.critical_distance_search, build, UNTIL, SENSOR, scan,
+        bracket=bracket, jobs=jobs, thickness=THICKNESSES, diameter=DIAMETERS,
     )  # fmt: skip
     first = find(tolerance=TOLERANCES)
     relative = find(tolerance=RELATIVE_TOLERANCE, relative=True, known=first)
@@ -106,43 +79,43 @@ def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.D
     variables = ("critical_distance", "bracket", "lower_bound")
     data = relative.drop_vars([*variables, "within"]).merge(first[[*variables]])
     data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in variables})
-    wall = of.plate(of.thickness[0])
-    bounds = [hl.critical_distance_bounds(of.sphere(d), wall, of.impact_speed) for d in of.bead]
+    wall = plate(THICKNESSES[0])
+    bounds = [hl.critical_distance_bounds(sphere(d), wall, IMPACT_SPEED) for d in DIAMETERS]
     label = {"units": "m", "long_name": "critical distance, equation 6.42"}
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"]).assign(bound=(("diameter", "line"), bounds, label))
-    data = with_units(data, thickness="m", diameter="m").merge(without_edges(of))
+    data = with_units(data, thickness="m", diameter="m").merge(without_edges())
     if not quick:
-        data = with_margins(data, of, jobs)
-    return of.marked(data) if of.own else data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
+        data = with_margins(data, jobs)
+    return data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
 
 
-def without_edges(of: Conditions) -> xr.Dataset:
+def without_edges() -> xr.Dataset:
     """Return AR and contact time on the infinite plate, and the distance of an edge whose half echo is back by then."""
 
     def build(thickness: float, diameter: float) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(diameter), hl.infinite_plate(thickness, of.material))
+        return hl.CoSimulation(chain(diameter), hl.infinite_plate(thickness, MATERIAL))
 
     def measure(run: xr.Dataset) -> xr.Dataset:
         contact = scalars(contact_time=(hl.contact_time(run), "s", "contact with the infinite plate"))
-        return contact.assign(infinite_amplitude_ratio=hl.amplitude_ratio(run, of.sensor))
+        return contact.assign(infinite_amplitude_ratio=hl.amplitude_ratio(run, SENSOR))
 
-    runs = hl.sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
-    speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(of.plate, of.thickness)]
-    diffusion = xr.DataArray(speed, coords={"thickness": list(of.thickness)}, dims="thickness")
+    runs = hl.sweep(build, UNTIL, 1, measure, thickness=THICKNESSES, diameter=DIAMETERS)
+    speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(plate, THICKNESSES)]
+    diffusion = xr.DataArray(speed, coords={"thickness": list(THICKNESSES)}, dims="thickness")
     runs["half_echo_distance"] = ((runs.contact_time * diffusion / HALF_ECHO) ** 0.5).assign_attrs(
         units="m", long_name="distance whose half echo is back as the contact with the infinite plate ends"
     )
     return runs.drop_attrs(deep=False)
 
 
-def with_margins(data: xr.Dataset, of: Conditions, jobs: int | None) -> xr.Dataset:
+def with_margins(data: xr.Dataset, jobs: int | None) -> xr.Dataset:
     """Return critical distances with the numerical errors of AR there, and with the errors of distance that follow, m.
 
     The far value is as wrong as it differs from AR on the infinite plate, which has neither mesh nor reduction.
     """
     pairs = data.critical_distance.sel(within=TOLERANCE).stack(pair=["diameter", "thickness"]).dropna("pair")
     cases = [
-        {"diameter": diameter, "thickness": thickness, "distance": float(pair), "of": of}
+        {"diameter": diameter, "thickness": thickness, "distance": float(pair)}
         for pair in pairs for diameter, thickness in [pair.pair.item()]
     ]  # fmt: skip
     here = xr.DataArray(each(ratio_error, cases, jobs), coords=pairs.coords, dims="pair").unstack("pair")
@@ -158,44 +131,40 @@ def with_margins(data: xr.Dataset, of: Conditions, jobs: int | None) -> xr.Datas
     return data
 
 
-def ratio_error(diameter: float, thickness: float, distance: float, of: Conditions = THESIS) -> float:
+def ratio_error(diameter: float, thickness: float, distance: float) -> float:
     """Return how wrong AR is at a distance because of windows, mesh and reduction."""
 
     def build() -> hl.CoSimulation:
-        plate = of.plate(thickness).at(distance, of.side / 2.0)
-        return hl.CoSimulation(of.chain(diameter), hl.reduce(plate, of.until, NEAR_REDUCTION, pulse=of.pulse))
+        wall = plate(thickness).at(distance, SIDE / 2.0)
+        return hl.CoSimulation(chain(diameter), hl.reduce(wall, UNTIL, NEAR_REDUCTION))
 
     with collected():
-        return hl.numerical_error(build, of.until, of.sensor).margins["amplitude_ratio"]
+        return hl.numerical_error(build, UNTIL, SENSOR).margins["amplitude_ratio"]
 
 
-def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> hl.ReducedPlate:
-    """Return the plates of some thicknesses for some distances on their centre line."""
-    tolerance = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION
-    plate = of.plate(min(of.thickness))
-    return hl.ReducedPlate(plate, of.until, place, of.side / 2.0, tolerance, of.pulse, thickness=walls)
+def reduced(place: Range) -> hl.ReducedPlate:
+    """Return the plates of all thicknesses for some distances on their centre line."""
+    tolerance, walls = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION, (THICKNESSES[0], THICKNESSES[-1])
+    return hl.ReducedPlate(plate(THICKNESSES[0]), UNTIL, place, SIDE / 2.0, tolerance, thickness=walls)
 
 
 @lru_cache(maxsize=1)  # for the next bead diameter
-def struck(plates: tuple[hl.ReducedPlate, ...], thickness: float, distance: float, of: Conditions) -> hl.Structure:
+def struck(plates: tuple[hl.ReducedPlate, ...], thickness: float, distance: float) -> hl.Structure:
     """Return the reduced plate, struck on its centre line."""
-    for plate in plates:
-        if covers(plate.x, distance) and covers(plate.thickness, thickness):
-            return plate.at(distance, of.side / 2.0, thickness=thickness)
+    for basis in plates:
+        if covers(basis.x, distance):
+            return basis.at(distance, SIDE / 2.0, thickness=thickness)
     # Few samples of the refinement lie so far away.
-    return hl.reduce(of.plate(thickness).at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
+    return hl.reduce(plate(thickness).at(distance, SIDE / 2.0), UNTIL, REDUCTION)
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the critical distances compared with the thesis's lines and statements; of other plates, with the law."""
-    of = Conditions.read(data)
+    """Return the critical distances compared with the thesis's lines and statements."""
     pairs = [data.sel(diameter=d, thickness=t) for d in data.diameter for t in data.thickness]
-    if of.own:
-        return [row for case in pairs for row in (_critical(case, of), *_echo(case, of), _far(case, of))]
     centre = float(data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0).isel(distance=-1))
     return [
-        *(_contact(diameter) for diameter in of.bead), *(_critical(case, of) for case in pairs),
-        *(row for case in pairs for row in (_relative(case), *_echo(case, of))), *_coefficients(),
+        *map(_contact, DIAMETERS), *map(_critical, pairs),
+        *(row for case in pairs for row in (_relative(case), _echo(case))), *_coefficients(),
         row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < WORDS["about 0"]), *of_waves(),
         *plate_edges.table(data),
     ]  # fmt: skip
@@ -205,7 +174,7 @@ def _contact(diameter: float) -> Row:
     """Return T_c on a half-space, µs, and with the data of section 6.2.1."""
     printed = contact_time(theirs(diameter), hl.ALUMINIUM_6061, THESIS_IMPACT.striker_speed) * 1e6
     otherwise = {"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": printed}
-    ours = THESIS.contact_time(diameter) * 1e6
+    ours = on_plates.contact_time(diameter) * 1e6
     return row(f"contact time, half-space, D {diameter * 1e3:.2f}", ours, otherwise=otherwise)
 
 
@@ -223,7 +192,7 @@ def _coefficients() -> list[Row]:
 
 def impact_frequency(diameter: float) -> float:
     """Return the frequency, Hz, of a bead's impact: one half-period in its contact with a half-space, 1/(2T_c)."""
-    return 0.5 / OnPlate().contact_time(diameter)
+    return 0.5 / on_plates.contact_time(diameter)
 
 
 def group_speed(material: hl.Material, thickness: float, frequency: float) -> float:
@@ -318,60 +287,28 @@ def _named(case: xr.Dataset) -> Named:
     return {name: 1e3 * float(case[name]) for name in ("diameter", "thickness")}
 
 
-def _critical(case: xr.Dataset, of: Conditions) -> Row:
-    """Return the critical distance, compared with the thesis's two lines; of a user's own plate, with the law."""
+def _critical(case: xr.Dataset) -> Row:
+    """Return the critical distance, compared with the thesis's two lines."""
     (low, high), at = case.bound.values * 1e3, case.sel(within=TOLERANCE)
     others = (f"± {other:g}: {_between(case.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
     said = TOLERANCE, *others
-    if not of.own:
-        lines, verdict = f"{low:.1f} to {high:.1f}", _verdict(at, low, high)
-        return row("critical distance", _between(at), *said, verdict, theory=lines, **_named(case))
-    value, law = _law(case, of)
-    if at.lower_bound:
-        law += f"a lower bound: from farther away no wave is back within {of.until * 1e3:.3g} ms; "
-    return row("critical distance by law", _between(at), law, *said, low, high, theory=value, **_named(case))
+    lines, verdict = f"{low:.1f} to {high:.1f}", _verdict(at, low, high)
+    return row("critical distance", _between(at), *said, verdict, theory=lines, **_named(case))
 
 
-def _law(case: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
-    """Return the critical distance, mm, by the law, which is for 13 beads between sensor and plate, and its bounds."""
-    if of.beads - of.sensor != BEADS - SENSOR:
-        return "", f"the law of the study critical-distance is for {BEADS - SENSOR} beads behind the sensor; "
-    bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
-    try:
-        law = hl.critical_distance_law(bead, plate, of.impact_speed, of.support, TOLERANCE)
-    except ValueError:
-        parameter = hl.theory.PlateImpact(bead, plate, of.impact_speed).inelasticity
-        return "", f"outside the law of the study critical-distance (λ = {parameter:.3g}); "
-    value, low, high = (1e3 * part for part in law)
-    return value, f"theory: the law of the study critical-distance, {low:.1f} to {high:.1f}; "
-
-
-def _echo(case: xr.Dataset, of: Conditions) -> list[Row]:
-    """Return the criterion without a tolerance, which is for clamped edges."""
-    if of.support != "clamped":
-        return []
+def _echo(case: xr.Dataset) -> Row:
+    """Return the criterion without a tolerance."""
     half, contact = float(case.half_echo_distance) * 1e3, float(case.contact_time) * 1e6
-    return [row("echo", _between(case.sel(within=TOLERANCE)), TOLERANCE, contact, theory=half, **_named(case))]
-
-
-def _far(case: xr.Dataset, of: Conditions) -> Row:
-    bead, plate = of.sphere(float(case.diameter)), of.plate(float(case.thickness))
-    impact = hl.theory.PlateImpact(bead, plate, of.impact_speed)
-    parameter = float(impact.inelasticity)
-    far, inside = float(case.far_value.fillna(0.0)), float(case.infinite_amplitude_ratio.fillna(0.0))
-    said = parameter, inside, of.contact_time(float(case.diameter)) * 1e6
-    expected = impact.amplitude_ratio
-    return row("centre", far if far > 0.0 else "no wave", *said, theory=expected, **_named(case))
+    return row("echo", _between(case.sel(within=TOLERANCE)), TOLERANCE, contact, theory=half, **_named(case))
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR and TOF over the distance, the critical distances with two theory lines, and their refinement."""
-    of = Conditions.read(data)
     ratio, flight = "amplitude ratio AR", "time of flight (µs)"
     return {
-        "amplitude_ratio": draw.against_distance(data, "amplitude_ratio", ratio, TOLERANCE, edge=of.support),
-        "time_of_flight": draw.against_distance(data, "time_of_flight", flight, TOLERANCE, 1e6, edge=of.support),
+        "amplitude_ratio": draw.against_distance(data, "amplitude_ratio", ratio, TOLERANCE),
+        "time_of_flight": draw.against_distance(data, "time_of_flight", flight, TOLERANCE, 1e6),
         "critical_distance": draw.critical_distances(data, TOLERANCE),
-        "refinement": draw.refinement(data, TOLERANCE, edge=of.support),
-        **({} if of.own else {"edges": plate_edges.figure(data)}),
+        "refinement": draw.refinement(data, TOLERANCE),
+        "edges": plate_edges.figure(data),
     }

@@ -8,7 +8,7 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import draw
-from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, OnPlate, measure
+from hertzlink.studies.on_plates import HIGHEST_FREQUENCY, SIDE, chain, measure
 from hertzlink.studies.results import with_units
 from hertzlink.studies.table import Named, Row, Rows
 
@@ -38,10 +38,10 @@ def run(clamped: xr.DataArray, quick: bool = False, jobs: int | None = None) -> 
     few, thick = (FEW_DISTANCES[:1], THICKNESSES[:1]) if quick else (FEW_DISTANCES, THICKNESSES)
 
     def by_edge(edge: str, edge_distance: float, edge_bead: float) -> hl.CoSimulation:
-        return hl.CoSimulation(OnPlate().chain(edge_bead), held(edge, edge_distance))
+        return hl.CoSimulation(chain(edge_bead), held(edge, edge_distance))
 
     def with_shear(wall: float, near: float, small_bead: float) -> hl.CoSimulation:
-        return hl.CoSimulation(OnPlate().chain(small_bead), mindlin(wall, near))
+        return hl.CoSimulation(chain(small_bead), mindlin(wall, near))
 
     edges = hl.sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
     sheared = hl.sweep(with_shear, UNTIL, jobs, measure, wall=thick, near=few, small_bead=DIAMETERS)

@@ -1,7 +1,6 @@
 """Thesis section 6.1.2: clamped steel cylinders of 6 to 610 mm return the same wave, except for a few percent."""
 
-from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -9,7 +8,6 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.studies import draw
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies.conditions import LENGTH
 from hertzlink.studies.table import MEASURED, Row, Rows
 from structures.structure import Vector
 
@@ -19,42 +17,34 @@ LENGTHS = tuple(np.geomspace(6.35e-3, 101.6e-3, 25)) + tuple(np.geomspace(101.6e
 SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3, 304.8e-3, 609.6e-3)
 
 
-@dataclass(frozen=True)
-class Conditions(struck.OverLength):
-    """Parameters that can be changed."""
-
-    material: Annotated[hl.Material, "Material of the cylinder"] = hl.STEEL_440C
-    radius: Annotated[float, LENGTH, "Radius of the cylinder"] = RADIUS
-    length: Annotated[tuple[float, ...], LENGTH, "Length of the cylinder"] = LENGTHS
-
-    swept = "length"
+class Cylinders(struck.OverLength):
+    """Steel cylinders."""
 
     def stack(self, length: float) -> list[hl.Layer]:
         """Return the cylinder."""
-        return [hl.Layer(self.material, length, self.radius)]
+        return [hl.Layer(hl.STEEL_440C, length, RADIUS)]
 
     def expected(self, lengths: Vector) -> xr.Dataset:
         """Return TOF, s, by equation 6.20, without losses and preload; it is the same for all lengths."""
-        flight = float(self.time_of_flight(self.wall(self.material)))
+        flight = float(self.time_of_flight(self.wall(hl.STEEL_440C)))
         return xr.Dataset({"time_of_flight": ("length", np.full(len(lengths), flight))})
 
     def theory_length(self) -> float:
         """Return the characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
-        return float(hl.theory.characteristic_length(self.material.bar_speed, self.contact_time(self.material)))
+        return float(hl.theory.characteristic_length(hl.STEEL_440C.bar_speed, self.contact_time(hl.STEEL_440C)))
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+THESIS = Cylinders()
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
     few = LENGTHS[::4], (SOLID_LENGTHS[0], 101.6e-3, SOLID_LENGTHS[-1])
-    return struck.over_lengths(Conditions.of(parameters), quick, jobs, *(few if quick else (LENGTHS, SOLID_LENGTHS)))
+    return struck.over_lengths(THESIS, quick, jobs, *(few if quick else (LENGTHS, SOLID_LENGTHS)))
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Return the numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
-    of = Conditions.read(data)
-    if of.own:
-        length = row("own characteristic length", of.theory_length() * 1e3)
-        return [*struck.own_rows(data, of, "rod of", "theory: equation 6.20, without losses and preload; "), length]
     return [*_amplitudes(data), *_flights(data), *_others(data)]
 
 
@@ -78,8 +68,8 @@ def _flights(data: xr.Dataset) -> list[Row]:
     incident = float(at.time[int(at.where(at.time < 3e-4, 0.0).values.argmax())]) * 1e6
     arrival = incident + float(middle[0]) * 1e6
     foot = {"read at the foot of the pulse": _foot(at, arrival)}
-    heavier = Conditions(bead_material=replace(hl.STEEL_440C, density=8000.0)).theory_length() * 1e3
-    length, of_heavier = Conditions().theory_length() * 1e3, {"beads of 8000 kg/m³": heavier}
+    heavier = Cylinders(bead_material=replace(hl.STEEL_440C, density=8000.0)).theory_length() * 1e3
+    length, of_heavier = THESIS.theory_length() * 1e3, {"beads of 8000 kg/m³": heavier}
     return [
         row("TOF, all lengths", struck.interval(middle, 1e6), shortest, struck.undamped(data)),
         row("characteristic length c T_c/2", length, otherwise=of_heavier),
@@ -109,19 +99,17 @@ def _others(data: xr.Dataset) -> list[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Return AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
-    of = Conditions.read(data)
-    label = f"length of the {of.material.name if of.own else 'steel'} cylinder (mm)"
+    label = "length of the steel cylinder (mm)"
     figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
     struck.against_length(axes[0], data, "time_of_flight", "primary", "TOF (µs)", label)
     struck.against_length(axes[1], data, "amplitude_ratio", "primary", "AR", label)
     ends = np.array([data.length.min(), data.length.max()]) * 1e3
-    theory = np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6)
+    theory = np.full(2, THESIS.time_of_flight(THESIS.wall(hl.STEEL_440C)) * 1e6)
     draw.theory_line(axes[0], ends, theory, "theory of contact times")
     for axis in axes:
-        draw.marked(axis, of.theory_length() * 1e3, "$c\\,T_c/2$")
+        draw.marked(axis, THESIS.theory_length() * 1e3, "$c\\,T_c/2$")
         # Opaque, as the dotted line may lie below it.
-        axis.legend(frameon=True, framealpha=1.0, edgecolor="none", loc="lower left" if not of.own else "best")
-    if not of.own:
-        axes[0].set_ylim(430.0, 490.0)
-        axes[1].set_ylim(0.6, 0.85)
+        axis.legend(frameon=True, framealpha=1.0, edgecolor="none", loc="lower left")
+    axes[0].set_ylim(430.0, 490.0)
+    axes[1].set_ylim(0.6, 0.85)
     return {"length": figure, "force_intensity": struck.force_intensity(data, label)}

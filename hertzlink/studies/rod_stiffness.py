@@ -1,26 +1,23 @@
 """Thesis section 6.1.1: dependence of the reflected waves on the stiffness of a clamped cylinder."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from hertzlink.studies import candidates, conditions, draw, waves
+from hertzlink.studies import draw, waves
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.results import named, over, scalars, with_units
-from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
+from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, DASHPOTS, SENSOR, THESIS, UNTIL, WAVES
 from hertzlink.studies.table import Row, Rows
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from structures.quantities import Likely
+from structures.structure import Vector
 
 row = Rows("rod_stiffness")
 LENGTH, RADIUS = 76.2e-3, 19.1e-3
 MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
-MODULUS = replace(Likely.MODULUS, low=1e5, high=1e13)
-SWEPT = "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel"
 # Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory.
 BODIES = ("cylinder", "half-space")
 WALLS = {"steel 440C": hl.STEEL_440C, "PTFE": hl.PTFE}  # The two extremes of figures 6.2 and 6.3.
@@ -29,76 +26,50 @@ DISPLACED = "while the bead is displaced by more than 1 % of its greatest displa
 FAR_SENSOR = 12  # Incident and reflected wave are timed between this sensor and sensor 7, both away from the ends.
 
 
-@dataclass(frozen=True)
-class Conditions(struck.Striking):
-    """Parameters that can be changed."""
-
-    material: Annotated[tuple[hl.Material, ...], "Materials of rods and cylinders"] = tuple(hl.MATERIALS.values())
-    modulus: Annotated[tuple[float, ...], MODULUS, SWEPT] = MODULI
-    length: Annotated[float, conditions.LENGTH, "Length of the cylinder"] = LENGTH
-    radius: Annotated[float, conditions.LENGTH, "Radius of the cylinder"] = RADIUS
-
-    def layers(self, material: hl.Material) -> list[hl.Layer]:
-        """Return the cylinder of a material."""
-        return [hl.Layer(material, self.length, self.radius)]
-
-    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
-        """Return all cylinders."""
-        softest = replace(hl.STEEL_440C, youngs_modulus=min(self.modulus), name="")
-        return [self.layers(material) for material in (*self.material, softest)]
-
-    def materials(self) -> dict[str, hl.Material]:
-        """Return the materials by name, or by modulus where they have none."""
-        return {m.name or f"{m.youngs_modulus * 1e-9:.4g} GPa": m for m in self.material}
-
-    def walls(self) -> dict[str, hl.Material]:
-        """Return the two extremes, whose chains are shown bead by bead; one if there is only one material."""
-        if self.material == self.thesis("material"):
-            return WALLS
-        ends = [extreme(self.material, key=lambda material: material.youngs_modulus) for extreme in (max, min)]
-        return replace(self, material=tuple(ends)).materials()
+def layers(material: hl.Material) -> list[hl.Layer]:
+    """Return the cylinder of a material."""
+    return [hl.Layer(material, LENGTH, RADIUS)]
 
 
-def run(quick: bool = False, jobs: int | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
 
     Over the modulus, density and Poisson's ratio stay those of 440C steel. Names with "material" belong to rods, with
     "solid" to axisymmetric cylinders and half-spaces, with "wall" to the two rods whose chains are shown bead by bead.
     quick: every sixth modulus, steel 440C and PTFE only.
     """
-    of, jobs = Conditions.of(parameters), 1 if quick and jobs is None else jobs  # Starting processes takes longer.
-    of.check_meshes()
-    materials = WALLS if quick and of.material == of.thesis("material") else of.materials()
+    jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
+    materials = WALLS if quick else {m.name: m for m in hl.MATERIALS.values()}
 
     def stiff(youngs_modulus: float) -> hl.CoSimulation:
         material = replace(hl.STEEL_440C, youngs_modulus=youngs_modulus, name="")
-        return hl.CoSimulation(of.chain(), of.slender(of.layers(material)))
+        return hl.CoSimulation(THESIS.chain(), THESIS.slender(layers(material)))
 
     def real(material: str, dashpot: float) -> hl.CoSimulation:
-        return hl.CoSimulation(of.chain(dashpot), of.slender(of.layers(materials[material])))
+        return hl.CoSimulation(THESIS.chain(dashpot), THESIS.slender(layers(materials[material])))
 
     def wide(material: str, body: str) -> hl.CoSimulation:
         wall = materials[material]
-        return hl.CoSimulation(of.chain(), hl.half_space(wall) if body == "half-space" else of.solid(of.layers(wall)))
+        cylinder = hl.half_space(wall) if body == "half-space" else THESIS.solid(layers(wall))
+        return hl.CoSimulation(THESIS.chain(), cylinder)
 
-    moduli = of.few("modulus", MODULI[::6] if quick else MODULI)
-    data = hl.sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
-    rods = hl.sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)
-    solids = hl.sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)
+    moduli = MODULI[::6] if quick else MODULI
+    data = hl.sweep(stiff, UNTIL, jobs, struck.with_forces, youngs_modulus=moduli)
+    rods = hl.sweep(real, UNTIL, jobs, struck.measure, material=list(materials), dashpot=DASHPOTS)
+    solids = hl.sweep(wide, UNTIL, jobs, struck.measure, material=list(materials), body=BODIES)
     data = data.assign(named(rods, "material").data_vars).assign(named(solids, "solid").data_vars)
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
     with_units(data, youngs_modulus="Pa", dashpot="N s/m")
-    return of.marked(data.merge(walls(of), combine_attrs="override"))
+    return data.merge(walls(), combine_attrs="override")
 
 
-def walls(of: Conditions) -> xr.Dataset:
+def walls() -> xr.Dataset:
     """Return the motion of beads on the stiffest and the softest rod, the force at the sensors, and the energies."""
-    shown = of.walls()
 
     def against(wall: str) -> xr.Dataset:
-        run = hl.CoSimulation(of.chain(), of.slender(of.layers(shown[wall]))).run(of.until)
+        run = hl.CoSimulation(THESIS.chain(), THESIS.slender(layers(WALLS[wall]))).run(UNTIL)
         behind = hl.reflections(struck.high_pass(run, TIME_CONSTANT), SENSOR).primary
-        stiffness = of.wall(shown[wall])
+        stiffness = THESIS.wall(WALLS[wall])
         resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
         overlap = run.displacement.sel(bead=BEADS) - run.surface_displacement + resting
         stored = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
@@ -110,14 +81,20 @@ def walls(of: Conditions) -> xr.Dataset:
             energy_share=(float(share[stored.argmax("time")]), "1", "energy of the last contact / energy left"),
             speed_ratio=(_speed_ratio(run), "1", "speed of the primary wave / that of the incident one"),
             filtered_ratio=(behind.amplitude_ratio if behind else np.nan, "1", "AR behind the sensor's high-pass"),
+            displaced=(_displaced_for(run.time.values, run.displacement.sel(bead=BEADS).values), "s", DISPLACED),
         )
-        if not of.own:
-            data = data.assign(durations=candidates.durations(run), displacements=candidates.displacements(run))
         force = waves.sensor_forces(run, struck.SENSORS)
         return data.assign(displacement=run.displacement, sensor_force=force, last_force=last).reset_coords(drop=True)
 
-    data = named(over(against, wall=list(shown)), "wall")
-    return data if of.own else data.merge(candidates.on_ptfe(of.layers))
+    return named(over(against, wall=list(WALLS)), "wall")
+
+
+def _displaced_for(time: Vector, moved: Vector) -> float:
+    """Return how long, s, a bead stays displaced by more than 1 % of its greatest displacement, around that."""
+    deepest, low = int(moved.argmax()), moved <= 0.01 * moved.max()
+    after = np.flatnonzero(low[deepest:])
+    start = float(time[np.flatnonzero(low[:deepest])[-1]])
+    return float(time[deepest + after[0]]) - start if after.size else float("nan")
 
 
 def _speed_ratio(run: xr.Dataset) -> float:
@@ -137,10 +114,7 @@ def collisions(data: xr.Dataset) -> tuple[float, ...]:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Return the numbers of section 6.1.1 and Table 2.1, compared with ours; of other rods, with theory."""
-    of = Conditions.read(data)
-    if of.own:
-        return [row for name, m in of.materials().items() if name in data.material for row in _own(data, of, name, m)]
+    """Return the numbers of section 6.1.1 and Table 2.1, compared with ours."""
     return [*_waves(data), *_sensor(data), *_last_bead(data), *_critical(data), *_solid(data), *table_2_1()]
 
 
@@ -155,62 +129,31 @@ def table_2_1() -> list[Row]:
     return rows
 
 
-def _own(data: xr.Dataset, of: Conditions, name: str, material: hl.Material) -> list[Row]:
-    """Return AR and TOF of another rod, the last bead's motion, and the modulus below which secondary waves form."""
-    rods = data.sel(material=name)
-    at, cylinder, space = rods.sel(dashpot=of.middle), *(rods.sel(body=body) for body in BODIES)
-    wide = [struck.ratio(case.solid_amplitude_ratio) for case in (cylinder, space)]
-    later = [struck.flight(case.solid_time_of_flight) for case in (cylinder, space)]
-    spread = [
-        struck.band(rods[f"material_{variable}"].sel(wave="primary"), factor)
-        for variable, factor in (("amplitude_ratio", 1.0), ("time_of_flight", 1e6))
-    ]
-    ratio, flight = struck.ratio(at.material_amplitude_ratio), struck.flight(at.material_time_of_flight)
-    expected, hertz = float(of.time_of_flight(of.wall(material))) * 1e6, of.contact_time(material) * 1e6
-    moved, contact = float(at.material_largest_displacement) * 1e6, float(at.material_contact_time) * 1e6
-    second, limit = struck.ratio(at.material_amplitude_ratio, "secondary"), _critical_modulus(of)
-    return [
-        row("own AR", ratio or "no wave", *wide, spread[0], rod=name),
-        row("own TOF", struck.known(flight), *later, spread[1], theory=expected, rod=name),
-        row("own secondary AR", second, limit * 1e-9, rod=name),
-        row("own displacement", moved, contact, hertz, rod=name),
-    ]
-
-
-def _critical_modulus(of: struck.Striking) -> float:
-    return hl.theory.critical_modulus(of.bead_material)
-
-
 def _both(
-    data: xr.Dataset, label: str, name: str, factor: float = 1.0, tried: str = "", first: Sequence[float] = (),
+    data: xr.Dataset, label: str, name: str, factor: float = 1.0, first: Sequence[float] = (),
     theory: Sequence[float | str] = ("", ""), displaced: Sequence[float] = (),
 ) -> Iterable[Row]:  # fmt: skip
-    """Return the rows of steel and of PTFE. tried: what the candidates do on PTFE; the others: a value for each."""
+    """Return the rows of steel and of PTFE. first, theory, displaced: a value for each."""
     for i, (short, material) in enumerate(zip(("steel", "PTFE"), WALLS, strict=True)):
         values = data[f"material_{name}"].sel(material=material)
         values = values.sel(wave="primary") if "wave" in values.dims else values
         ours = float(values.sel(dashpot=DASHPOT).fillna(0.0)) * factor
         others = struck.over_dashpots(values, factor) | ({DISPLACED: displaced[i]} if displaced else {})
         said = *first[i : i + 1], struck.sensitivity(values, factor)
-        of_wall = row(f"{label} {short}", ours, *said, theory=theory[i], otherwise=others)
-        more = tried if short == "PTFE" else ""
-        yield of_wall._replace(reason=". ".join(filter(None, (of_wall.reason, more))))
+        yield row(f"{label} {short}", ours, *said, theory=theory[i], otherwise=others)
 
 
 def _waves(data: xr.Dataset) -> list[Row]:
     steel, ptfe = (data.sel(material=name, dashpot=DASHPOT) for name in WALLS)
     flights = [struck.flight(of.material_time_of_flight) for of in (steel, ptfe)]
     theory = [float(THESIS.time_of_flight(THESIS.wall(m))) * 1e6 for m in WALLS.values()]
-    tried, ratios = (data[f"tried_{name}"].sel(wave="primary") for name in ("time_of_flight", "amplitude_ratio"))
-    stiffer = candidates.of_stiffer_contact(1e6 * float(data.tried_on_steel))
-    said = f"{candidates.listed(tried, 1e6, ratio=ratios)}. {stiffer}"
     slower = [100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall=name))) for name in WALLS]
     return [
         row("definition of AR", "F_ref/F_in", holds=True),
         row("definition of TOF", "peak to peak", holds=True),
         row("incident wave at sensor 7", float(steel.material_incident_arrival) * 1e6),
         *_both(data, "AR,", "amplitude_ratio"),
-        *_both(data, "TOF,", "time_of_flight", 1e6, said, theory),
+        *_both(data, "TOF,", "time_of_flight", 1e6, theory),
         row("TOF, PTFE over steel", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %"),
         row("SSW after PSW, PTFE", struck.delay(ptfe.material_time_of_flight)),
         row("reflected wave slower than incident, steel", f"{slower[0]:.1f} %", slower[1]),
@@ -219,18 +162,14 @@ def _waves(data: xr.Dataset) -> list[Row]:
 
 def _contacts(data: xr.Dataset) -> Iterable[Row]:
     """Return the rows of the last bead's contact, with its duration where it is read from the bead's displacement."""
-    tried = f"{candidates.spoken(data.wall_durations)}. {candidates.listed(data.tried_contact_time, 1e6)}"
-    durations = 1e6 * data.wall_durations.sel(reading=candidates.DISPLACED)
-    return _both(data, "contact with", "contact_time", 1e6, tried, displaced=durations.values.tolist())
+    return _both(data, "contact with", "contact_time", 1e6, displaced=(1e6 * data.wall_displaced).values.tolist())
 
 
 def _displaced(data: xr.Dataset) -> Iterable[Row]:
-    """Return the rows of the last bead's displacement, with equation 6.6 and what the candidates do on PTFE."""
-    said = candidates.spoken(data.wall_displacements, ".1f")
-    tried = f"{said}. {candidates.listed(data.tried_largest_displacement, 1e6, '.1f')}"
+    """Return the rows of the last bead's displacement, with equation 6.6."""
     energy = 0.5 * THESIS.sphere.mass * (PARTICLE_TO_STRIKER_SPEED * THESIS.speed) ** 2
     deepest = [1e6 * (2.5 * energy / THESIS.wall(wall)) ** 0.4 for wall in WALLS.values()]
-    return _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6, tried, theory=deepest)
+    return _both(data, "largest displacement of bead 20,", "largest_displacement", 1e6, theory=deepest)
 
 
 def _sensor(data: xr.Dataset) -> Iterable[Row]:
@@ -257,7 +196,7 @@ def _last_bead(data: xr.Dataset) -> list[Row]:
 
 
 def _critical(data: xr.Dataset) -> list[Row]:
-    critical, steel = _critical_modulus(THESIS), hl.STEEL_440C.youngs_modulus
+    critical, steel = hl.theory.critical_modulus(hl.STEEL_440C), hl.STEEL_440C.youngs_modulus
     secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
     gap = data.youngs_modulus.where(secondary == 0.0)
     tail = f"SSW here part from the primary wave's tail below {float(gap.min()) * 1e-9:.0f} GPa only"
@@ -296,12 +235,12 @@ def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
 def _over_modulus(data: xr.Dataset) -> draw.Figure:
     figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
     modulus, label = data.youngs_modulus.values, "Young's modulus of the cylinder (GPa)"
-    of, real_modulus = Conditions.read(data), data.material_modulus * 1e-9
+    real_modulus = data.material_modulus * 1e-9
     for axis, name, factor, what in (
         (axes[0], "time_of_flight", 1e6, "time of flight (µs)"),
         (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
     ):
-        rods = data[f"material_{name}"].sel(dashpot=of.middle)
+        rods = data[f"material_{name}"].sel(dashpot=DASHPOT)
         cylinders = data[f"solid_{name}"].sel(body="cylinder")
         for colour, wave in zip(draw.COLOURS, WAVES, strict=False):
             axis.plot(modulus * 1e-9, factor * data[name].sel(wave=wave), "-", color=colour, label=f"{wave} wave")
@@ -309,11 +248,13 @@ def _over_modulus(data: xr.Dataset) -> draw.Figure:
             axis.plot(real_modulus, factor * cylinders.sel(wave=wave), "x", color=colour)
         axis.set(xscale="log", xlabel=label, ylabel=what)
         axis.xaxis.set_major_formatter("{x:g}")
-    walls = [of.wall(replace(hl.STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
-    draw.theory_line(axes[0], modulus * 1e-9, of.time_of_flight(np.array(walls)) * 1e6, "theory of contact times")
-    axes[1].plot([], [], "o", color="grey", label=f"rods of {'the given' if of.own else 'real'} materials")
+    walls = [THESIS.wall(replace(hl.STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
+    draw.theory_line(axes[0], modulus * 1e-9, THESIS.time_of_flight(np.array(walls)) * 1e6, "theory of contact times")
+    axes[1].plot([], [], "o", color="grey", label="rods of real materials")
     axes[1].plot([], [], "x", color="grey", label="axisymmetric cylinders")
-    draw.marked(axes[1], _critical_modulus(of) * 1e-9, "theory: secondary\nwaves left of this", left=True)
+    draw.marked(
+        axes[1], hl.theory.critical_modulus(hl.STEEL_440C) * 1e-9, "theory: secondary\nwaves left of this", left=True
+    )
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend()
     axes[1].legend(frameon=True, framealpha=1.0, edgecolor="none", loc="upper left")

@@ -1,10 +1,7 @@
 """The studies of section 6.1: parameters of the vertical chain, the cylinders that it strikes, and what a run gives."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from math import ceil
-from typing import Annotated, ClassVar
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -12,61 +9,39 @@ import xarray as xr
 import hertzlink as hl
 from coupling.inference.prediction import high_passed
 from hertzlink.studies import draw, waves
-from hertzlink.studies.conditions import BEAD, HEIGHT, SPEED, Conditions, WrongValue
 from hertzlink.studies.results import named, with_units
-from hertzlink.studies.table import Row, Rows
 from hertzlink.studies.verdicts import NOT_GIVEN
 from particles.bead import STANDARD_GRAVITY
-from structures.bodies.elasticity import HIGHEST_FREQUENCY
-from structures.reduction import DEFAULT_PULSE
 from structures.structure import Vector
 
-row = Rows("struck_cylinders")
 BEADS, SENSOR = 20, 7
 SENSORS = (SENSOR, 16)  # AR and TOF are read at bead 7; at 16 incident and reflected wave overlap.
 WAVES = ("primary", "secondary")
 UNTIL = 1.5e-3  # Length of the thesis's records, s.
 DROP_HEIGHT = 0.01
 DASHPOTS = (4.0, 5.0, 6.0)  # N s/m, at every contact; the thesis does not give its coefficient.
-CROSSING = 1e-6  # s, in which a wave crosses an element of a rod by default.
-DAMPING = hl.quantities.Quantity("N s/m", "a dashpot", "5 N s/m", high=1e6)
-BAND = "Dashpot at each contact; of several values the middle one counts, and the others give its band"
+DASHPOT = DASHPOTS[1]
 
 
 @dataclass(frozen=True)
-class Striking(Conditions):
-    """The chain. Records, meshes and pulses follow the contact time where the chain is not the thesis's."""
+class Striking:
+    """The chain of 20 beads, and the cylinders that it strikes."""
 
-    bead: Annotated[float, BEAD, "Diameter of the beads and the striker"] = 9.52e-3
-    bead_material: Annotated[hl.Material, "Material of the beads and the striker"] = hl.STEEL_440C
-    drop_height: Annotated[float, HEIGHT, "Height from which the striker falls"] = DROP_HEIGHT
-    impact_speed: Annotated[float | None, SPEED, "Speed of the striker, in place of the drop height"] = None
-    dashpot: Annotated[tuple[float, ...], DAMPING, BAND] = DASHPOTS
-
-    def check(self) -> None:
-        """Refuse both a speed and a height."""
-        if self.impact_speed is not None and self.drop_height != DROP_HEIGHT:
-            raise WrongValue("impact_speed", self.impact_speed, "give it or the drop height, not both")
+    bead_material: hl.Material = hl.STEEL_440C
 
     @property
     def sphere(self) -> hl.Sphere:
         """A bead."""
-        return hl.Sphere(self.bead / 2.0, self.bead_material)
+        return hl.Sphere(4.76e-3, self.bead_material)
 
     @property
     def speed(self) -> float:
         """The speed of the striker, m/s."""
-        return hl.drop_speed(self.drop_height) if self.impact_speed is None else self.impact_speed
+        return hl.drop_speed(DROP_HEIGHT)
 
-    @property
-    def middle(self) -> float:
-        """The dashpot that counts, N s/m."""
-        return self.dashpot[len(self.dashpot) // 2]
-
-    def chain(self, dashpot: float | None = None) -> hl.Chain:
-        """Return the chain of 20 spheres, with a dashpot, N s/m, by default that which counts."""
-        loss = hl.LinearDashpot(self.middle if dashpot is None else dashpot)
-        return hl.Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, loss)
+    def chain(self, dashpot: float = DASHPOT) -> hl.Chain:
+        """Return the chain of 20 spheres, with a dashpot, N s/m."""
+        return hl.Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, hl.LinearDashpot(dashpot))
 
     def wall(self, material: hl.Material) -> float:
         """Return k of a bead on a half-space, N/m^1.5."""
@@ -81,69 +56,21 @@ class Striking(Conditions):
         """Return the contact time of one bead on a half-space at the striker's speed, s (equation 6.8)."""
         return waves.contact_time(self.sphere, material, self.speed)
 
-    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
-        """Return the cylinders of the study at their longest."""
-        raise NotImplementedError
-
-    @cached_property
-    def until(self) -> float:
-        """Length of the record, s: the thesis's, in terms of the chain's TOF on a soft wall, and the longest echo."""
-        if not self.own:
-            return UNTIL
-        stacks = list(self.stacks())
-        softest = min(self.wall(hl.PTFE), *(self.wall(stack[0].material) for stack in stacks))
-        thesis = replace(self, **{name: self.thesis(name) for name in self.differing()})
-        scale = float(self.time_of_flight(softest) / thesis.time_of_flight(thesis.wall(hl.PTFE)))
-        echo = max(2.0 * sum(layer.length / layer.material.bar_speed for layer in stack) for stack in stacks)
-        return UNTIL * scale + echo + self.spring_time()
-
-    def spring_time(self) -> float:
-        """Return the time, s, by which a soft layer makes the record longer."""
-        return 0.0
-
-    @cached_property
-    def sharper(self) -> float:
-        """The factor by which the contact is shorter than the thesis's with steel, at least 1."""
-        thesis = type(self)().contact_time(hl.STEEL_440C)
-        return max(1.0, thesis / self.contact_time(hl.STEEL_440C)) if self.own else 1.0
-
     def slender(self, layers: Sequence[hl.Layer]) -> hl.Structure:
         """Return the rod of these layers on a fixed base; its reduction does not change AR and TOF."""
-        elements = None
-        if self.sharper > 1.0:
-            elements = max(ceil(self.sharper * layer.length / layer.material.bar_speed / CROSSING) for layer in layers)
-        return hl.reduce(hl.rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
-
-    def check_meshes(self) -> None:
-        """Raise a ValueError before any run where a mesh would be too large; the thesis's are not."""
-        for stack in self.stacks() if self.own else ():
-            try:
-                self._cylinder(stack)
-            except ValueError as error:
-                cure = f"makes too fine a mesh for this cylinder ({error}); give larger beads or a smaller cylinder"
-                raise WrongValue("bead", self.bead, cure) from None
-
-    def _cylinder(self, layers: Sequence[hl.Layer]) -> hl.Structure:
-        return hl.layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
+        return hl.reduce(hl.rod(layers), UNTIL)
 
     def solid(self, layers: Sequence[hl.Layer]) -> hl.Structure:
         """Return the axisymmetric cylinder of these layers on a fixed base, reduced."""
-        return hl.reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)
+        return hl.reduce(hl.layered_cylinder(layers), UNTIL)
 
 
-@dataclass(frozen=True)
 class OverLength(Striking):
-    """Parameters of a study over a length of the cylinder: that of the parameter `swept`."""
-
-    swept: ClassVar[str]
+    """A study over a length of the cylinder."""
 
     def stack(self, length: float) -> list[hl.Layer]:
         """Return the cylinder, with this length, m."""
         raise NotImplementedError
-
-    def stacks(self) -> Iterable[Sequence[hl.Layer]]:
-        """Return the longest cylinder."""
-        return [self.stack(max(getattr(self, self.swept)))]
 
     def expected(self, lengths: Vector) -> xr.Dataset:
         """Return what theory says over the lengths, m: at least TOF."""
@@ -151,7 +78,6 @@ class OverLength(Striking):
 
 
 THESIS = Striking()
-DASHPOT = THESIS.middle
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -192,12 +118,9 @@ def over_lengths(
 ) -> xr.Dataset:
     """Return AR and TOF over a length (m): rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
-    The force at the sensors is that of the rods, for the middle dashpot. lengths, solid_lengths: the thesis's; of a
-    user's own cylinders those that are solid are chosen.
+    The force at the sensors is that of the rods, for the middle dashpot.
     """
-    of.check_meshes()
     jobs = 1 if quick and jobs is None else jobs  # Starting processes takes longer.
-    lengths = of.few(of.swept, lengths)
 
     def against_rod(length: float, dashpot: float) -> hl.CoSimulation:
         return hl.CoSimulation(of.chain(dashpot), of.slender(of.stack(length)))
@@ -205,16 +128,14 @@ def over_lengths(
     def against_cylinder(solid_length: float) -> hl.CoSimulation:
         return hl.CoSimulation(of.chain(), of.solid(of.stack(solid_length)))
 
-    data = hl.sweep(against_rod, of.until, jobs, with_forces, length=lengths, dashpot=of.dashpot)
-    solid_lengths = chosen(lengths) if of.own else solid_lengths
-    solids = hl.sweep(against_cylinder, of.until, jobs, measure, solid_length=solid_lengths)
-    data["sensor_force"] = data.sensor_force.sel(dashpot=of.middle, drop=True)
+    data = hl.sweep(against_rod, UNTIL, jobs, with_forces, length=lengths, dashpot=DASHPOTS)
+    solids = hl.sweep(against_cylinder, UNTIL, jobs, measure, solid_length=solid_lengths)
+    data["sensor_force"] = data.sensor_force.sel(dashpot=DASHPOT, drop=True)
     data = data.assign(named(solids[["amplitude_ratio", "time_of_flight"]], "solid").data_vars)
-    if not of.own:
-        ends = data.length.values[[0, -1]].tolist()
-        free = hl.sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
-        data = data.assign(named(free[["amplitude_ratio", "time_of_flight"]], "undamped").data_vars)
-    return of.marked(with_units(data, length="m", solid_length="m", dashpot="N s/m"))
+    ends = data.length.values[[0, -1]].tolist()
+    free = hl.sweep(lambda end: against_rod(end, 0.0), UNTIL, 1, measure, end=ends)
+    data = data.assign(named(free[["amplitude_ratio", "time_of_flight"]], "undamped").data_vars)
+    return with_units(data, length="m", solid_length="m", dashpot="N s/m")
 
 
 def ratio(values: xr.DataArray, wave: str = "primary") -> float:
@@ -232,11 +153,6 @@ def delay(flights: xr.DataArray) -> float:
     return flight(flights, "secondary") - flight(flights)
 
 
-def known(value: float) -> float | str:
-    """Return a number, or words where no wave was seen."""
-    return value if np.isfinite(value) else "no wave"
-
-
 def lost(values: xr.DataArray) -> float:
     """Return the difference between the largest and the smallest value, in percent of the largest."""
     return 100.0 * float(1.0 - values.min() / values.max())
@@ -244,7 +160,7 @@ def lost(values: xr.DataArray) -> float:
 
 def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
     """Return AR or TOF of the cylinders minus that of rods of the same length."""
-    middle = data[name].sel(wave=wave).isel(dashpot=data.sizes["dashpot"] // 2)
+    middle = data[name].sel(wave=wave, dashpot=DASHPOT)
     return data[f"solid_{name}"].sel(wave=wave) - middle.dropna("length").interp(length=data.solid_length)
 
 
@@ -255,16 +171,9 @@ def interval(values: xr.DataArray, factor: float = 1.0) -> str:
 
 
 def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
-    """Return the results with the other dashpots."""
-    return f"γ is not given; {band(values, factor)}"
-
-
-def band(values: xr.DataArray, factor: float = 1.0) -> str:
     """Return the results with the least and the greatest dashpot."""
-    if values.sizes["dashpot"] == 1:
-        return f"γ = {float(values.dashpot[0]):g} N s/m"
     (low, high), (least, most) = values.fillna(0.0).values[[0, -1]] * factor, values.dashpot.values[[0, -1]]
-    return f"{low:.3g} and {high:.3g} for γ = {least:g} and {most:g} N s/m"
+    return f"γ is not given; {low:.3g} and {high:.3g} for γ = {least:g} and {most:g} N s/m"
 
 
 def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
@@ -282,44 +191,11 @@ def undamped(data: xr.Dataset) -> str:
     return f"without losses {interval(flights, 1e6)}, but then AR is {interval(ratios)}"
 
 
-def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
-    """Return at most `most` of the lengths, evenly among them, with the first and the last one."""
-    places = np.unique(np.linspace(0, len(lengths) - 1, min(most, len(lengths))).round().astype(int))
-    return tuple(lengths[i] for i in places)
-
-
-def own_rows(data: xr.Dataset, of: OverLength, what: str, equations: str) -> list[Row]:
-    """Return AR and TOF over the length of a user's own chain and cylinder, with theory. equations: of AR and TOF."""
-    rows, theory = [], of.expected(data.solid_length.values)
-    for i, length in enumerate(data.solid_length.values):
-        rods, solids, expected = (
-            data.sel(length=length, method="nearest"),
-            data.isel(solid_length=i),
-            theory.isel(length=i),
-        )
-        at, label = rods.sel(dashpot=of.middle), f"{what} {length * 1e3:.4g} mm"
-        for name, variable, factor in (("AR", "amplitude_ratio", 1.0), ("TOF", "time_of_flight", 1e6)):
-            wide, spread = (part.sel(wave="primary") for part in (solids[f"solid_{variable}"], rods[variable]))
-            predicted = factor * float(expected[variable]) if variable in expected else ""
-            said = equations if variable in expected else "", factor * float(wide), band(spread, factor)
-            value = known(factor * float(at[variable].sel(wave="primary")))
-            rows.append(row(name, value, *said, theory=predicted, cylinder=label))
-        later, layered = delay(at.time_of_flight), "delay" in expected
-        if layered or np.isfinite(later):
-            seen = f"{later:.4g} µs after the primary one" if np.isfinite(later) else "none is seen"
-            rows.append(row("AR, secondary", ratio(at.amplitude_ratio, "secondary"), seen, cylinder=label))
-        if layered:
-            lighter, heavier = 1e6 * float(expected.delay), 1e6 * float(expected.delay_with_lower_mass)
-            rows.append(row("delay", known(later), heavier, theory=lighter, cylinder=label))
-    return rows
-
-
 def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """Draw AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
     factor = 1e6 if name == "time_of_flight" else 1.0
     values, solids = data[name].sel(wave=wave) * factor, data[f"solid_{name}"].sel(wave=wave) * factor
-    middle = float(data.dashpot[data.sizes["dashpot"] // 2])
-    draw.banded(axis, data.length.values * 1e3, values, middle, "rod, 1-D")
+    draw.banded(axis, data.length.values * 1e3, values, DASHPOT, "rod, 1-D")
     draw.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)
     draw.log_x(axis)

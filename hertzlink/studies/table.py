@@ -142,34 +142,33 @@ def span(values: Sequence[float], form: str = ".3f") -> str:
     return f"{values[0]:{form}} to {values[-1]:{form}}"
 
 
-def text(rows: Sequence[Row], column: str = "thesis") -> str:
+def text(rows: Sequence[Row]) -> str:
     """Return the rows as a plain table of 80 columns, each with its reason below it.
 
     The column of theory exists only if a row has one. The difference is relative to the thesis's number, or to that of
-    theory, with a mark, if the thesis prints none. column: the name of the column of printed numbers; an empty one
-    leaves out the column, and the mark.
+    theory, with a mark, if the thesis prints none.
     """
-    head, cells = head_and_cells(rows, column)
+    head, cells = head_and_cells(rows)
     widths = [min(NUMBER_WIDTH, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
     widths = [WIDTH - sum(widths) - len(GAP) * len(widths), *widths]
     lines = [*_wrapped(head, widths), "-" * WIDTH]
     for row, line in zip(rows, cells, strict=True):
         lines += _wrapped(line, widths)
         lines += wrap(row.reason, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
-    if below := footnotes(rows, column):
+    if below := footnotes(rows):
         lines += ["", *below]
     return "\n".join(line.rstrip() for line in lines)
 
 
-def footnotes(rows: Sequence[Row], column: str = "thesis") -> list[str]:
-    """Return what stands below the table. column: see `text`."""
-    notes = [FOOTNOTE] if any(line[-1].endswith(MARK) for line in head_and_cells(rows, column)[1]) else []
+def footnotes(rows: Sequence[Row]) -> list[str]:
+    """Return what stands below the table."""
+    notes = [FOOTNOTE] if any(line[-1].endswith(MARK) for line in head_and_cells(rows)[1]) else []
     return [*notes, OF_THESIS] if any(NUMBERED.search(f"{row.quantity} {row.reason}") for row in rows) else notes
 
 
-def head_and_cells(rows: Sequence[Row], column: str = "thesis") -> tuple[list[str], list[list[str]]]:
-    """Return the names of the columns, and the text of each cell of each row, without reasons. column: see `text`."""
-    head = ["quantity", column, "theory", "hertzlink", "difference"]
+def head_and_cells(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Return the names of the columns, and the text of each cell of each row, without reasons."""
+    head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
     cells = [
         [", ".join(filter(None, (r.quantity, r.unit))), number(r.thesis, 6), number(r.theory), number(r.computed)]
         + [_difference(r)]
@@ -178,10 +177,6 @@ def head_and_cells(rows: Sequence[Row], column: str = "thesis") -> tuple[list[st
     if not any(line[2] for line in cells):
         for line in (head, *cells):
             del line[2]
-    if not column:
-        for line in (head, *cells):
-            del line[1]
-            line[-1] = line[-1].removesuffix(MARK)
     return head, cells
 
 

@@ -21,12 +21,11 @@ from coupling.sweeps.processes import Outcome, Work, in_processes
 from coupling.sweeps.store import Point, Store
 from coupling.sweeps.sweep import outcomes_of
 from hertzlink.studies import draw, study, verdicts
-from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import WIDTH, Row, number
 from structures.caution import collected
 from structures.checks import whole
 
-__all__ = ["Conditions", "figures", "run", "summary", "table"]
+__all__ = ["figures", "run", "summary", "table"]
 # Parts that are tables of a module: its name.
 CHECKED = {
     "set-ups (chapter 2)": "thesis_inputs",
@@ -77,13 +76,12 @@ class Parts(Work):
         return self.keep(point, self.run_elsewhere(point) if elsewhere else self.run(point))
 
 
-def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **parameters: Any) -> xr.Dataset:
+def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None) -> xr.Dataset:
     """Return the rows of all parts, and a verdict on each number of the thesis.
 
     quick: the quick versions of the studies. keep: a folder in which each finished part is kept, and from which a later
     run of the same version takes it.
     """
-    Conditions.of(parameters)
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     if keep is not None:
         keep.mkdir(exist_ok=True)

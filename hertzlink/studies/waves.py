@@ -12,19 +12,15 @@ from scipy.signal import peak_widths
 
 import hertzlink as hl
 from hertzlink.studies import draw
-from hertzlink.studies.table import Named, Row, Rows
 from particles.chain import LawOfPair
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
-row = Rows("waves")
 # Fractions of the peak between which a width is read. The thesis does not say which it used.
 LEVELS = (0.01, 0.001)
-SLACK = 1.7  # The record ends when a wave that is slower by this factor is back at the second sensor.
 # Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law.
 RANGE = (0.1, 2.0)
 FITTED = 400  # Points of a law that are fitted.
-FORCES_OF_SPEEDS = (0.01, 10.0)  # N, over which it is fitted where strikers are given by their speeds.
 
 
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
@@ -199,15 +195,10 @@ class Curve:
         fit = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1])
         return tuple(striker_speed(force, self.pair[0], fit.stiffness, fit.exponent) for force in self.forces)
 
-    def slowest(self) -> float:
-        """Return an estimate of the speed of the slowest wave, m/s."""
-        fit = self.fit(*FORCES_OF_SPEEDS) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
-        return float(self.theory(fit).wave_speed_from_particle_speed(PARTICLE_TO_STRIKER_SPEED * min(self.strikers())))
-
 
 def run_curves(
     curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int,
-    until: float | None = None, approach: np.ndarray | None = None,
+    until: float, approach: np.ndarray | None = None,
 ) -> xr.Dataset:  # fmt: skip
     """Return speed, peak force and width between two sensors, over curves and strikers; theory and contact laws.
 
@@ -215,8 +206,6 @@ def run_curves(
     """
     by_label = {curve.label: curve for curve in curves}
     count = len(curves[0].forces or curves[0].speeds)
-    if until is None:
-        until = max(SLACK * (2 * beads - second) * curve.pair[0].size / curve.slowest() for curve in curves)
 
     def build(curve: str, striker: int) -> hl.CoSimulation:
         curve_data = by_label[curve]
@@ -239,41 +228,11 @@ def run_curves(
     data["theory"] = (over, speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
     data["striker_speed"] = (over, [curve.strikers() for curve in curves], {"units": "m/s"})
     data["force"] = (("curve", "approach"), [curve.law.force(approach) for curve in curves], {"units": "N"})
-    data["exponent"] = ("curve", [fit.exponent for fit in fits])
-    data["stiffness"] = ("curve", [fit.stiffness for fit in fits])
-    data["size"] = ("curve", [curve.pair[0].size for curve in curves], {"units": "m"})
     return data
 
 
 def _ends(forces: np.ndarray) -> tuple[float, float]:
     return RANGE[0] * float(np.nanmin(forces)), RANGE[1] * float(np.nanmax(forces))
-
-
-def curve_rows(data: xr.Dataset) -> list[Row]:
-    """Return the speeds of the weakest and of the strongest wave, their dependence on the force, and the width."""
-    rows = []
-    for label in data.curve.values:
-        curve = data.sel(curve=label)
-        n, k = float(curve.exponent), float(curve.stiffness)
-        for i in dict.fromkeys((0, curve.sizes["striker"] - 1)):
-            at = curve.isel(striker=i)
-            named = Named(curve=label, force=float(at.peak_force), theory=float(at.theory))
-            rows.append(row("speed", float(at.wave_speed), n, k, float(at.striker_speed), **named))
-        if curve.sizes["striker"] > 1:
-            rows.append(row("exponent", exponent(curve), theory=(n - 1.0) / (2.0 * n), curve=label))
-        width_1_percent, width_0_1_percent = curve.width.isel(striker=-1).values / float(curve["size"])
-        of_theory = hl.theory.UniformChain(1.0, 1.0, 1.0, n).width + 1.0
-        rows.append(row("width", float(width_1_percent), width_0_1_percent, of_theory, curve=label))
-    return rows
-
-
-def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
-    """Return the wave speed against peak contact force, and the contact laws."""
-    curves = [data.sel(curve=label).sortby(data.sel(curve=label).peak_force) for label in data.curve.values]
-    return {
-        "speed_force": draw.compared(line(curve, str(curve.curve.values)) for curve in curves),
-        "laws": draw.contact_laws(data.force, "curve"),
-    }
 
 
 def line(curve: xr.Dataset, label: str) -> draw.Line:

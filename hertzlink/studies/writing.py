@@ -8,7 +8,6 @@ import xarray as xr
 from coupling.files.loading import read_netcdf
 from coupling.results.provenance import stored
 from hertzlink.studies import STUDIES, LongStudy, Study, draw
-from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.table import WIDTH, text
 
 TABLE, REPORT = "table.txt", "report.html"  # File names of the table and of the report.
@@ -25,15 +24,11 @@ class Written:
 
     def __init__(self, name: str, study: Study, data: xr.Dataset, form: str = "png") -> None:
         self.name, self.data, self.form = name, data, form
-        self._comment, self._own = (str(data.attrs.get(name, "")) for name in ("comment", DIFFERS))
-        # What marks figures as preliminary. Parameters of the user's are no fault: table and report name them once.
-        self._remark = "\n".join(line for line in self._comment.splitlines() if line != self._own)
+        self._comment = str(data.attrs.get("comment", ""))
         self._rows = study.table(data)
         with draw.style():
             self._figures = study.figures(data)
-        self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(
-            self._rows, "" if self._own else STUDIES[name].column
-        )
+        self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(self._rows)
         self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
         """What a terminal shows."""
 
@@ -46,15 +41,15 @@ class Written:
             (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
         for title, figure in self._figures.items():
-            if self._remark:
-                stamp(figure, self._remark)
+            if self._comment:
+                stamp(figure, self._comment)
             noted = {FORMATS[self.form]: self._comment} if self._comment else None
             figure.savefig(into / f"{title}.{self.form}", metadata=noted)
         # Here: other commands need no report.
         from hertzlink.reports.of_studies import study_report
 
         shown = self.data if data is None else data
-        page = study_report(self.name, shown, self._rows, self._figures, self._remark, self._own)
+        page = study_report(self.name, shown, self._rows, self._figures, self._comment)
         (into / REPORT).write_text(page, encoding="utf-8")
 
 

@@ -50,7 +50,7 @@ def impacts() -> list[Impact]:
     steel, thin, thick = hl.STEEL_316, spheres(2.38e-3, hl.STEEL_316, 20, 0.5), hl.half_space(hl.STEEL_316)
     long = spheres(dissipation.RADIUS, steel, dissipation.BEADS, dissipation.IMPACT_SPEED)
     chain, until, metals = struck.THESIS.chain(), struck.UNTIL, (hl.STEEL_440C, hl.ALUMINIUM_6061, hl.PTFE)
-    rods = {f"rod of {m.name} (6.1.1)": rod_stiffness.Conditions().layers(m) for m in metals}
+    rods = {f"rod of {m.name} (6.1.1)": rod_stiffness.layers(m) for m in metals}
     rods["steel on PTFE (6.1.3)"] = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.55e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.55e-3)]
     plate = hl.infinite_plate(4.83e-3, hl.ALUMINIUM_6061)
     on_plate = ((4.76e-3, 1e-3), (9.53e-3, 2e-3), (19.05e-3, LONGEST))

@@ -150,8 +150,8 @@ def test_table_and_figures(quick: xr.Dataset) -> None:
 
 
 def test_a_tiny_grid_has_all_axes() -> None:
-    data = study.edges(1, (0.06,), (4.83e-3,), (BEADS,))
-    assert data.edge_error.shape == (1, 1, 1, 2, 5, 3, 3)
+    data = study.edges(1, (0.06,), (4.83e-3,))
+    assert data.edge_error.shape == (2, 1, 1, 2, 5, 3, 3)
     assert np.isfinite(data.edge_error.sel(measured="bead 7", free="all")).all()
     assert np.isnan(data.edge_error.sel(free="distance", unknown="thickness")).all()
 

@@ -18,12 +18,10 @@ THOROUGH_FIXTURES = ("quick",)
 @cache
 def ratio(diameter: float, thickness: float, distance: float, **knobs: float) -> float:
     """AR at sensor 7, undamped, with mesh, reduction, window and step as given."""
-    frequency = knobs.get("highest_frequency", study.THESIS.highest_frequency)
-    plate = replace(study.THESIS.plate(thickness), highest_frequency=frequency)
-    structure = hl.reduce(
-        plate.at(distance, study.THESIS.side / 2.0), until=1.5e-3, tolerance=knobs.get("tolerance", 1e-2)
-    )
-    chain = study.THESIS.chain(diameter)
+    frequency = knobs.get("highest_frequency", study.on_plates.HIGHEST_FREQUENCY)
+    plate = replace(study.plate(thickness), highest_frequency=frequency)
+    structure = hl.reduce(plate.at(distance, study.SIDE / 2.0), until=1.5e-3, tolerance=knobs.get("tolerance", 1e-2))
+    chain = study.chain(diameter)
     simulation = hl.CoSimulation(chain, structure, window=knobs.get("window"), dt=knobs.get("dt"))
     return hl.amplitude_ratio(simulation.run(1.5e-3), sensor=7).item()
 
@@ -74,7 +72,7 @@ def test_reduction_changes_the_ratio_by_less_than_a_thousandth() -> None:
     plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
     full = plate.at(0.05, 0.15)
     ratios = [
-        hl.amplitude_ratio(hl.CoSimulation(study.THESIS.chain(9.53e-3), s).run(1.0e-3), sensor=7).item()
+        hl.amplitude_ratio(hl.CoSimulation(study.chain(9.53e-3), s).run(1.0e-3), sensor=7).item()
         for s in (full, hl.reduce(full, until=1.0e-3))
     ]
     assert ratios[1] == pytest.approx(ratios[0], rel=1e-3)
@@ -142,7 +140,7 @@ def test_a_numerical_error_widens_the_interval(quick: xr.Dataset, monkeypatch: p
     """An error of AR over its slope between the two runs is an error of the distance, on both sides."""
     monkeypatch.setattr(study, "ratio_error", lambda **case: 0.01)
     far = quick.assign(infinite_amplitude_ratio=quick.far_value)
-    case = study.with_margins(far, study.THESIS, 1).sel(diameter=4.76e-3, thickness=2.29e-3, within=0.02)
+    case = study.with_margins(far, 1).sel(diameter=4.76e-3, thickness=2.29e-3, within=0.02)
     (low, high), margin = case.bracket.values, float(case.margin)
     ends = case.amplitude_ratio.sel(distance=[low, high], method="nearest").values
     assert margin == pytest.approx(0.01 * (high - low) / abs(ends[1] - ends[0]))
@@ -156,7 +154,7 @@ def test_numerical_error_is_that_of_the_exact_half_plane() -> None:
     """The mesh of the study errs by 3e-4 of AR at this critical distance."""
     diameter, thickness, until, distance = CROSSINGS[0]
     exact = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, until)
-    run = hl.CoSimulation(study.THESIS.chain(diameter), exact).run(until)
+    run = hl.CoSimulation(study.chain(diameter), exact).run(until)
     error = ratio(diameter, thickness, distance) - hl.amplitude_ratio(run, sensor=7).item()
     assert 0.5 < study.ratio_error(diameter, thickness, distance) / abs(error) < 2.0
 
@@ -179,12 +177,12 @@ def crossing(diameter: float, thickness: float, until: float, expected: float, p
         if plate == "exact":
             structure = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, until)
         else:
-            whole = study.THESIS.plate(thickness).at(distance, study.THESIS.side / 2.0)
+            whole = study.plate(thickness).at(distance, study.SIDE / 2.0)
             structure = hl.reduce(whole, until, study.REDUCTION)
-        return hl.CoSimulation(study.THESIS.chain(diameter), structure)
+        return hl.CoSimulation(study.chain(diameter), structure)
 
     scan = [expected - 3e-3, expected - 1.5e-3, expected + 1.5e-3, expected + 3e-3, 0.457]
-    found = hl.critical_distance_search(at, until, study.THESIS.sensor, scan, study.TOLERANCE, jobs=1)
+    found = hl.critical_distance_search(at, until, study.SENSOR, scan, study.TOLERANCE, jobs=1)
     return found.critical_distance.item()
 
 

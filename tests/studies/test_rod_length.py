@@ -41,7 +41,7 @@ def test_axisymmetric_cylinder_is_the_rod(quick: xr.Dataset) -> None:
 
 def test_theory(quick: xr.Dataset) -> None:
     """Recomputed in facts.yaml: 100.2 mm with Table 2.1."""
-    assert study.Conditions().theory_length() == pytest.approx(100.2e-3, abs=1e-4)
+    assert study.THESIS.theory_length() == pytest.approx(100.2e-3, abs=1e-4)
 
 
 def test_table_and_figures(quick: xr.Dataset) -> None:

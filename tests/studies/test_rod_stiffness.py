@@ -3,14 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from independent.thesis import rods
-from independent.thesis.line import hertzian, row
-from independent.thesis.materials import PTFE
-from independent.thesis.materials import on_half_space as stiffness_on
 from printed import check
 
 import hertzlink as hl
-from hertzlink.studies import candidates
 from hertzlink.studies import rod_stiffness as study
 from hertzlink.studies import struck_cylinders as struck
 
@@ -74,39 +69,9 @@ def test_axisymmetric_cylinders_lie_near_rods(quick: xr.Dataset) -> None:
     assert float(flight.max()) < 2.0
 
 
-def test_candidates_for_ptfe_do_what_the_table_says(quick: xr.Dataset) -> None:
-    """The thesis has TOF 616 µs, AR 0.421, 16.66 µm, and a contact of 241 µs there and 85 µs on steel."""
-    tried = quick.sel(wave="primary")
-    flight, ratio = tried.tried_time_of_flight * 1e6, tried.tried_amplitude_ratio
-    both = (abs(flight / 616.0 - 1.0) < 0.01) & (abs(ratio / 0.421 - 1.0) < 0.06)
-    assert both.candidate[both.values].values.tolist() == ["√(2R) for √R in A_w"]
-    assert float(quick.tried_on_steel) * 1e6 == pytest.approx(3.81, abs=0.02)
-    moved = quick.tried_largest_displacement * 1e6
-    near = moved.where(abs(moved / 16.66 - 1.0) < 0.13, drop=True).candidate.drop_sel(candidate="a striker of 0.31 m/s")
-    assert near.size == 2
-    assert (ratio.sel(candidate=near) < 0.3).all()
-    assert float(abs(moved / 16.66 - 1.0).min()) > 0.05
-    for read, printed in ((quick.wall_durations, (85.0, 241.0)), (quick.wall_displacements, (4.39, 16.66))):
-        steel, soft = (
-            read.sel(wall=name) * 1e6 / value - 1.0 for name, value in zip(study.WALLS, printed, strict=True)
-        )
-        assert not ((abs(steel) < 0.1) & (abs(soft) < 0.1)).any()
-
-
-def test_candidates_by_another_program() -> None:
-    """DOP853 on a half-space with dashpots of 5 N s/m between beads and 40 at PTFE."""
-    wall = stiffness_on(rods.RADIUS, rods.STEEL, PTFE)
-    pots = np.append(np.full(20, 5.0), 40.0)
-    line = hertzian(*row(20, rods.MASS, rods.CONTACT, wall), gravity=9.81, dashpot=pots, pulls=False)
-    flight = line.strike(rods.DROP, 7e-4, 1e-8)
-    moved = (flight.places(np.linspace(0.0, 7e-4, 3501)) - line.start())[:, 20]
-    run = candidates.chain_on(None, dashpots=(5.0, 40.0)).run(7e-4)
-    assert float(run.displacement.sel(bead=20).max()) == pytest.approx(moved.max(), rel=1e-4)
-
-
 @pytest.mark.thorough
 def test_reduced_rod_is_the_rod() -> None:
-    layers = study.Conditions().layers(hl.PTFE)
+    layers = study.layers(hl.PTFE)
     runs = [
         hl.CoSimulation(struck.THESIS.chain(), body).run(1.5e-3)
         for body in (hl.rod(layers), struck.THESIS.slender(layers))

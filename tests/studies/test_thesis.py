@@ -421,9 +421,9 @@ def test_counts_of_parts_without_runs(part: str) -> None:
 @pytest.mark.parametrize(("gravity", "dashpot"), [(0.0, 0.0), (0.0, 5.0), (9.81, 0.0), (9.81, 5.0)])
 def test_the_last_bead_stays_on_ptfe_for_longer_than_the_thesis_says(gravity: float, dashpot: float) -> None:
     """So 241 µs is no whole contact, whatever the losses are; 320 µs before the second collision the wave arrives."""
-    of = rod_stiffness.Conditions()
+    of = rod_stiffness.THESIS
     chain = replace(of.chain(dashpot), gravity=gravity)
-    run = hl.CoSimulation(chain, of.slender(of.layers(hl.PTFE))).run(until=of.until)
+    run = hl.CoSimulation(chain, of.slender(rod_stiffness.layers(hl.PTFE))).run(until=rod_stiffness.UNTIL)
     assert float(hl.contact_time(run)) > 400e-6
     moved = run.displacement.sel(bead=rod_stiffness.BEADS)
     begin = float(run.time[int((moved > 0.01 * moved.max()).values.argmax())])
