@@ -222,10 +222,10 @@ class Engine:
             self._lengths[length] = structure, self.contacts(compliance, steps)
         return self._lengths[length]
 
-    def contacts(self, compliance: Vector, steps: Vector, alone: bool = True) -> Any:
-        """Return the contacts as a piece; alone: whether one that is so has its own."""
+    def contacts(self, compliance: Vector, steps: Vector) -> Any:
+        """Return the contacts as a piece."""
         interface = self.interface
-        if alone and interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
+        if interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
             return OneContact(interface.static, compliance, steps)
         behind = np.array([contact.end == FIRST for contact in interface.contacts])
         rigid = not compliance.any()

@@ -6,22 +6,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.inference.derivatives import Build, Derivatives, check_differentiable, differentiate
-from coupling.recording.dataset import dataset
-from coupling.recording.frames import Kept, kept_at
+from coupling.cosimulation import CoSimulation
+from coupling.inference.differences import OF_RUNS, Build, Derivative, differences, jumps
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
-from coupling.run_checks import check_before, checked
-from coupling.sweeps.batch import Measure, forces_of_runs
+from coupling.run_loop import is_compiled
+from coupling.schemes.halving import Adaptive
+from coupling.sweeps.batch import Measure
 from coupling.sweeps.sweep import built_at, check_build
-from particles.kernels.losses import Drag, NoLoss
-from particles.kernels.motion import ChainModel, Verlet
 from structures.caution import collected
 from structures.checks import finite, function, instance, positive
 from structures.linear_algebra.one_thread import one_thread
-
-DOUBTFUL, NONE = 1e-3, 0.1
-"""Part of a derivative that is in doubt from which the user is warned, and from which there is none."""
 
 SHIFT = 1e-5
 """Of the peak: how far traces are shifted along their derivatives to differentiate a measure of them."""
@@ -40,7 +35,7 @@ def sensitivities(
 ) -> xr.Dataset:  # fmt: skip
     """Return a run with its derivatives by parameters of the function that builds it.
 
-    The derivatives are exact: the run carries them along in dual numbers, through all its steps and contacts.
+    They are central differences of runs whose windows, steps and saved times are those of the run itself.
 
     Parameters
     ----------
@@ -67,23 +62,19 @@ def sensitivities(
     Raises
     ------
     ValueError
-        For parameters that are zero or that `build` does not take, adaptive windows, structures of the user's own,
-        and where a mesh or a reduction changes its size near a parameter.
+        For parameters that are zero or that `build` does not take, near which it fails, adaptive windows, and
+        structures of the user's own.
 
     Warns
     -----
     HertzlinkWarning
-        Where a derivative is doubtful, because what the run is made of does not vary smoothly; and where a measure has
-        none, because its derivatives from both sides differ.
+        Where derivatives from both sides differ, because the function has a kink, jumps or depends on chance.
 
     Notes
     -----
-    Forward mode suits up to some twenty parameters; one takes as long as 2.2 to 2.5 runs, twenty as 7. Where a
-    contact just opens, or yields further, the derivative is that of the side on which the run is.
-
-    References
-    ----------
-    Griewank and Walther, Evaluating Derivatives, 2nd ed. (SIAM 2008), chapter 3.
+    Each parameter takes two runs; where their difference does not tell a derivative from a kink or from chance, two
+    for each of several larger steps. Losses begin at the first step after a contact closes, so that traces jump a
+    little with a parameter: differences of chains with losses are large ones, which smooth these jumps.
 
     Examples
     --------
@@ -98,63 +89,60 @@ def sensitivities(
     TOF changes by -2.51 µs for 0.01 m/s
     """
     values = _checked_parameters(build, parameters)
-    simulation = built_at(build, values)
+    function("measure", measure or waves_at, 1, "a function of a Dataset of runs")
+    simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation")
     check_differentiable(simulation)
-    interface, until = simulation.interface, positive("until", until, "s")
-    if len(interface.chains) > 1:
-        raise ValueError(f"build(...) = {simulation!r}: has several chains; must have one")
     if sensors is None:
         raise ValueError("sensors = None: must be numbers of beads, such as [7]")
-    kept = kept_at(sensors, len(interface.chains[0].chain.beads))
-    findings = check_before(interface.chains, until)
-    plan = simulation.plan(until, save_every)
-    frames, rates = differentiate(simulation, build, values, plan, kept)
-    with collected():  # of which the user is warned with the others
-        findings += checked([interface], [frames], plan.interval)[0]
-    findings += [_doubt(name, part) for name, part in rates.doubt.items() if part > DOUBTFUL]
-    moves = {name: rates.force[name].any() or rates.velocity[name].any() or rates.doubt[name] for name in values}
-    still = [name for name in values if not moves[name]]
-    findings += [f"{name}: changes nothing in this run" for name in still]
-    findings += _unfollowed(interface.chains[0].model)
-    inputs = {**simulation.describe(), "until": until, **plan.describe(interface, simulation.window)}
-    run = dataset(interface, frames, plan.interval, inputs, findings)
-    derivatives: dict[str, Any] = {}
-    for name, (slopes, count) in {
-        "contact_force": (rates.force, len(kept.contacts)),
-        "velocity": (rates.velocity, len(kept.bodies)),
-    }.items():
-        stacked = np.stack([slope[:, :count] for slope in slopes.values()])
-        units = {"units": f"{run[name].units} per unit of the parameter"}
-        derivatives[f"{name}_derivative"] = ("parameter", *run[name].dims), stacked, units
+    plan = simulation.plan(positive("until", until, "s"), save_every)
+    with collected() as said:
+        run = simulation.run(until, save_every, sensors=sensors)
+    rates = differences(build, values, simulation, plan, run)
+    measured, notes = _measured(run, rates, measure or waves_at(run.bead.values.tolist()))
+    derivatives = dict[str, Any]()
+    for key in ("contact_force", "velocity"):
+        units = {"units": f"{run[key].units} per unit of the parameter"}
+        slopes = np.stack([rate.slopes[key] for rate in rates.values()])
+        derivatives[f"{key}_derivative"] = ("parameter", *run[key].dims), slopes, units
     value = "parameter", list(values.values()), {"long_name": "value at which the run is differentiated"}
-    run = run.assign_coords(parameter=list(values), parameter_value=value).assign(derivatives)
-    measured, jumps = _measured(run, rates, kept, plan.interval, measure or waves_at(kept.bodies))
-    warn(findings + jumps)
-    return with_warnings(run.assign(measured.data_vars), findings + jumps)
-
-
-def _unfollowed(chain: ChainModel) -> list[str]:
-    """Return what the user must know of losses that begin at other times where a parameter changes."""
-    if isinstance(chain.loss, NoLoss | Drag) or isinstance(chain.scheme, Verlet):
-        return []
-    return [
-        "dissipation: the loss begins as a contact closes, and these derivatives do not follow when; they do "
-        "for rigid beads and losses of contacts. Compare them with differences of runs of a "
-        "hundredth of each value"
-    ]
-
-
-def _doubt(name: str, part: float) -> str:
-    """Return what the user must know of a derivative that is doubtful by a part of its size."""
-    if part > NONE:
-        return (
-            f"{name}: has no derivative here; what the run is made of jumps, as a reduction may on a line of symmetry, "
-            "has a kink, or depends on chance"
+    run = run.assign(derivatives | dict(measured.data_vars))
+    run = run.assign_coords(parameter=list(values), parameter_value=value)
+    findings = [*dict.fromkeys(said), *_doubts(rates), *notes]
+    if jumps(simulation):
+        findings.append(
+            "dissipation: losses begin at the first step after a contact closes, so that runs jump with a parameter; "
+            "derivatives are slopes over 0.1 to 1 % of its value, exact to some per cent of the largest"
         )
-    return (
-        f"{name}: derivatives are doubtful by {100.0 * part:.1g} %, because a mesh, a reduction or modes do not vary "
-        "smoothly near this value"
-    )
+    warn(findings)
+    return with_warnings(run, findings)
+
+
+def check_differentiable(simulation: CoSimulation) -> None:
+    """Raise a ValueError for a co-simulation that a batch does not do, or that has no windows to hold fixed."""
+    if isinstance(simulation.window, Adaptive):
+        raise ValueError("build(...): has adaptive windows, which jump with a parameter; give a window in s, or none")
+    if not is_compiled(simulation.interface, simulation.scheme):
+        raise ValueError(
+            f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), and structures that are "
+            "linear and small (use reduce)"
+        )
+    if len(simulation.interface.chains) > 1:
+        raise ValueError(f"build(...) = {simulation!r}: has several chains; must have one")
+
+
+def _doubts(rates: Mapping[str, Derivative]) -> list[str]:
+    """Return what the user must know of derivatives: which are doubtful, and which parameters have no effect."""
+    findings = list[str]()
+    for name, (slopes, doubt) in rates.items():
+        if doubt:
+            findings.append(
+                f"{name}: has no derivative here, or an inexact one; those of both sides differ by {200.0 * doubt:.1g} "
+                "%. Perhaps build jumps, has a kink or depends on chance, a mesh or a reduction changes, or a loss "
+                "begins as a contact closes"
+            )
+        elif not (slopes["contact_force"].any() or slopes["velocity"].any()):
+            findings.append(f"{name}: changes nothing in this run")
+    return findings
 
 
 def _checked_parameters(build: Build, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -178,40 +166,45 @@ def waves_at(sensors: list[int]) -> Measure:
     return measure
 
 
-def _measured(
-    run: xr.Dataset, rates: Derivatives, kept: Kept, interval: float, measure: Measure
-) -> tuple[xr.Dataset, list[str]]:
+def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
+    """Return what a measure gave as a Dataset, or raise a ValueError."""
+    if isinstance(values, xr.DataArray):
+        # A force's greatest value is still called contact_force, and is another quantity.
+        name = "measure" if values.name is None or values.name in run.variables else str(values.name)
+        return values.to_dataset(name=name)
+    measures: xr.Dataset = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
+    return measures
+
+
+def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure) -> tuple[xr.Dataset, list[str]]:
     """Return a measure of a run with its derivatives, and what to know of these.
 
     All that a measure can use of a run is shifted along its derivatives, a little to both sides.
     """
-    function("measure", measure, 1, "a function of a Dataset of runs")
-    names = run.parameter.values.tolist()
-    force, velocity = run.contact_force.values, run.velocity.values
-    by_force, by_velocity = run.contact_force_derivative.values, run.velocity_derivative.values
-    steps = SHIFT * force.max() / np.maximum(abs(by_force).max(axis=(1, 2)), TINY)
+    names = list(rates)
+    largest = np.array([abs(rate.slopes["contact_force"]).max() for rate in rates.values()])
+    steps = SHIFT * run.contact_force.values.max() / np.maximum(largest, TINY)
     shifts = np.concatenate([np.zeros((1, len(names))), np.diag(steps), -np.diag(steps)])
-    coordinates = dict[str, Any]()
-    for fact in ("static_force", "centre", "impact_energy"):
-        slope = np.array([rates.facts[name][fact] for name in names])
-        coordinates[fact] = ("run", *run[fact].dims), run[fact].values + np.tensordot(shifts, slope, 1), run[fact].attrs
-    runs = forces_of_runs(
-        kept, interval, force + np.tensordot(shifts, by_force, 1), velocity + np.tensordot(shifts, by_velocity, 1),
-        coordinates,
-    ).assign_attrs(beads=run.attrs["beads"])  # fmt: skip
-    with collected():
-        values = _checked_measure(measure(runs), run, len(shifts))
+    here, shifted = run[OF_RUNS], dict[str, Any]()
+    for key in OF_RUNS:
+        slopes = np.array([rates[name].slopes[key] for name in names])
+        moved = here[key].values + np.tensordot(shifts, slopes, 1)
+        shifted[key] = ("run", *here[key].dims), moved, here[key].attrs
+    coordinates = {key: shifted.pop(key) for key in list(shifted) if key in here.coords}
+    runs = here.assign(shifted).assign_coords(coordinates)
     with collected() as said:
-        measure(runs.isel(run=[0]))
-    # What the measure says of the run itself; shifted runs are no runs of the user.
+        values = _checked_measure(measure(runs), run, len(shifts))
+    if said:  # what it says of the run itself; shifted runs are no runs of the user
+        with collected() as said:
+            measure(runs.isel(run=[0]))
     data, notes = dict[str, Any](), list(dict.fromkeys(said))
     for name, value in values.data_vars.items():
         table = value.transpose("run", ...)
-        here, above, below = table.values[0], table.values[1 : 1 + len(names)], table.values[1 + len(names) :]
-        step = steps.reshape(-1, *[1] * here.ndim)
-        slope, sides = (above - below) / (2.0 * step), (above - 2.0 * here + below) / step
+        usual, above, below = table.values[0], table.values[1 : 1 + len(names)], table.values[1 + len(names) :]
+        step = steps.reshape(-1, *[1] * usual.ndim)
+        slope, sides = (above - below) / (2.0 * step), (above - 2.0 * usual + below) / step
         for place, parameter in enumerate(names):
-            limit = JUMP * abs(slope[place]) + 1e-6 * abs(here / step[place]).max(initial=0.0)
+            limit = JUMP * abs(slope[place]) + 1e-6 * abs(usual / step[place]).max(initial=0.0)
             if np.any(abs(sides[place]) > limit):
                 notes.append(
                     f"{name}: has no derivative by {parameter} here; those of both sides differ, as where a wave "
@@ -221,16 +214,6 @@ def _measured(
         units = {"units": f"{value.attrs.get('units', '1')} per unit of the parameter"}
         data[f"{name}_derivative"] = (("parameter", *table.dims[1:]), slope, units)
     return values.isel(run=0, drop=True).drop_vars(list(values.data_vars)).assign(data), notes
-
-
-def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
-    """Return what a measure gave as a Dataset, or raise a ValueError."""
-    if isinstance(values, xr.DataArray):
-        # A force's greatest value is still called contact_force, and is another quantity.
-        name = "measure" if values.name is None or values.name in run.variables else str(values.name)
-        return values.to_dataset(name=name)
-    measures: xr.Dataset = instance("measure(runs)", values, xr.Dataset, "a Dataset or a DataArray")
-    return measures
 
 
 def _checked_measure(values: Any, run: xr.Dataset, count: int) -> xr.Dataset:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.inference.derivatives import Build, units_of
+from coupling.inference.differences import Build, units_of
 from coupling.inference.identification import LINE
 from coupling.inference.sensitivities import as_measures, sensitivities, waves_at
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections

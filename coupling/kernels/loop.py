@@ -3,7 +3,7 @@
 from typing import Any
 
 from coupling.kernels.newton import agree
-from coupling.kernels.recorders import reads_structure, record, watch
+from coupling.kernels.recorders import reads_structure, record
 from coupling.kernels.records import REMEMBERED
 from structures.kernels.arrays import copy
 from structures.kernels.kernel_cache import entry, inner
@@ -50,7 +50,6 @@ def move_on(
             if abs(residual) > search.tolerance:
                 problem = NOT_CONVERGED
                 break
-            watch(recorder, run, trial, (done - 1) * window, window)
             copy(trial.y, run.y)
             copy(trial.v, run.v)
             for k in range(trial.contact.size):

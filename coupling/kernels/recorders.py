@@ -23,12 +23,6 @@ def record(
 
 
 @by_type
-def watch(recorder: Any, run: Any, trial: Any, t: float, window: float) -> None:
-    """Look at a window from time t, s, on which both sides agree, before the run takes it over."""
-    return None
-
-
-@by_type
 def reads_structure(recorder: Any, row: int) -> bool:
     """Return whether a recorder reads the state of the structures for a row."""
     return True

@@ -176,12 +176,15 @@ def batch(
 
 
 class Records(NamedTuple):
-    """What many runs leave as arrays: the contact forces, runs × times × contacts, NaN of a run that fails; the static
-    ones, runs × contacts, N; the findings of all runs, and why some failed.
+    """What many runs leave as arrays: contact forces, N, and velocities, m/s, runs × times × contacts or bodies, NaN of
+    a run that fails; static forces, N, centres, m, and impact energies, J; all findings, and why some runs failed.
     """
 
     force: Vector
+    velocity: Vector
     static: Vector
+    centre: Vector
+    energy: Vector
     findings: list[str]
     failures: list[str]
 
@@ -195,7 +198,8 @@ def records(
     part = _Part(_Family(number, beads, {}, build, columns), until, interval, rows, kept, ())
     runs, done = part.done(1)
     failures = [str(run.failure) for run in done if run.failure]
-    return Records(runs.force, runs.static, [finding for run in done for finding in run.findings], failures)
+    findings = [finding for run in done for finding in run.findings]
+    return Records(runs.force, runs.velocity, runs.static, runs.centre, runs.energy, findings, failures)
 
 
 def _in_processes(

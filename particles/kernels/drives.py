@@ -96,7 +96,7 @@ class Driven(NamedTuple):
     @staticmethod
     def move_first(drive: Any, law: Any, chain: Any, bodies: Any, t: float, pace: Any) -> tuple[float, float, float]:
         y, v, ahead = bodies.y, bodies.v, bodies.ahead
-        approach = Approach(y[0] - y[1], ahead[0] - ahead[1], pace.dt * (v[0] - v[1]))
+        approach = Approach(y[0] - y[1], ahead[0] - ahead[1])
         contact = press(chain.loss, law, 0, approach, chain.springs[0], bodies.lost, pace.kick)
         on_striker, on_bead, push = outer_forces(drive, y[0], t)
         if moves(drive):

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernels.duals import three_halves, value_of, where_dual
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -67,20 +66,6 @@ def force_of_step(law: Any, i: int, overlap: float) -> float:
 
 
 @by_type
-def move_bodies(
-    law: Any, inverse_mass: Vector, gravity: Vector, y: Vector, v: Vector, behind: float, kick: float, drift: float,
-    begin: int, end: int,
-) -> float:  # fmt: skip
-    """Move bodies on over a step, by the force behind the first and those of their contacts; return the last force."""
-    for i in range(begin & NOT_NEGATIVE, end & NOT_NEGATIVE):
-        ahead = force_of_step(law, i, y[i] - y[i + 1])
-        v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity[i])
-        y[i] += drift * v[i]
-        behind = ahead
-    return behind
-
-
-@by_type
 def copy_limits(law: Any, limits: Vector) -> None:
     """Copy the overlaps beyond which contacts yield further."""
     return None
@@ -124,15 +109,11 @@ def hertz_on_spring(scale: float, approach: float) -> float:
     return part * part * approach
 
 
+@inner(forceinline=True)
 def hertz(stiffness: float, overlap: float) -> float:
     """Return k δ^1.5, zero of a contact that is open."""
     closed = overlap if overlap > NEGLIGIBLE else 0.0
     return stiffness * closed * sqrt(closed)
-
-
-where_dual(
-    hertz, lambda stiffness, overlap: stiffness * three_halves(overlap) if overlap > NEGLIGIBLE else 0.0 * overlap, 1
-)
 
 
 @inner(forceinline=True)
@@ -165,39 +146,10 @@ class Hertz(NamedTuple):
         return hertz_on_spring(law.stiffness[i] * flexibility, approach)
 
 
-class Partly(NamedTuple):
-    """Hertz's law in dual numbers, of which few contacts and bodies have derivatives: the others stay plain."""
-
-    stiffness: Vector
-    plain: Any
-    """Hertz's law in plain numbers."""
-    inverse_mass: Vector
-    """Plain, 1/kg."""
-    begin: int
-    """The first contact or body that has derivatives."""
-    end: int
-    """The one behind the last."""
-
-    @staticmethod
-    def move_bodies(
-        law: Any, inverse_mass: Vector, gravity: Vector, y: Vector, v: Vector, behind: float, kick: float, drift: float,
-        begin: int, end: int,
-    ) -> float:  # fmt: skip
-        first, last = min(max(law.begin, begin), end), min(max(law.end, begin), end)
-        own = Hertz(law.stiffness)
-        behind = move_bodies(law.plain, law.inverse_mass, gravity, y, v, behind, kick, drift, begin, first)
-        behind = move_bodies(own, inverse_mass, gravity, y, v, behind, kick, drift, first, last)
-        return move_bodies(law.plain, law.inverse_mass, gravity, y, v, behind, kick, drift, last, end)
-
-
-for _name in ("force", "slope", "energy", "overlap_on_spring"):
-    setattr(Partly, _name, staticmethod(getattr(Hertz, _name)))
-
-
 @inner(forceinline=True)
 def bucket(overlap: float) -> int:
     """Return which cubic holds an overlap: exponent and leading bits of a float count the buckets."""
-    bits: Any = np.float64(value_of(overlap)).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
+    bits: Any = np.float64(overlap).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
     return min(max(bits - ((EXPONENT_BIAS + LOWEST) << BUCKET_BITS), 0), BUCKETS * OCTAVES - 1)
 
 

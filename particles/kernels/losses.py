@@ -3,7 +3,6 @@
 from math import sqrt
 from typing import Any, NamedTuple
 
-from particles.kernels import laws
 from particles.kernels.laws import (
     NEGLIGIBLE,
     NOT_NEGATIVE,
@@ -13,7 +12,6 @@ from particles.kernels.laws import (
     overlap_on_spring,
     slope,
 )
-from structures.kernels.duals import value_of, where_dual
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -47,8 +45,6 @@ class Approach(NamedTuple):
     """m."""
     rate: float
     """As losses see it, m/s."""
-    way: float
-    """By how much it grew in the last step, m."""
 
 
 @by_type
@@ -122,7 +118,7 @@ def press(loss: Any, law: Any, i: int, approach: Any, spring: float, lost: Vecto
     total, power = force_and_loss(law, loss, i, overlap, approach.rate, spring)
     force_of_step(law, i, overlap)
     lost[i] += kick * power
-    return follow_closing(law, loss, i, approach, spring, total)
+    return total
 
 
 @by_type
@@ -139,9 +135,9 @@ def move_body(loss: Any, chain: Any, bodies: Any, i: int, force: float, pace: An
 @by_type
 def move_between(loss: Any, law: Any, chain: Any, bodies: Any, behind: float, pace: Any, begin: int, end: int) -> float:
     """Move bodies on over a step, by the force behind the first and those of their contacts; return the last force."""
-    y, v, ahead = bodies.y, bodies.v, bodies.ahead
+    y, ahead = bodies.y, bodies.ahead
     for i in range(begin & NOT_NEGATIVE, end & NOT_NEGATIVE):
-        approach = Approach(y[i] - y[i + 1], ahead[i] - ahead[i + 1], pace.dt * (v[i] - v[i + 1]))
+        approach = Approach(y[i] - y[i + 1], ahead[i] - ahead[i + 1])
         contact = press(loss, law, i, approach, 0.0, bodies.lost, pace.kick)
         move_body(loss, chain, bodies, i, behind - contact, pace)
         behind = contact
@@ -174,28 +170,6 @@ def force_and_loss(law: Any, loss: Any, i: int, overlap: float, rate: float, fle
         total = elastic + share * (lossy - elastic)
         total = 0.0 if total < 0.0 else total
     return total, (total - elastic) * rate
-
-
-def follow_closing(law: Any, loss: Any, i: int, approach: Any, spring: float, contact: float) -> float:
-    """Let derivatives of a contact's force follow the time at which it closes: plain numbers have none."""
-    return contact
-
-
-def _follow_closing(law: Any, loss: Any, i: int, approach: Any, spring: float, contact: float) -> float:
-    """Let the force of a contact that closed in the last step have the slope of its mean force over a step.
-
-    A dashpot's force jumps where its contact closes, and other losses rise there with an infinite slope, so the slope
-    at a point is not that of the response. Over the way of a step, s, it is [F(δ + s/2) − 0] / s.
-    """
-    now, way = approach.now, value_of(approach.way)
-    if 0.0 <= value_of(elastic_overlap(law, i, now)) < way:
-        middle = value_of(now) + 0.5 * way + 0.0 * now
-        closed, _ = force_and_loss(law, loss, i, overlap_at(law, i, middle, spring), approach.rate, spring)
-        contact = value_of(contact) + value_of(closed) / way * (now - value_of(now)) + closed - value_of(closed)
-    return contact
-
-
-where_dual(follow_closing, _follow_closing, 5)
 
 
 @inner(forceinline=True)
@@ -236,9 +210,13 @@ class NoLoss(NamedTuple):
     def move_between(
         loss: Any, law: Any, chain: Any, bodies: Any, behind: float, pace: Any, begin: int, end: int
     ) -> float:
-        """Move bodies on as the law does, of whose numbers some may be plain and some dual."""
-        masses = chain.inverse_mass, chain.gravity
-        return laws.move_bodies(law, *masses, bodies.y, bodies.v, behind, pace.kick, pace.drift, begin, end)
+        y, v = bodies.y, bodies.v
+        for i in range(begin & NOT_NEGATIVE, end & NOT_NEGATIVE):
+            ahead = force_of_step(law, i, y[i] - y[i + 1])
+            v[i] += pace.kick * (chain.inverse_mass[i] * (behind - ahead) + chain.gravity[i])
+            y[i] += pace.drift * v[i]
+            behind = ahead
+        return behind
 
 
 DASHPOT, TANGENT, SECANT = range(3)

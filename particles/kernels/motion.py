@@ -27,7 +27,6 @@ from particles.kernels.losses import (
     press,
 )
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
-from structures.kernels.duals import value_of, where_dual
 from structures.kernels.kernel_cache import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -75,24 +74,15 @@ class Span(NamedTuple):
     both."""
 
 
+@by_type
 def integrate(
     scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
 ) -> tuple[float, float, float, float]:
-    """Move a chain on over a Span; return the impulses on structure and body 0, the loss and the drive's work."""
+    """Move a chain on over a Span; return the impulses on structure and body 0, the loss and the drive's work.
+
+    It becomes a part of its caller, for a call passes 44 numbers.
+    """
     raise NotImplementedError
-
-
-integrate_inside, integrate_apart = by_type(integrate), by_type(integrate, small=False)
-
-
-def integrate_span(
-    scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
-) -> tuple[float, float, float, float]:
-    """Integrate: as a part of the caller, for a call passes 44 numbers; dual numbers apart, which is faster there."""
-    return integrate_inside(scheme, chain, y, v, work, span)
-
-
-where_dual(integrate_span, lambda scheme, chain, y, v, work, span: integrate_apart(scheme, chain, y, v, work, span), 2)
 
 
 @by_type
@@ -101,19 +91,17 @@ def bodies_per_step(scheme: Any) -> int:
     return 0
 
 
+@inner(forceinline=True)
 def reach(chain: Any, y: Vector, steps: int) -> int:
     """Return the first body that the motion of the surface can reach within a window; 0 for all.
 
     All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks;
     its velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that
-    all are moved again, and a drive moves the first two bodies together. Dual numbers have one trial.
+    all are moved again, and a drive moves the first two bodies together.
     """
     bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * (steps + loses(chain.loss))
     first, least = bodies - passed, 2 if drives(chain.drive) else 1
     return first if passed > 0 and first >= least and bodies == y.size else 0
-
-
-where_dual(reach, lambda chain, y, steps: 0, 1)
 
 
 @inner()
@@ -127,7 +115,7 @@ def advance(
     the drive's work, J.
     """
     span = Span(t, wall, (wall_end - wall) / window, window / steps, steps, first)
-    ahead, behind, lost, driven = integrate_span(chain.scheme, chain, y, v, work, span)
+    ahead, behind, lost, driven = integrate(chain.scheme, chain, y, v, work, span)
     return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
 
 
@@ -164,7 +152,7 @@ class Verlet(NamedTuple):
         # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
         if first == 0:
             work[7, 0] = 0 if drives(drive) else flying(loss, chain, bodies, steps * dt)
-        rear = max(first, int(value_of(work[7, 0])))
+        rear = max(first, int(work[7, 0]))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
         front, source = last, 0 if moves(drive) else 1
         quiet = chain.quiet and not (wall < 0.0 or wall + steps * dt * rate < 0.0)
@@ -174,14 +162,14 @@ class Verlet(NamedTuple):
         for step in range(steps + 1):
             pace = Pace(dt, dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0)
             # Before the pass: after it, the scalar load would wait for the pass's vector stores.
-            approach = Approach(y[last] - (wall + step * dt * rate), bodies.ahead[last] - rate, dt * (v[last] - rate))
+            approach = Approach(y[last] - (wall + step * dt * rate), bodies.ahead[last] - rate)
             wall_force = press(loss, law, last, approach, chain.springs[1], bodies.lost, pace.kick)
             impulse += pace.kick * wall_force
             while rear > first and y[rear - 1] >= y[rear]:
                 rear -= 1
             behind, begin, end = 0.0, rear, front + 1 if front < last else last
             if first > 0 and rear == first:
-                approach = Approach(past[step] - y[first], past_ahead[step] - bodies.ahead[first], 0.0)
+                approach = Approach(past[step] - y[first], past_ahead[step] - bodies.ahead[first])
                 behind = press(loss, law, first - 1, approach, 0.0, work[8], 0.0)
             elif reached > 0 and first == 0:
                 past[step] = y[reached - 1]

@@ -1,6 +1,5 @@
 """Small compiled functions of arrays."""
 
-from structures.kernels.duals import where_dual
 from structures.kernels.kernel_cache import inner
 from structures.structure import Vector
 
@@ -12,29 +11,13 @@ def copy(source: Vector, target: Vector) -> None:
         target[i] = source[i]
 
 
+@inner(forceinline=True, fastmath={"contract", "reassoc"})
 def dot(a: Vector, b: Vector) -> float:
     """Return the sum of products with the first entries of b, as many as a has."""
     total = 0.0
     for i in range(a.size):
         total += a[i] * b[i]
     return total
-
-
-def dot_of_duals(a: Vector, b: Vector) -> float:
-    """Return it as the sum of four: a sum waits for the one before, which the compiler does not part for vectors."""
-    quarter, first = a.size // 4, 0.0 * b[0]
-    second, third, fourth = first, first, first
-    for i in range(quarter):
-        first += a[i] * b[i]
-        second += a[quarter + i] * b[quarter + i]
-        third += a[2 * quarter + i] * b[2 * quarter + i]
-        fourth += a[3 * quarter + i] * b[3 * quarter + i]
-    for i in range(4 * quarter, a.size):
-        first += a[i] * b[i]
-    return (first + second) + (third + fourth)
-
-
-where_dual(dot, dot_of_duals, 1, fastmath={"contract", "reassoc"})
 
 
 @inner()

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from structures.kernels.arrays import dot
-from structures.kernels.duals import without_small
 from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -64,6 +63,12 @@ def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float,
     raise NotImplementedError
 
 
+@inner(forceinline=True)
+def without_small(number: float) -> float:
+    """Return a number, or zero where it is so small that it becomes a subnormal one, which is slow."""
+    return number if abs(number) >= SMALLEST else 0.0
+
+
 @inner()
 def quadratic_form(matrix: Vector, x: Vector) -> float:
     """Return ½ xᵀ M x of a flattened matrix."""
@@ -80,7 +85,7 @@ def add(row: Vector, force: float, state: Vector) -> None:
     Sums are not contracted: `Oscillators.respond` gives the same bits, so that what is saved does not change a run.
     """
     for i in range(row.size):
-        state[i] = without_small(state[i] + force * row[i], SMALLEST)
+        state[i] = without_small(state[i] + force * row[i])
 
 
 class Oscillators(NamedTuple):
@@ -119,8 +124,8 @@ class Oscillators(NamedTuple):
         """Do both in one pass."""
         rows, response, n = structure.rows, structure.response, structure.squares.size
         for i in range(n):
-            u = without_small(state[i] + force * response[0, i], SMALLEST)
-            v = without_small(state[n + i] + force * response[0, n + i], SMALLEST)
+            u = without_small(state[i] + force * response[0, i])
+            v = without_small(state[n + i] + force * response[0, n + i])
             free[i] = rows[0, i] * u + rows[1, i] * v
             free[n + i] = rows[2, i] * u + rows[3, i] * v
 
