@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.state import NotConverged
 from structures.checks import short
-from structures.structure import Vector, surfaces_of
+from structures.structure import Structure, Vector, surfaces_of
 from structures.surface import Surface
 
 ROUNDING = 1e-9
@@ -89,6 +89,8 @@ class CheckedParticipant:
                 "one for each contact point"
             )
         self.contacts = len(self.surfaces)
+        self.structure: Structure | None = None
+        """A user's participant has no matrices."""
         self.last_forces = np.zeros(self.contacts)
         self.inertias: list[float] = []
         """Of each contact point, kg: the mass that moves as far as it from rest; known once `check` has pushed it."""
