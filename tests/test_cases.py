@@ -182,7 +182,8 @@ def test_a_case_that_fails_near_a_value_names_it_with_its_unit() -> None:
     with (
         collected(),
         pytest.raises(
-            ValueError, match=r'^sensitivities\."chain\.bead\.radius": build fails at 4\.76 mm -0\.0001 %, which a derivative'
+            ValueError,
+            match=r'^sensitivities\."chain\.bead\.radius": build fails at 4\.76 mm -0\.0001 %, which a derivative',
         ),
     ):
         budget.of_sensor(5)

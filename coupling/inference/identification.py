@@ -1,7 +1,7 @@
 """Results of identification: values with intervals and verdicts, and how well the model explains the signal."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -151,14 +151,6 @@ class Identification:
     input: dict[str, Any] = field(default_factory=dict)
     _draws: Callable[[int, int], xr.Dataset] | None = field(default=None, repr=False, compare=False)
     remarks: list[str] = field(default_factory=list)
-    _yielding: Callable[[], list[str]] | None = field(default=None, repr=False, compare=False)
-    """The fit with contacts that yield, where some do: its warnings."""
-
-    def with_yielding(self) -> "Identification":
-        """Return the same, warned of how far contacts that yield would move it, which takes another fit."""
-        if self._yielding is None:
-            return self
-        return replace(self, warnings=[*self._yielding(), *self.warnings], _yielding=None)
 
     @property
     def identified(self) -> bool:

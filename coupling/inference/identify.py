@@ -14,7 +14,7 @@ from scipy.signal import medfilt
 from coupling.cosimulation import CoSimulation
 from coupling.inference.features import Features
 from coupling.inference.identification import Identification
-from coupling.inference.intervals import Judgement
+from coupling.inference.intervals import YIELD, Judgement
 from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, OFFSET, TIME_ZERO, Measured, Misfit
 from coupling.inference.plates import Build, PlateSearch
@@ -208,8 +208,9 @@ def identify(
     identification = plate.run() if quick and plate.serves else fitted(build, ranges, guess)
     if search == "full" and plate.serves:
         identification = replace(identification, remarks=plate.fit(identification).remarks())
-    # The fits before the last one need not know.
-    identification = identification.with_yielding()
+    for warning in identification.warnings:
+        if warning.startswith(YIELD):
+            caution(warning)
     if guess is None and len(wanted) >= MANY and identification.explained:
         caution(OF_MANY)
         identification = replace(identification, warnings=[*identification.warnings, OF_MANY])

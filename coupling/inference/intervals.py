@@ -32,10 +32,13 @@ from coupling.inference.misfit import (
 from coupling.inference.posterior import sampled
 from coupling.inference.prediction import NUMERICAL
 from coupling.inference.search import BESIDE, SAME, GlobalSearch, Solution, inverse
-from coupling.inference.yield_effect import YIELD, with_yielding, yielding_explains
-from structures.caution import caution
+from coupling.results.findings import findings_of
+from structures.caution import caution, collected
 from structures.checks import count_of
 from structures.structure import Vector
+
+YIELD = "yield: "
+"""The first word of a run's finding on contacts beyond yield."""
 
 WITHIN = 6.0
 """Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
@@ -96,7 +99,6 @@ class Judgement:
         """Scan, solve, and judge."""
         prediction = self.misfit.prediction
         prediction.stage("search")
-        self.search.other_explains = yielding_explains
         solutions = self.search.solutions()
         prediction.stage("intervals")
         best, point, beside = self.search.settled(solutions[0])
@@ -109,16 +111,13 @@ class Judgement:
         scale = max(misfit**2, 1.0) if size_known else misfit**2
         modes = self._modes(best, solutions, beside, covariance, scale)
         unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
-        said = prediction.warnings
-        elastic = [warning for warning in said if not warning.startswith(YIELD)]
-        notes = [*elastic]
+        said = self._said(best)
+        notes = [*said]
         if not explained:
             notes.append(
                 f"the residual is {misfit:.3g} times the noise: the model lacks something, and values may be biased by "
                 "more than their intervals"
             )
-        if self.search.ended_early:
-            notes.append("a model whose contacts yield explains the signal, so that the search ended early")
         notes += [
             f"{unknown.name}: {AT_END}; widen it"
             for unknown in unknowns.values()
@@ -139,17 +138,24 @@ class Judgement:
             notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
         if failed := self.misfit.prediction.failed:
             notes.append(f"{failed} of {self.misfit.prediction.runs} runs failed, and were left out")
-        for note in notes[len(elastic) :]:
+        for note in notes[len(said) :]:
             caution(note)
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
             [self.misfit.prediction.values(mode.p[: len(self.ranges)]) for mode in modes], best.converged,
             self.misfit.prediction.runs, notes,
             inputs, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
-            _yielding=None if elastic == said else partial(
-                with_yielding, self.search, best, point.residual.size - point.columns.shape[1]
-            ),
         )  # fmt: skip
+
+    def _said(self, best: Solution) -> list[str]:
+        """Return what the runs of the search warned of; of yield, only what the best run does."""
+        prediction = self.misfit.prediction
+        said = [warning for warning in prediction.warnings if not warning.startswith(YIELD)]
+        if len(said) < len(prediction.warnings):
+            with collected():
+                run = prediction.made(**prediction.values(best.p[: len(self.ranges)])).run(prediction.until)
+            said += (finding for finding in findings_of(run) if finding.startswith(YIELD))
+        return said
 
     def _without_outliers(self, best: Solution, point: Point) -> list[str]:
         """Leave out samples that lie far off their neighbours in what the best fit leaves; return that in words."""

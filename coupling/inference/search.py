@@ -1,6 +1,6 @@
 """Minima of a misfit: a scan of all ranges, least squares from its best points, and scans along each range."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,9 +37,6 @@ APART = 0.05
 
 PRECISION = 1e-5
 """Least squares end where χ², or every unknown, changes by less than this part: for 1 000 samples by 0.01."""
-
-OF_WORDS = 1e-3
-"""The same of a fit with another model, of which two digits are told."""
 
 ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 """The same of rough searches, the points at which they try, and how much worse than the best one may be to go on."""
@@ -118,9 +115,6 @@ class GlobalSearch:
         self._runs = list[tuple[Vector, Vector]]()
         """Places and traces of the scan."""
         self._interpolated: GlobalSearch | None = None
-        self.other_explains: Callable[[GlobalSearch, Solution], bool] = lambda search, best: False
-        """Whether another model explains the signal near a fit that does not, so that no better one is looked for."""
-        self.ended_early = self._asked = False
         self._scales: tuple[int, Any] = 0, None
         """Runs from which the scales of the interpolation were chosen, and these."""
         self.rises = dict[int, tuple[float, float]]()
@@ -129,7 +123,7 @@ class GlobalSearch:
     def solutions(self) -> list[Solution]:
         """Return the local minima from the best points of the scan, the least first; with a guess only the nearest."""
         if self.guess is not None:
-            return [self._from_guess(PRECISION)]
+            return [self._from_guess()]
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         scanned = self._scanned(sobol.random_base2(number))
         self._prepare(scanned)
@@ -145,8 +139,6 @@ class GlobalSearch:
             explained = bool(solutions) and self.misfit.explains(solutions[0].misfit, solutions[0].p)
         # A residual that is not white may be an echo which is too faint for χ².
         if explained and self.misfit.is_white(self.misfit.residual(solutions[0].p)):
-            return solutions
-        if self.ended_early:
             return solutions
         self._interpolated = None  # what is faint, or what the model lacks, shows in runs alone
         if not explained:
@@ -168,12 +160,12 @@ class GlobalSearch:
                 break
         return solutions
 
-    def _from_guess(self, precision: float) -> Solution:
+    def _from_guess(self) -> Solution:
         """Return the local minimum nearest to the guess."""
         assert self.guess is not None
         scanned = self._scanned(self.guess[None])
         self._prepare(scanned)
-        return self.solved(scanned[0][1], precision=precision)
+        return self.solved(scanned[0][1])
 
     def _between_runs(self, sobol: qmc.Sobol) -> list[Solution]:
         """Return the minima of traces that are interpolated between runs, the least first; none where too few succeed.
@@ -196,7 +188,7 @@ class GlobalSearch:
                 if lines:
                     self._scanned(np.concatenate([self._line_through(best[0].p, k) for k in lines]))
                     lines = []
-                elif explained or 2 * count > widest or self._ends_early(best):
+                elif explained or 2 * count > widest:
                     return self._solved_from(likely, explained=explained)
                 else:
                     self._scanned(sobol.random(count))
@@ -210,12 +202,6 @@ class GlobalSearch:
             best = _sorted(best)
             idle = 0 if starts and best[0].misfit < HELPS * least else idle + 1
         return []
-
-    def _ends_early(self, best: Sequence[Solution]) -> bool:
-        """Return whether another model explains the signal, where this one does not after its first scan."""
-        if best and not self._asked:
-            self._asked, self.ended_early = True, self.other_explains(self, best[0])
-        return self.ended_early
 
     def _line_through(self, p: Vector, k: int) -> Vector:
         """Return places on the line along a range through a point."""
@@ -270,13 +256,6 @@ class GlobalSearch:
     def _rough(self, starts: Sequence[Vector]) -> list[Solution]:
         """Return the ends of rough least squares, the least first."""
         return _sorted(self.solved(p, ROUGH_TRIES, ROUGH) for p in starts)
-
-    def nearest(self, alone: bool) -> Solution:
-        """Return minimum nearest to the guess; unless alone, a better one on the lines along the ranges through it."""
-        solutions = [self._from_guess(OF_WORDS)]
-        if alone or self.misfit.explains(solutions[0].misfit, solutions[0].p):
-            return solutions[0]
-        return min([*solutions, *map(self.solved, self._along_lines(solutions))], key=lambda solution: solution.misfit)
 
     def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
         """Return χ² and p at places that can be run, the best first."""

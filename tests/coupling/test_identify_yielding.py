@@ -1,6 +1,5 @@
-"""Elastic models of taps that yield: `identify` says how far that moves the result."""
+"""Elastic models of taps that yield: `identify` warns of them, and names the cure."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.inference.identification import Identification
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 JACKSON_GREEN = hl.laws.JacksonGreen()
@@ -27,29 +25,12 @@ def on_wall(modulus: float, law: hl.laws.JacksonGreen | None = None, beads: int 
     return hl.CoSimulation(hl.Chain([BEAD] * beads, BEAD, 0.3, law=law), wall)
 
 
-def moved(found: Identification, name: str) -> float:
-    """The change of an unknown, as a part of it, that a model with the law would bring."""
-    (note,) = [one for one in found.warnings if one.startswith("yield: ")]
-    assert note.endswith("law=hl.laws.JacksonGreen() in Chain computes it")
-    return 0.01 * float(re.search(rf"{name} by ([-+][\d.e+]+) %", note)[1])
-
-
 def test_a_modulus_that_an_elastic_model_finds_of_a_wall_that_yields() -> None:
     signal = signal_of(on_wall(60e9, JACKSON_GREEN).run(6e-4), 5)
-    with pytest.warns(hl.HertzlinkWarning, match="yield: .* a model that yields moves modulus by"):
+    with pytest.warns(hl.HertzlinkWarning, match=r"yield: .*; law=hl\.laws\.JacksonGreen\(\) in Chain computes it"):
         found = hl.identify(signal, on_wall, modulus=(5e9, 300e9), guess={"modulus": 40e9})
     assert abs(found["modulus"].value / 60e9 - 1.0) > 0.2
-    assert found["modulus"].value * (1.0 + moved(found, "modulus")) == pytest.approx(60e9, rel=0.03)
-
-
-def test_a_search_ends_early_where_contacts_that_yield_explain_the_signal() -> None:
-    """Else no elastic modulus does, and the scan would double, in hundreds of runs."""
-    signal = signal_of(on_wall(60e9, JACKSON_GREEN).run(6e-4), 5)
-    with pytest.warns(hl.HertzlinkWarning, match="contacts yield explains the signal, so that the search ended early"):
-        found = hl.identify(signal, on_wall, modulus=(5e9, 300e9))
-    assert not found.explained
-    assert found.runs < 100
-    assert found["modulus"].value * (1.0 + moved(found, "modulus")) == pytest.approx(60e9, rel=0.03)
+    assert len([one for one in found.warnings if one.startswith("yield: ")]) == 1
 
 
 def test_nothing_is_said_of_yield_where_the_best_fit_does_not() -> None:
@@ -70,21 +51,3 @@ def test_the_design_of_a_test_warns_of_a_wall_that_yields() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="yield: contact 11 presses"):
         ranking = hl.best_sensors(on_wall, "modulus", candidates=[4], until=4e-4, modulus=60e9)
     assert ranking.attrs["warnings"] == "\n".join(one for one in known.warnings if one.startswith("yield: "))
-
-
-@pytest.mark.thorough
-def test_an_edge_that_an_elastic_model_sees_too_far_away() -> None:
-    """4.1 mm of aluminium, 24 mm from its edge; an elastic model finds 32 mm."""
-
-    def build(thickness: float, distance: float, law: hl.laws.JacksonGreen | None = None) -> hl.CoSimulation:
-        plate = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, until=1.6e-3)
-        return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.33, law=law), plate)
-
-    signal = signal_of(build(4.1e-3, 24e-3, JACKSON_GREEN).run(1.0e-3), 7)
-    with pytest.warns(hl.HertzlinkWarning, match="yield: "):
-        found = hl.identify(
-            signal, build, ["gain", "time_zero"], thickness=(3e-3, 6e-3), distance=(15e-3, 60e-3),
-            guess={"thickness": 4e-3, "distance": 32e-3},
-        )  # fmt: skip
-    assert found["distance"].value > 28e-3
-    assert found["distance"].value * (1.0 + moved(found, "distance")) == pytest.approx(24e-3, rel=0.02)
