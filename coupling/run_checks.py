@@ -131,7 +131,7 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
     of_black_boxes = (
         (run, words) for run in numbers for body in interfaces[run].black_boxes for words in body.findings()
     )
-    checks = _of_energy(interfaces, frames), *of_records, yields(chains, motions, times)
+    checks = _of_energy(interfaces, frames), *of_records, yields(chains, motions)
     for run, words in joined(*checks, check_structures(interfaces, motions, highest, interval), of_black_boxes):
         findings[run].append(words)
     warn([words for of_run in findings for words in of_run])
@@ -146,7 +146,7 @@ def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, wor
     motion = Motion(range(peaks.size), contact_force.T[None], middle, peaks[None], deepest[None])
     laws, deep = chain.cautions(deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
-    after = joined(_of_record([chain], motion, times, "mid chain"), yields([[chain]], [motion], times))
+    after = joined(_of_record([chain], motion, times, "mid chain"), yields([[chain]], [motion]))
     return findings + [words for _, words in after]
 
 

@@ -23,9 +23,6 @@ MEASURES = {
     "time_of_flight": ("time of flight TOF (µs)", 1e6, time_of_flight),
 }
 
-FRESH, FRESH_ERROR = "fresh_spot_", "fresh_spot_error"
-"""What a sweep of a case calls AR on a fresh spot, before the name of the measure, and its error."""
-
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 MOST_CURVES = len(COLOURS)
@@ -96,22 +93,12 @@ def swept(
     missing = _reasons(runs, values, sensor, wave)
     ax = axes_for(ax)
     x, label = _places(values[along])
-    fresh = runs.get(f"{FRESH}{measure}") if wave == "primary" else None
     for number, (words, curve, places) in enumerate(_curves(values, along, curves)):
         style = "-" if values[along].dtype.kind in "iuf" else "none"
         ax.plot(
             x, factor * curve, MARKERS[number], linestyle=style, color=COLOURS[number], markersize=4.0, linewidth=1.1,
             label=words or (f"{wave} wave at bead {sensor}" if sensor else f"{wave} wave"),
         )  # fmt: skip
-        if fresh is not None and bool(runs[FRESH_ERROR].any()):
-            estimate, error = (
-                quantity.transpose(*axes).values[*zip(*places, strict=True)] for quantity in (fresh, runs[FRESH_ERROR])
-            )
-            ax.errorbar(
-                x, factor * estimate, factor * error, linestyle=":" if style == "-" else "none", marker=MARKERS[number],
-                color=COLOURS[number], markersize=4.0, markerfacecolor="white", linewidth=1.0, elinewidth=0.6,
-                label=f"{words}, on a fresh spot, estimated" if words else "on a fresh spot, estimated",
-            )  # fmt: skip
         gaps = [place for place in places if place in missing]
         if gaps:
             mark_missing(

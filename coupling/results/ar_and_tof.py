@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.results.findings import FRESH_SPOT
 from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why_missing
 from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
@@ -101,7 +100,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
         raise ValueError(f"earliest = {earliest!r}: must be 0 for a run, whose contacts show where waves go")
     incident, back, record = _of_one(reading, sensor, smallest, len(Reflections._fields), earliest)
     if isinstance(record, Series):
-        back = _with_fresh_spot(_with_margins(back, run, sensor), run)
+        back = _with_margins(back, run, sensor)
         warn_of_ends(int(sensor), reading.beads)
     if incident is None:
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
@@ -350,21 +349,6 @@ def _with_margins(waves: list[ReflectedWave], run: xr.Dataset, sensor: int) -> l
     return [
         replace(wave, margins=(margins[ratio], margins[flight])) if ratio in margins else wave
         for wave, (ratio, flight) in zip(waves, names, strict=False)
-    ]
-
-
-def fresh_spot_of(run: xr.Dataset) -> dict[str, float]:
-    """Return what the attribute FRESH_SPOT of a run says of its chain; empty where there is no estimate."""
-    spot: dict[str, float] = json.loads(run.attrs.get(FRESH_SPOT, "{}"))
-    return spot if spot.get("chain") == int(run.coords.get("chain", 0)) else {}
-
-
-def _with_fresh_spot(waves: list[ReflectedWave], run: xr.Dataset) -> list[ReflectedWave]:
-    """Return the waves, of which the first has AR on a fresh spot and its error, where the run holds them."""
-    spot = fresh_spot_of(run)
-    return [
-        replace(wave, fresh_spot=(wave.amplitude_ratio * spot["ratio"], spot["error"])) if spot and not i else wave
-        for i, wave in enumerate(waves)
     ]
 
 

@@ -4,10 +4,8 @@ A finding begins with what it concerns and a colon, such as "energy: …": those
 are of one kind, and are reported together where there are many runs.
 """
 
-import json
 import re
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 import xarray as xr
 
@@ -16,35 +14,14 @@ from structures.caution import caution
 NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 
 
-FRESH_SPOT = "fresh_spot"
-"""The attribute of a run beyond yield that holds, as JSON, the chain, AR on a fresh spot over that of this run, its
-error, and by how much TOF is longer, s."""
-
-
-class Finding(str):
-    """A finding; spot: the numbers that the attribute FRESH_SPOT of a run holds."""
-
-    spot: Mapping[str, float]
-
-    def __new__(cls, words: str, spot: Mapping[str, float] = MappingProxyType({})) -> "Finding":
-        finding = super().__new__(cls, words)
-        finding.spot = dict(spot)
-        return finding
-
-
 def with_warnings(data: xr.Dataset, findings: Sequence[str]) -> xr.Dataset:
-    """Return the Dataset with the attribute `warnings`, each finding once, and without numbers of earlier findings."""
-    data = data.copy(deep=False)
-    others = {name: value for name, value in data.attrs.items() if name not in ("warnings", FRESH_SPOT)}
-    data.attrs = others | as_attribute(findings)
-    return data
+    """Return the Dataset with the attribute `warnings`, each finding once."""
+    return data.assign_attrs(as_attribute(findings))
 
 
 def as_attribute(findings: Sequence[str]) -> dict[str, str]:
-    """Return the attribute `warnings`, empty where there are no findings, and those of the findings' numbers."""
-    lines = [" ".join(finding.split()) for finding in findings]
-    spots = [json.dumps(finding.spot) for finding in findings if isinstance(finding, Finding) and finding.spot]
-    return {"warnings": "\n".join(dict.fromkeys(lines)), **({FRESH_SPOT: spots[0]} if spots else {})}
+    """Return the attribute `warnings`, empty where there are no findings."""
+    return {"warnings": "\n".join(dict.fromkeys(" ".join(finding.split()) for finding in findings))}
 
 
 def findings_of(data: xr.Dataset) -> list[str]:

@@ -57,15 +57,12 @@ class ReflectedWave(Wave):
         "structure"; "chain" if it parted from other waves on its way; "unknown" for a signal.
     margins : (float, float), optional
         Numerical errors of AR and of TOF, s, where the run holds them (`NumericalError.noted_in`).
-    fresh_spot : (float, float), optional
-        AR on a fresh spot and its error, by an estimate, where contacts are elastic in a run in which the metal yields.
     """
 
     amplitude_ratio: float
     time_of_flight: float
     begins: str = "unknown"
     margins: tuple[float, float] | None = None
-    fresh_spot: tuple[float, float] | None = None
 
     __repr__ = Wave.__repr__
 
@@ -73,19 +70,12 @@ class ReflectedWave(Wave):
         """Return the parts of a line."""
         begins = [] if self.begins == "unknown" else [f"begins at the {self.begins}"]
         ratio, flight = self.texts
-        fresh = [f"on a fresh spot AR ≈ {self.on_a_fresh_spot}"] if self.fresh_spot else []
-        return [*super().in_words(), f"AR = {ratio}", f"TOF = {flight} µs", *begins, *fresh]
+        return [*super().in_words(), f"AR = {ratio}", f"TOF = {flight} µs", *begins]
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the rows of a table."""
         ratio, flight = self.texts
-        fresh = [("AR on a fresh spot", self.on_a_fresh_spot)] if self.fresh_spot else []
-        return [*super().rows(), ("AR", ratio), ("TOF", f"{flight} µs"), ("begins at", self.begins), *fresh]
-
-    @property
-    def on_a_fresh_spot(self) -> str:
-        """AR on a fresh spot with its error; empty where there is no estimate."""
-        return f"{self.fresh_spot[0]:.2f} ± {self.fresh_spot[1]:g}" if self.fresh_spot else ""
+        return [*super().rows(), ("AR", ratio), ("TOF", f"{flight} µs"), ("begins at", self.begins)]
 
     @property
     def texts(self) -> tuple[str, str]:

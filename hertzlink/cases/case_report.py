@@ -14,17 +14,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.plots.canvas import COLOURS, from_zero, legend_below, styled
-from coupling.plots.swept import (
-    FRESH,
-    FRESH_ERROR,
-    MARKERS,
-    MEASURES,
-    MOST_CURVES,
-    label_of,
-    parameter,
-    swept,
-    words_of,
-)
+from coupling.plots.swept import MARKERS, MEASURES, MOST_CURVES, label_of, parameter, swept, words_of
 from coupling.results.findings import findings_of, one_of_each
 from hertzlink.cases.run_with_yielding import WITH_YIELDING
 from hertzlink.reports import in_a_sentence
@@ -68,11 +58,6 @@ def page(
     else:
         ratios = {int(sensor): data.amplitude_ratio.sel(sensor=sensor) for sensor in data.sensor.values}
         summary = [in_a_sentence.of_sweep(data, ratio, sensor) for sensor, ratio in ratios.items()]
-        if FRESH_ERROR in data and (error := float(data[FRESH_ERROR].max())):
-            low, high = (
-                float(end) for end in (data[f"{FRESH}amplitude_ratio"].min(), data[f"{FRESH}amplitude_ratio"].max())
-            )
-            yielding = [f"On a fresh spot the metal yields: AR is then about {low:.2f} to {high:.2f}, ± {error:g}."]
     summary += [*yielding, in_a_sentence.DEFINED]
     return Page(title, summary, sections, usual_facts(took, {}))
 

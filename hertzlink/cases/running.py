@@ -10,13 +10,11 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.numerical_error import numerical_error
-from coupling.plots.swept import FRESH, FRESH_ERROR
-from coupling.results.ar_and_tof import amplitude_ratio, fresh_spot_of, time_of_flight
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of
 from coupling.results.measures import sensor_force
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
-from coupling.yield_check import is_of_yield
 from hertzlink.cases.axes import Axis, axes_of, path_of
 from hertzlink.cases.budget import budget_of
 from hertzlink.cases.case import Case, of_run, run_once
@@ -53,14 +51,6 @@ class Measure:
                 each = [read(run, sensor, wave) for sensor in self.sensors]
                 values, attrs = np.array([float(value) for value in each]), each[0].attrs
                 measures[prefix + read.__name__] = ("sensor", values, attrs)
-        # AR on a fresh spot: by the estimate, or the same where nothing yields, and else not known.
-        spot, yielded = fresh_spot_of(run), any(map(is_of_yield, findings_of(run)))
-        values = measures["amplitude_ratio"][1] * spot.get("ratio", np.nan if yielded else 1.0)
-        errors = np.full(len(self.sensors), spot.get("error", 0.0))
-        measures |= {
-            f"{FRESH}amplitude_ratio": ("sensor", values, {"units": "1"}),
-            FRESH_ERROR: ("sensor", errors, {"units": "1"}),
-        }
         data = xr.Dataset(measures, {"sensor": list(self.sensors)}, run.attrs)
         if self.traces:
             forces = [sensor_force(run, sensor) for sensor in self.sensors]

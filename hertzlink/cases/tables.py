@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.plots.swept import FRESH, FRESH_ERROR
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
@@ -185,34 +184,17 @@ def _heads(axes: Iterable[Axis]) -> list[str]:
 
 
 def _sweep(task: Task, data: xr.Dataset) -> Answer:
-    names = (
-        "amplitude_ratio",
-        "time_of_flight",
-        "secondary_amplitude_ratio",
-        "secondary_time_of_flight",
-        f"{FRESH}amplitude_ratio",
-    )
+    names = "amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight"
     rows, shown = [], []
     for at, values, texts in points(task.axes, data):
         for sensor in task.sensors:
             measures = [float(at[name].sel(sensor=sensor)) for name in names]
-            error = float(at[FRESH_ERROR].sel(sensor=sensor))
-            rows.append([*values, sensor, *measures, error])
-            fresh = f"{measures[-1]:.2f} ± {error:g}" if error else _cell(measures[-1], "")
-            shown.append([*texts, str(sensor), *map(_cell, measures[:-1], ("", "µs", "", "µs")), fresh])
-    wide = [
-        "amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)",
-        "amplitude ratio on a fresh spot", "error of this estimate",
-    ]  # fmt: skip
-    head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs", "AR, fresh spot"]
-    below = _above_one(ratio for row in rows for ratio in (row[-6], row[-4]))
-    second = any(row[-3] != "-" for row in shown)
-    yields = any(row[-1] for row in rows) or any(np.isnan(row[-2]) != np.isnan(row[-6]) for row in rows)
-    if not yields:
-        head, wide, rows, shown = head[:-1], wide[:-2], [row[:-2] for row in rows], [row[:-1] for row in shown]
-    else:
-        below.append(fill(f"AR on a fresh spot, where the metal yields, is estimated; {YIELDING} computes it", WIDTH))
-    if not second:
+            rows.append([*values, sensor, *measures])
+            shown.append([*texts, str(sensor), *map(_cell, measures, ("", "µs", "", "µs"))])
+    wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
+    head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
+    below = _above_one(ratio for row in rows for ratio in (row[-4], row[-2]))
+    if all(row[-2] == "-" for row in shown):
         head, *shown = (
             [cell for i, cell in enumerate(row) if i - len(task.axes) not in OF_SECOND] for row in (head, *shown)
         )

@@ -96,8 +96,7 @@ def _waves(data: xr.Dataset, sensor: int, spot: str = "") -> Iterator[tuple[str,
         peak = (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}")
         if isinstance(wave, ReflectedWave):
             begins = "" if wave.begins == "unknown" else f"begins at the {wave.begins}"
-            spot_words = f"on a fresh spot AR ≈ {wave.on_a_fresh_spot}" * bool(wave.fresh_spot)
-            remark = "; ".join(filter(None, (begins, spot_words, ABOVE_ONE * (wave.amplitude_ratio > 1.0))))
+            remark = "; ".join(filter(None, (begins, ABOVE_ONE * (wave.amplitude_ratio > 1.0))))
             yield words, *peak, *wave.texts, remark
         else:
             yield words, *peak, "", "", ""
