@@ -1,6 +1,7 @@
 """Yielding in a run with elastic contacts: how far the greatest force of a contact is beyond yield."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -
         chain, contact, ratio = chains[number][run], int(ratios[number][run].argmax()), float(greatest[number, run])
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
         what = weaker(chain, contact).name or "the softer body"
-        law = chain.once("takes a law of yielding", lambda chain=chain: _takes_a_law(chain))
+        law = chain.once("takes a law of yielding", partial(_takes_a_law, chain))
         yield (
             run,
             f"yield: {where} presses {what} to {ratio:.3g} times the pressure at which it yields; "
