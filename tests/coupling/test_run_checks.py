@@ -4,7 +4,6 @@ import re
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from math import pi, sqrt
 from typing import Any
 
@@ -204,8 +203,10 @@ def test_contacts_beyond_yield() -> None:
     )
     (finding,) = found(run, "yield")
     ratio = pressure / hl.theory.yield_pressure(hl.ALUMINIUM_6061)
-    assert f"contact 11 presses aluminium 6061 to {ratio:.3g} times the pressure at which" in finding
-    assert finding.endswith("law=hl.laws.JacksonGreen() in Chain computes it")
+    assert finding == (
+        f"yield: contact 11 presses aluminium 6061 to {ratio:.3g} times the pressure at which it yields; its dent is "
+        "left out; law=hl.laws.JacksonGreen() in Chain computes it"
+    )
 
 
 @pytest.mark.parametrize(("place", "contact"), [(1, 1), (5, 5), (9, 10)])
@@ -218,63 +219,34 @@ def test_a_soft_bead_between_hard_ones_is_named(place: int, contact: int) -> Non
     assert len(found(run, "yield")) == 1
 
 
-ESTIMATE = r"would be about ([\d.]+) ± ([\d.]+) instead of ([\d.]+), and TOF ([\d.]+) µs longer"
-EDGE = partial(hl.half_plane, 2e-3, hl.BRASS_360, "clamped", until=2e-3)
+@pytest.mark.parametrize(("beyond", "says"), [(1.35, False), (1.5, True)])
+def test_a_contact_just_beyond_yield_warns_of_nothing(beyond: float, says: bool) -> None:
+    """Of a wall whose contact bears these forces over that of first yield: AR changes by a little more than 0.01."""
+    unyielding = hl.CoSimulation(CHAIN, hl.half_space(replace(hl.ALUMINIUM_6061, yield_strength=None))).run(8e-4)
+    weak = hl.laws.JacksonGreen(1e8).contact(BEAD, hl.Surface(hl.ALUMINIUM_6061))
+    # The force of the first yield grows with the cube of the strength.
+    strength = 1e8 * (float(unyielding.contact_force[:, -1].max()) / beyond / weak.yield_force) ** (1.0 / 3.0)
+    wall = hl.half_space(replace(hl.ALUMINIUM_6061, yield_strength=strength))
+    runs = [hl.CoSimulation(replace(CHAIN, law=law), wall).run(8e-4) for law in (None, hl.laws.JacksonGreen())]
+    assert [bool(found(run, "yield")) for run in runs] == [says, False]
+    elastic, yielded = (float(hl.amplitude_ratio(run, 6)) for run in runs)
+    assert (elastic - yielded > 0.012) == says
 
 
-@pytest.mark.parametrize(
-    ("structure", "speed", "preload"),
-    [
-        (hl.half_space(hl.ALUMINIUM_6061), 0.1, 0.0),
-        (hl.half_space(hl.BRASS_360), 0.6, 0.0),
-        (hl.half_space(hl.ALUMINIUM_6061), 0.31, 5.0),
-        (hl.half_plane(4e-3, hl.STEEL_316, "clamped", 2.0, until=2e-3), 0.31, 0.0),
-        (EDGE(0.04), 0.31, 0.0),
-    ],
-)
-def test_the_estimate_of_what_yielding_changes_is_that_of_a_run_with_the_law(
-    structure: hl.Structure, speed: float, preload: float
-) -> None:
-    """AR within its error, TOF within a third."""
-    chain = hl.Chain([BEAD] * 20, BEAD, speed, preload=preload)
-    runs = [hl.CoSimulation(replace(chain, law=law), structure).run(2e-3) for law in (None, hl.laws.JacksonGreen())]
-    elastic, yielded = (hl.reflections(run, 10).primary for run in runs)
-    (finding,) = found(runs[0], "yield")
-    ratio, error, old, later = map(float, re.search(ESTIMATE, finding).groups())
-    assert ratio == pytest.approx(yielded.amplitude_ratio, abs=0.02)
-    assert error == 0.05
-    assert old == pytest.approx(elastic.amplitude_ratio, abs=0.005)
-    assert later == pytest.approx(1e6 * (yielded.time_of_flight - elastic.time_of_flight), rel=1.0 / 3.0)
-    assert not found(runs[1], "yield")
-
-
-@pytest.mark.parametrize(("speed", "says"), [(0.2, False), (1.0, True)])
+@pytest.mark.parametrize(("speed", "says"), [(0.2, False), (0.48, False), (1.0, True)])
 def test_beads_that_yield_lose_force(speed: float, says: bool) -> None:
-    """Hard steel at 0.2 m/s does not, at 1 m/s it loses a seventh."""
+    """Hard steel begins at 0.38 m/s; at 0.48 m/s it loses less than 2.5 %, at 1 m/s a seventh."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     chain = hl.Chain([bead] * 20, bead, speed)
     runs = [hl.CoSimulation(replace(chain, law=law), None).run(4e-4) for law in (None, hl.laws.JacksonGreen())]
     elastic, yielded = (float(hl.sensor_force(run, 10).max()) for run in runs)
-    said = found(runs[0], "yield")
-    assert len(said) == says
-    for finding in said:
-        left = float(re.search(r"would be about ([\d.]+) times", finding)[1])
-        assert left == pytest.approx(yielded / elastic, abs=0.02)
-
-
-def test_a_contact_just_beyond_yield_warns_of_nothing() -> None:
-    """AR changes by less than 0.005 where the force is 1.1 times that of the first yield."""
-    for beyond, says in ((1.1, False), (2.0, True)):
-        unyielding = hl.CoSimulation(CHAIN, hl.half_space(replace(hl.ALUMINIUM_6061, yield_strength=None))).run(8e-4)
-        weak = hl.laws.JacksonGreen(1e8).contact(BEAD, hl.Surface(hl.ALUMINIUM_6061))
-        # The force of the first yield grows with the cube of the strength.
-        strength = 1e8 * (float(unyielding.contact_force[:, -1].max()) / beyond / weak.yield_force) ** (1.0 / 3.0)
-        wall = hl.half_space(replace(hl.ALUMINIUM_6061, yield_strength=strength))
-        assert bool(found(hl.CoSimulation(CHAIN, wall).run(8e-4), "yield")) == says
+    assert len(found(runs[0], "yield")) == says
+    assert (yielded < 0.975 * elastic) == says
 
 
 def test_where_no_law_of_yielding_holds_the_cure_is_a_lower_speed() -> None:
-    """Of ellipsoids, whose contacts are no circles; Hertz's forces grow with the speed's power 6/5."""
+    """Of ellipsoids, whose contacts are no circles; Hertz's pressures grow with the speed's power 2/5,
+    and the run is silent up to 1.12 times that of first yield."""
     bead = hl.Ellipsoid(2.36e-3, 10.16e-3, hl.STEEL_316)
 
     def at(speed: float) -> list[str]:
@@ -282,7 +254,7 @@ def test_where_no_law_of_yielding_holds_the_cure_is_a_lower_speed() -> None:
 
     (finding,) = at(0.4)
     speed = float(re.search(r"none yields below an impact speed of about ([\d.e-]+) m/s", finding)[1])
-    assert [bool(at(factor * speed)) for factor in (0.9, 1.1)] == [False, True]
+    assert [bool(at(factor * speed)) for factor in (1.3, 1.37)] == [False, True]
 
 
 def test_a_contact_with_a_preload_yields_at_no_known_speed() -> None:

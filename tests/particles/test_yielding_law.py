@@ -353,20 +353,3 @@ def test_a_law_of_a_users_own() -> None:
     assert float(run.dent[-1, 0]) > 0.0
     with pytest.raises(ValueError, match=r"law: Impossible.dent = .* must be less than the overlap"):
         hl.CoSimulation(chain(Impossible()), WALL).run(1e-5)
-
-
-def test_an_elastic_run_says_which_contact_is_farthest_beyond_yield() -> None:
-    """By the greatest force that it bears; a run that is 1.3 times beyond first yield says nothing."""
-    bead, wall = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.half_space(hl.ALUMINIUM_6061)
-    with pytest.warns(hl.HertzlinkWarning, match="yield") as caught:
-        elastic = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), wall).run(8e-4)
-    law = contact(hl.laws.JacksonGreen(), bead, wall.surface)
-    ratio = float((elastic.contact_force[:, -1].max() / law.yield_force) ** (1 / 3))
-    assert [str(one.message) for one in caught] == [
-        f"yield: contact 21 presses aluminium 6061 to {ratio:.3g} times the pressure at which it yields; its dent is "
-        "left out; law=hl.laws.JacksonGreen() in Chain computes it"
-    ]
-    assert elastic.attrs["warnings"] == str(caught[0].message)
-    slightly = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.03), wall).run(1.4e-3)
-    assert 1.2 < float(slightly.contact_force[:, -1].max()) / law.yield_force < 1.4
-    assert slightly.attrs["warnings"] == ""
