@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why_missing
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps
+from coupling.results.signal_doubts import TAIL, doubts_of_signal, swapped, without_tail
 from coupling.results.wave_finder import Peak, Traces, Waves, ends_rising, find_waves, waves_of_signal
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from structures.caution import caution
@@ -21,10 +22,6 @@ from structures.units import readable
 
 SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
-
-TAIL = 1.5
-"""A signal's first wave back may be the incident one's tail where a later one is stronger by this factor: in 28 chains
-drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others."""
 
 WAVES = ("primary", "secondary", "third")
 
@@ -103,14 +100,16 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
         back = _with_margins(back, run, sensor)
         warn_of_ends(int(sensor), reading.beads)
     if incident is None:
+        if not isinstance(record, Waves) and np.isfinite(record).any():
+            _warn_of_signal(reading, interpolated_over_gaps(record), [], sensor)
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
         none = f"none {where} within the record, {readable(reading.time[-1], 's', 4)}"
         return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
     if isinstance(record, Waves):
         _warn_of_doubts(record, sensor, 3)
+    if not isinstance(record, Waves):
+        _warn_of_signal(reading, interpolated_over_gaps(record), [incident, *back], sensor)
     if len(back) > 1:
-        if reading.is_signal:
-            _warn_of_tail(back, sensor)
         return Reflections(incident, back[0], back[1])
     second = "second " if back else ""
     reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
@@ -350,6 +349,7 @@ def _of_signal(
     filled = interpolated_over_gaps(force)
     peaks = waves_of_signal(time, filled, smallest)
     peaks = [*peaks[:1], *(peak for peak in peaks[1:] if peak[1] >= peaks[0][1] + earliest)]
+    peaks = without_tail(filled, time, peaks)
     if unknown.any():
         for place in needed:
             if place < len(peaks):
@@ -357,13 +357,22 @@ def _of_signal(
     return _as_waves(peaks, repeat("unknown"))
 
 
-def _warn_of_tail(back: Sequence[ReflectedWave], sensor: int) -> None:
-    """Warn where a signal's first wave back is so weak that it may be the tail of the incident one."""
-    first, strongest = back[0], max(back, key=lambda wave: wave.amplitude)
-    if strongest.amplitude > TAIL * first.amplitude:
+def _warn_of_signal(reading: Reading, force: Vector, waves: Sequence[Wave], sensor: int) -> None:
+    """Warn of what may mislead in a signal: its zero, its lead, the order of its sensors, a tail among its waves."""
+    doubts = doubts_of_signal(reading.time, force, [(wave.amplitude, wave.arrival) for wave in waves], sensor)
+    arrivals = dict[int, float]()
+    for number in reading.data.sensor.values.tolist():
+        other = np.asarray(reading.measured(number).values)
+        if np.isfinite(other).any() and (found := waves_of_signal(reading.time, interpolated_over_gaps(other), 0.5)):
+            arrivals[int(number)] = found[0][1]
+    for doubt in [*doubts, *swapped(arrivals)]:
+        caution(doubt)
+    back = [wave for wave in waves if isinstance(wave, ReflectedWave)]
+    strongest = max(back, key=lambda wave: wave.amplitude, default=None)
+    if strongest is not None and strongest.amplitude > TAIL * back[0].amplitude:
         caution(
-            f"sensor {sensor}: the first wave after the incident one, AR = {first.amplitude_ratio:.3g} after "
-            f"{readable(first.time_of_flight, 's', 4)}, is weaker than a later one, AR = "
+            f"sensor {sensor}: the first wave after the incident one, AR = {back[0].amplitude_ratio:.3g} after "
+            f"{readable(back[0].time_of_flight, 's', 4)}, is weaker than a later one, AR = "
             f"{strongest.amplitude_ratio:.3g} after {readable(strongest.time_of_flight, 's', 4)}; in a compressed "
             "chain it may be the tail of the incident wave, which reflections(..., earliest=...) leaves out"
         )
