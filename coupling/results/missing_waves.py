@@ -10,6 +10,9 @@ from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
+PUSH = 3.0
+"""Hops that a push on a structure lasts, until it is known."""
+
 RECORD = "the record "
 """With these words a reason begins that a longer record removes."""
 
@@ -38,11 +41,18 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int, hops: 
     """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
     NaN where neither is known. hops: contacts from the bead to the structure."""
     ends, slowest = float(time[-1]), smallest ** (-1.0 / 6.0)
-    needed = found.leaves + slowest * found.travel + 3.0 * found.travel / hops
+    hop = found.travel / hops
+    leaves = found.leaves
+    if not isfinite(leaves) and found.samples:
+        there = float(time[found.samples[0]]) + 2.0 * found.travel
+        if there < ends:
+            return f"nothing pushes a structure by the end of the record, {readable(ends, 's', 4)}", nan
+        leaves = there + PUSH * hop
+    needed = leaves + slowest * found.travel + 3.0 * hop
     if len(found.samples) < 2 and not found.cut and needed > ends:
         return short_record(ends, needed, f"bead {sensor}"), needed
     if found.cut:
-        needed = ends + WAVE_LENGTH * slowest * found.travel / hops
+        needed = ends + WAVE_LENGTH * slowest * hop
         return cut_record(ends, needed, f"bead {sensor}"), needed
     if len(found.samples) > 1:
         return "", nan

@@ -104,8 +104,8 @@ class Found(NamedTuple):
     """The waves over a bead in one run, as samples of its force's peaks: the incident one first.
 
     notes: why a small change may make another wave of each, empty where none does. travel: time of the incident wave
-    from the bead to the structure, s; leaves: when the push on the structure ends, s; cut: whether the record ends
-    within a wave that comes back.
+    from the bead to the structure, s; leaves: when the push on the structure ends, s, NaN where nothing pushes it; cut:
+    whether the record ends within a wave that comes back.
     """
 
     samples: list[int]
@@ -141,7 +141,7 @@ def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> 
     first = int((force > FRONT * force[: there + 1].max()).argmax())
     # Before the wave has reached the structure its speed so far tells when it will.
     travel = float(time[there] - time[first] if pushed else time[first] * hops / traces.sensor)
-    width = max(1, round(travel / hops / (time[1] - time[0]))) if pushed else 1
+    width = max(1, round(travel / hops / (time[1] - time[0])))
     power = force * traces.velocity[run]
     towards, back = averaged(np.maximum([power, -power], 0.0), width)
     begin, end = next(pulses(towards, FIRST_WAVE * float(towards[: there + 1].max())), (0, 0))
@@ -149,7 +149,7 @@ def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> 
     end = min(end, there + width)
     incident = begin + int(force[begin : end + 1].argmax()) if begin < there else 0
     if not (pushed and travel > 0.0 and force[incident] >= FIRST_WAVE * top):
-        return Found([incident] if 0 < incident < force.size - 1 else [], [""], travel, float(time[first]) + travel)
+        return Found([incident] if 0 < incident < force.size - 1 else [], [""], travel)
     passed = power[: end + 1].clip(0.0).cumsum()
     lasts = float(np.ptp(time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]))
     coming = Coming(time, force, back, incident, there, travel, travel / hops, lasts, float(traces.preload[run]))
@@ -181,7 +181,7 @@ def waves_that_return(
     one. window: of the incident wave; greatest: its power, W."""
     time, force, power, incident, there, *_ = coming
     amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
-    pace, last, cut = EARLIEST, -np.inf, False
+    last, cut = -np.inf, False
     # The power of a wave grows as the force times the velocity, which is as F^(5/6).
     for begin, end in pulses(power, smallest ** (11.0 / 6.0) * greatest):
         if end <= incident + 2:
@@ -195,8 +195,8 @@ def waves_that_return(
         arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
         relative = float(time[arrives] - time[there] + coming.hop) / (coming.travel * weaker ** (-1.0 / 6.0))
         ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
-        if relative < pace:
-            if len(samples) == 1 and not ends_open and relative > (1.0 - DOUBTFUL) * pace:
+        if relative < EARLIEST:
+            if len(samples) == 1 and not ends_open and relative > (1.0 - DOUBTFUL) * EARLIEST:
                 notes[0] = f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it"
             continue
         cut = cut or ends_open
@@ -208,10 +208,8 @@ def waves_that_return(
             samples[-1] = max(samples[-1], sample, key=force.__getitem__)
             windows[-1] = windows[-1][0], end
         else:
-            early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * pace
+            early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * EARLIEST
             notes.append("is hardly late enough to have come from the structure" if early else "")
-            # A later wave left the structure later, so it is relatively later than the first one.
-            pace = relative if len(samples) == 1 else pace
             samples.append(sample)
             windows.append((begin, end))
         last = float(time[sample])
