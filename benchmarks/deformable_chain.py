@@ -18,7 +18,7 @@ import xarray as xr
 from coupled_plate import one_thread, timed, verdict
 
 import hertzlink as hl
-from coupling.results.peaks import interpolated
+from coupling.results.wave_finder import placed
 from particles.laws.active_set import forces_of_steps
 from particles.laws.axisymmetric import ELEMENTS
 from particles.laws.axisymmetric_mesh import body_of, half_plane
@@ -118,7 +118,7 @@ def with_losses() -> None:
 def peak(run: xr.Dataset, contact: int) -> float:
     """Greatest force of a contact, N."""
     force = run.contact_force.sel(contact=contact).values
-    return interpolated(run.time.values, force, int(force.argmax()))[0]
+    return float(placed(run.time.values, force[None], np.array([0]), np.array([force.argmax()]))[0][0])
 
 
 def momentum_error(run: xr.Dataset) -> float:

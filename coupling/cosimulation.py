@@ -61,7 +61,7 @@ class CoSimulation:
         What the first bead of the chain, or of each chain, faces with its struck side.
     accuracy : {"default", "screening", "reference"}
         The default window and dt. "screening" takes 40 windows and 160 steps in the shortest contact, about a fifth of
-        the time: AR changes by at most 1e-4 on rods, plates and half-spaces, by 5e-4 where a light tip chatters, and
+        the time: AR changes by at most 1e-4 on rods, plates and half-spaces, by 6e-4 where a light tip chatters, and
         energy by 1e-4. "reference" has four times the windows and steps of the default, so a sixteenth of its error.
     most_steps : float
         Steps of beads, summed over them, above which a run is refused before it begins. The default, 1e9, takes some

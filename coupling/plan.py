@@ -52,7 +52,7 @@ ACCURACIES = {
     "reference": Accuracy(4.0, 4.0),
 }
 """Screening has 40 windows and 160 steps in the shortest contact, for Condensed; the default 112 and 1800. On rods,
-plates and half-spaces screening changed AR by 1e-4 or less, by 5e-4 where a light tip chatters (tests)."""
+plates and half-spaces screening changed AR by 1e-4 or less, by 6e-4 where a light tip chatters (tests)."""
 
 HowFine = Annotated[str, OneOf(*ACCURACIES)]
 

@@ -418,14 +418,19 @@ def test_a_material_may_be_named_by_its_only_beginning() -> None:
         assert case_of(text.replace("brass 360", "steel")).model
 
 
-@pytest.mark.parametrize("name", ["chain", "rod"])
-def test_a_ratio_above_one_is_remarked(command: Callable[..., str], name: str) -> None:
-    """In the table too, not in the report alone."""
-    Path("case.toml").write_text(template(name))
-    said = " ".join(command("run", "case.toml").split())
+@pytest.mark.parametrize(("other", "above"), [("steel 440C", False), ("PTFE", True)])
+def test_a_ratio_above_one_is_remarked(command: Callable[..., str], other: str, above: bool) -> None:
+    """In the table too, not in the report alone. Beyond a soft bead the incident wave is weak, and waves merge."""
+    bead = '{ shape = "sphere", diameter = "9.53 mm", material = "%s", count = %d }'
+    beads = ", ".join(bead % one for one in (("steel 440C", 10), (other, 1), ("steel 440C", 9)))
+    text = template("rod").replace("beads = 20", f"beads = [{beads}]")
+    lines = [line for line in text.splitlines() if not line.startswith("bead =")]
+    striker = 'striker = { shape = "sphere", diameter = "9.53 mm", material = "steel 440C" }'
+    lines = [striker if line.startswith("striker") else line for line in lines]
+    Path("case.toml").write_text("\n".join(lines))
+    said = " ".join(command("run", "case.toml", "--set", "measure.sensor=14").split())
     rows = Path("case/waves.csv").read_text().splitlines()[1:]
-    above = any(float(row.split(",")[4] or 0.0) > 1.0 for row in rows)
-    assert above == (name == "chain")
+    assert above == any(float(row.split(",")[4] or 0.0) > 1.0 for row in rows)
     assert ("AR above 1: the beads on the two sides of the sensor differ" in said) == above
 
 

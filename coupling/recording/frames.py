@@ -37,13 +37,13 @@ class Kept(NamedTuple):
 
 def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
     """Return what is kept at sensors, None for all beads, of chains whose shortest has `beads`; raise a ValueError for
-    others."""
+    others. The last contact tells when a wave reaches the structure."""
     if sensors is None:
         return Kept([*range(beads + 1)], [*range(beads + 1)])
     numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
     if numbers[-1] > beads:
         raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
-    return Kept(sorted({n - 1 for n in numbers} | set(numbers)), numbers)
+    return Kept(sorted({n - 1 for n in numbers} | set(numbers) | {beads}), numbers)
 
 
 class ChainFrames(NamedTuple):

@@ -10,11 +10,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends, why_missing
-from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps
+from coupling.results.signal_doubts import TAIL, doubts_of_signal, swapped, without_tail
+from coupling.results.wave_finder import Peak, Traces, Waves, ends_rising, find_waves, waves_of_signal
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
-from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, series_of
 from structures.caution import caution
 from structures.checks import count_of, not_negative, one_of, positive, whole
 from structures.structure import Vector
@@ -22,10 +22,6 @@ from structures.units import readable
 
 SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
-
-TAIL = 1.5
-"""A signal's first wave back may be the incident one's tail where a later one is stronger by this factor: in 28 chains
-drawn at random the tail was read as a wave in 15, and by this factor in all of them, in none of the others."""
 
 WAVES = ("primary", "secondary", "third")
 
@@ -66,19 +62,20 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     -----
     HertzlinkWarning
         If the sensor is fewer than five beads from an end of the chain, or if the record ends before a reflected wave
-        can be back, or within one; if the primary wave of a signal is much weaker than a later one, so that it may be
-        the tail of the incident wave.
+        can be back, or within one; if a small change would make another wave the primary one; if the primary wave of a
+        signal is much weaker than a later one, so that it may be the tail of the incident wave.
 
     Notes
     -----
-    A wave is a peak of both contact forces of the bead. Its amplitude and arrival are those of the peak of their mean,
-    the force at the bead's centre; AR and TOF are peak to peak. The incident wave is the first one that moves towards
-    the structure. A reflected wave is followed back, contact by contact, and `begins` at the "structure", or in the
-    "chain" if it parted there from another wave or was reflected by an unlike bead. Of a signal, which shows no
-    direction, all waves after the first count as reflected.
+    The incident wave is the first pulse of power F v towards the structure, a reflected wave a pulse of power away from
+    it. Its amplitude and arrival are those of the peak of the force at the bead's centre, the mean of its two contact
+    forces; AR and TOF are peak to peak. A pulse that is back too early for its strength to have come from the structure
+    was turned back inside the chain and is no reflected wave; the primary wave is the first that began at the
+    structure. Where beads rattle, or have drifted apart, they pass one wave on as several pushes within the time that
+    a wave takes; the greatest one counts. Of a signal, which shows no direction, all waves after the first count.
 
-    TOF jumps where a weak wave is two collisions and a parameter makes the other one the higher; `follow_waves` gives
-    the middle between them. docs/numerics.md says how waves are told apart, and how exactly signals are read.
+    AR and TOF jump where a small change of a parameter makes another push the greatest, or another pulse the first that
+    can have come from the structure; a warning says where that is near. docs/theory.md has the rules.
 
     References
     ----------
@@ -99,21 +96,25 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     if earliest and not reading.is_signal:
         raise ValueError(f"earliest = {earliest!r}: must be 0 for a run, whose contacts show where waves go")
     incident, back, record = _of_one(reading, sensor, smallest, len(Reflections._fields), earliest)
-    if isinstance(record, Series):
+    if isinstance(record, Waves):
         back = _with_margins(back, run, sensor)
         warn_of_ends(int(sensor), reading.beads)
     if incident is None:
+        if not isinstance(record, Waves) and np.isfinite(record).any():
+            _warn_of_signal(reading, interpolated_over_gaps(record), [], sensor)
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
         none = f"none {where} within the record, {readable(reading.time[-1], 's', 4)}"
         return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
+    if isinstance(record, Waves):
+        _warn_of_doubts(record, sensor, 3)
+    if not isinstance(record, Waves):
+        _warn_of_signal(reading, interpolated_over_gaps(record), [incident, *back], sensor)
     if len(back) > 1:
-        if reading.is_signal:
-            _warn_of_tail(back, sensor)
         return Reflections(incident, back[0], back[1])
     second = "second " if back else ""
     reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
-    if isinstance(record, Series):
-        reason = why_missing(reading.time, record.dynamic(0), smallest, sensor, reading.beads, bool(back))[0] or reason
+    if isinstance(record, Waves):
+        reason = why_missing(reading.time, record.found[0], smallest, sensor, int(record.hops[0]))[0] or reason
     elif ends_rising(interpolated_over_gaps(record), incident.amplitude, smallest):
         reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
     if reason.startswith(RECORD):
@@ -244,12 +245,15 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     if reading.is_signal:
         values_of_signal = of_signals(reading, sensor, place)[what == "time_of_flight"]
     else:
-        series = series_of(reading, sensor)
-        many = find_waves(reading.time, series, SMALLEST_WAVE, 2 + place)
-        values = many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight
-        values_of_signal = series.over_axes(values[:, place])
+        traces, template = traces_of(reading, sensor)
+        many = find_waves(reading.time, traces, SMALLEST_WAVE, 2 + place)
+        values = (many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight)[:, place]
+        values_of_signal = (
+            xr.DataArray(values.reshape(())) if template is None else template.copy(data=values.reshape(template.shape))
+        )
         warn_of_ends(int(sensor), reading.beads)
-        _warn_of_short_record(reading, sensor, series, many, 2 + place)
+        _warn_of_doubts(many, sensor, 2 + place)
+        _warn_of_short_record(reading, sensor, many, 2 + place)
     values_of_signal.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     result: xr.DataArray = values_of_signal.rename(what)
     return result
@@ -272,7 +276,7 @@ def of_signals(reading: Reading, sensor: int, place: int = 0) -> tuple[xr.DataAr
 
 def _of_one(
     reading: Reading, sensor: int, smallest: float, most: int, earliest: float = 0.0, name: str = "sensor"
-) -> tuple[Wave | None, list[ReflectedWave], Series | Vector]:
+) -> tuple[Wave | None, list[ReflectedWave], Waves | Vector]:
     """Return the incident wave of one run or signal, those that came back, and what shows them.
 
     most: as many waves of a run are read, and of a signal none of them may be clipped. name: the user's, of the sensor.
@@ -282,11 +286,47 @@ def _of_one(
         _check_one([str(axis) for axis in signal.dims if axis != "time"])
         force = np.asarray(signal.values)
         return *_of_signal(reading.time, force, smallest, range(most), sensor, earliest), force
-    series = series_of(reading, sensor, name)
-    _check_one(series.axes)
-    waves = find_waves(reading.time, series, smallest, most)
-    amplitude, arrival, begins = (values[0, : waves.found[0]].tolist() for values in waves[:3])
-    return *_as_waves([*zip(amplitude, arrival, strict=True)], [BEGINS[number] for number in begins[1:]]), series
+    traces, template = traces_of(reading, sensor, name)
+    _check_one([] if template is None else [str(axis) for axis in template.dims])
+    waves = find_waves(reading.time, traces, smallest, most)
+    peaks = zip(waves.amplitude[0].tolist(), waves.arrival[0].tolist(), strict=True)
+    return *_as_waves([*peaks][: len(waves.found[0].samples)], repeat("structure")), waves
+
+
+def traces_of(reading: Reading, sensor: int, name: str = "sensor") -> tuple[Traces, xr.DataArray | None]:
+    """Return what shows the waves over a bead of a run, a sweep or a batch; and a variable over the axes of the runs,
+    None for one run. name: the user's, of the bead."""
+    number = reading.checked_sensor(sensor, name)
+    reading.check_holds(("contact_force", "velocity"))
+    data, kept = reading.data, reading.data.bead.values.tolist()
+    if number not in kept:
+        raise ValueError(f"{name} = {sensor!r}: must be a bead that was kept: {', '.join(map(str, kept))}")
+    axes = [str(axis) for axis in data.contact_force.dims if axis not in ("time", "contact")]
+    contacts = data.contact.values
+
+    def plain(variable: str, *own: str) -> Vector:
+        """Return a variable as runs × its own dimensions, repeated where it is the same in all runs."""
+        values = data[variable].variable
+        dims = [axis for axis in axes if axis in values.dims]
+        if dims not in (axes, []):
+            raise ValueError(f"run: has a variable over {', '.join(dims)}, must have all of {', '.join(axes)} or none")
+        array = values.transpose(*dims, *own).values
+        array = array.reshape(-1, *array.shape[len(dims) :])
+        return array if dims or not axes else np.broadcast_to(array, (runs, *array.shape[1:]))
+
+    runs = int(np.prod([data.sizes[axis] for axis in axes], dtype=int))
+    force, static = plain("contact_force", "time", "contact"), plain("static_force", "contact")
+    velocity = plain("velocity", "time", "bead")[:, :, kept.index(number)]
+    place = int(np.flatnonzero(contacts == number)[0])
+    # Shorter chains are padded with NaN.
+    last = contacts.size - 1 - np.isfinite(static)[:, ::-1].argmax(axis=1)
+    every = np.arange(len(force))
+    above, below = (force[:, :, k] - static[:, k, None] for k in (place, place + 1))
+    wall = force[every, :, last] - static[every, last][:, None]
+    preload = 0.5 * (static[:, place] + static[:, place + 1])
+    hops = contacts[last] - number
+    template = data.contact_force.isel(time=0, contact=0).reset_coords(drop=True).transpose(*axes) if axes else None
+    return Traces(above, below, wall, velocity, preload, number, hops), template
 
 
 def _check_one(axes: Sequence[str]) -> None:
@@ -309,6 +349,7 @@ def _of_signal(
     filled = interpolated_over_gaps(force)
     peaks = waves_of_signal(time, filled, smallest)
     peaks = [*peaks[:1], *(peak for peak in peaks[1:] if peak[1] >= peaks[0][1] + earliest)]
+    peaks = without_tail(filled, time, peaks)
     if unknown.any():
         for place in needed:
             if place < len(peaks):
@@ -316,13 +357,22 @@ def _of_signal(
     return _as_waves(peaks, repeat("unknown"))
 
 
-def _warn_of_tail(back: Sequence[ReflectedWave], sensor: int) -> None:
-    """Warn where a signal's first wave back is so weak that it may be the tail of the incident one."""
-    first, strongest = back[0], max(back, key=lambda wave: wave.amplitude)
-    if strongest.amplitude > TAIL * first.amplitude:
+def _warn_of_signal(reading: Reading, force: Vector, waves: Sequence[Wave], sensor: int) -> None:
+    """Warn of what may mislead in a signal: its zero, its lead, the order of its sensors, a tail among its waves."""
+    doubts = doubts_of_signal(reading.time, force, [(wave.amplitude, wave.arrival) for wave in waves], sensor)
+    arrivals = dict[int, float]()
+    for number in reading.data.sensor.values.tolist():
+        other = np.asarray(reading.measured(number).values)
+        if np.isfinite(other).any() and (found := waves_of_signal(reading.time, interpolated_over_gaps(other), 0.5)):
+            arrivals[int(number)] = found[0][1]
+    for doubt in [*doubts, *swapped(arrivals)]:
+        caution(doubt)
+    back = [wave for wave in waves if isinstance(wave, ReflectedWave)]
+    strongest = max(back, key=lambda wave: wave.amplitude, default=None)
+    if strongest is not None and strongest.amplitude > TAIL * back[0].amplitude:
         caution(
-            f"sensor {sensor}: the first wave after the incident one, AR = {first.amplitude_ratio:.3g} after "
-            f"{readable(first.time_of_flight, 's', 4)}, is weaker than a later one, AR = "
+            f"sensor {sensor}: the first wave after the incident one, AR = {back[0].amplitude_ratio:.3g} after "
+            f"{readable(back[0].time_of_flight, 's', 4)}, is weaker than a later one, AR = "
             f"{strongest.amplitude_ratio:.3g} after {readable(strongest.time_of_flight, 's', 4)}; in a compressed "
             "chain it may be the tail of the incident wave, which reflections(..., earliest=...) leaves out"
         )
@@ -362,15 +412,28 @@ def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None
     ]
 
 
-def _warn_of_short_record(reading: Reading, sensor: int, series: Series, many: WavesOfRuns, wanted: int) -> None:
+def _warn_of_doubts(waves: Waves, sensor: int, wanted: int) -> None:
+    """Warn once of all runs in which a small change of a parameter would make another pulse one of the wanted waves."""
+    names = ("incident", *WAVES)
+    doubts = [
+        f"the {names[place]} wave {note}" if note.startswith(("has", "is")) else note
+        for one in waves.found
+        for place, note in [*enumerate(one.notes)][:wanted]
+        if note
+    ]
+    if doubts:
+        several = f" (in {len(doubts)} of {len(waves.found)} runs)" if len(waves.found) > 1 else ""
+        caution(f"wave at bead {sensor}: {doubts[0]}; a small change may give another AR and TOF{several}")
+
+
+def _warn_of_short_record(reading: Reading, sensor: int, waves: Waves, wanted: int) -> None:
     """Warn once of all runs whose record ends before a wave that is wanted can be back, or within it."""
     late = list[tuple[float, str]]()
-    for run in np.flatnonzero((many.found > 0) & (many.found < wanted)).tolist():
-        back = bool(many.found[run] > 1)
-        force = series.dynamic(run)
-        reason, until = why_missing(reading.time, force, SMALLEST_WAVE, sensor, reading.beads, back)
-        if until > reading.time[-1]:
-            late.append((until, reason.removeprefix(RECORD)))
+    for found, hops in zip(waves.found, waves.hops, strict=True):
+        if 0 < len(found.samples) < wanted:
+            reason, until = why_missing(reading.time, found, SMALLEST_WAVE, sensor, int(hops))
+            if until > reading.time[-1]:
+                late.append((until, reason.removeprefix(RECORD)))
     if late:
-        several = f", in {len(late)} of {many.found.size} runs" if many.found.size > 1 else ""
+        several = f", in {len(late)} of {len(waves.found)} runs" if len(waves.found) > 1 else ""
         caution(f"record: {max(late)[1]}{several}")

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.results.peaks import incident_passage, interpolated
+from coupling.results.ar_and_tof import traces_of
 from coupling.results.reading import Reading, force_of_last, number_or_array
+from coupling.results.wave_finder import FIRST_WAVE, find_waves, placed
 from structures.checks import positive
 from structures.structure import Vector
 
@@ -95,18 +96,21 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
     1.42
     """
 
-    def one(above: Vector, below: Vector, velocity: Vector) -> float:
-        passage = incident_passage(above, below, velocity)
-        if passage is None:
-            return float("nan")
-        near = slice(max(0, passage.start - 3), passage.end + 4)
-        contacts = [interpolated(time, f, near.start + int(f[near].argmax()))[0] for f in (above, below)]
-        return max(contacts) / interpolated(time, 0.5 * (above + below), passage.peak)[0]
-
-    reading, time = Reading(run), run.time.values
+    reading = Reading(run)
     reading.check_holds(("velocity",), "a run with velocities")
-    series = *reading.contact_pair(sensor), reading.data.velocity.sel(bead=int(sensor)).reset_coords(drop=True)
-    result = xr.apply_ufunc(one, *series, input_core_dims=[["time"]] * 3, vectorize=True)
+    traces, template = traces_of(reading, sensor)
+    waves, ratio = find_waves(reading.time, traces, FIRST_WAVE, 1), np.full(len(traces.wall), np.nan)
+    for number, (found, above, below) in enumerate(zip(waves.found, traces.above, traces.below, strict=True)):
+        if not found.samples:
+            continue
+        # Both contacts reach their peaks while the bead still has half of its greatest force.
+        force, peak = 0.5 * (above + below), found.samples[0]
+        low = np.flatnonzero(force < 0.5 * force[peak])
+        begin, end = low[low < peak].max(initial=0), low[low > peak].min(initial=force.size)
+        contacts = np.stack([above, below])
+        peaks = begin + contacts[:, begin:end].argmax(axis=1)
+        ratio[number] = placed(reading.time, contacts, np.arange(2), peaks)[0].max() / waves.amplitude[number, 0]
+    result = xr.DataArray(ratio.reshape(())) if template is None else template.copy(data=ratio.reshape(template.shape))
     return number_or_array(result, "1", f"contact force / bead-centre force, bead {int(sensor)}")
 
 
@@ -158,11 +162,6 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
         begin, end = np.interp(level, force[rise], time[rise]), np.interp(-level, -force[fall], time[fall])
         return float(end - begin)
 
-    last_contact = int(run.contact[-1])
-    if reading.at_sensors and last_contact <= max(reading.beads):
-        raise ValueError(
-            f"run: keeps contacts up to {last_contact}; give the last bead, {max(reading.beads)}, among its sensors"
-        )
     force = dynamic.reset_coords(drop=True)
     result = xr.apply_ufunc(one, force, input_core_dims=[["contact", "time"]], vectorize=True)
     return number_or_array(result, "s", "contact of the last bead")

@@ -2,17 +2,16 @@
 
 import re
 from collections.abc import Sequence
-from itertools import pairwise
 from math import ceil, floor, isfinite, log10, nan
 
-import numpy as np
-
-from coupling.results.peaks import hops, rises
-from coupling.results.wave_kernels import FIRST_WAVE
+from coupling.results.wave_finder import Found
 from structures.caution import caution
 from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
+
+PUSH = 3.0
+"""Hops that a push on a structure lasts, until it is known."""
 
 RECORD = "the record "
 """With these words a reason begins that a longer record removes."""
@@ -22,12 +21,6 @@ WAVE_LENGTH = 5
 
 TAIL = 0.01
 """A push on the structure ends where it falls below this part of its greatest force."""
-
-NEAR = 3
-"""Contacts of a bead and beyond it, where a wave that comes is looked for: one farther away may never arrive."""
-
-PUSH = 3.0
-"""Hops that a push on a half-space lasts; until it is known, that on any structure."""
 
 
 def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
@@ -44,20 +37,32 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
             )
 
 
-def latest_return(time: Vector, force: Vector, smallest: float) -> float:
-    """Return the time, s, by which a wave of `smallest` times the incident amplitude is back at the first contact.
-
-    force, contacts × time: dynamic, from a sensor's contacts to the structure's. The reflected wave leaves when the
-    push on the structure ends, or after the record where it lasts to its end, and is slower than the incident one:
-    its speed is proportional to F^(1/6) (Nesterenko, as above). NaN without an incident wave.
-    """
-    top, taken = float(force[0].max(initial=0.0)), hops(time, force)
-    if top <= 0.0 or not np.isfinite(taken).all():
-        return nan
-    travel, hop = float(taken.sum()), float(np.median(taken))
-    reaches = float(time[int((force[0] >= 0.5 * top).argmax())]) + travel + hop
-    leaves = end_of_push(time, force[-1], FIRST_WAVE * top, reaches + PUSH * hop)
-    return leaves + float(smallest ** (-1.0 / 6.0)) * travel + 3.0 * hop
+def why_missing(time: Vector, found: Found, smallest: float, sensor: int, hops: int) -> tuple[str, float]:
+    """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
+    NaN where neither is known. hops: contacts from the bead to the structure."""
+    ends, slowest = float(time[-1]), smallest ** (-1.0 / 6.0)
+    hop = found.travel / hops
+    leaves = found.leaves
+    if not isfinite(leaves) and found.samples:
+        there = float(time[found.samples[0]]) + 2.0 * found.travel
+        if there < ends:
+            return f"nothing pushes a structure by the end of the record, {readable(ends, 's', 4)}", nan
+        leaves = there + PUSH * hop
+    needed = leaves + slowest * found.travel + 3.0 * hop
+    if len(found.samples) < 2 and not found.cut and needed > ends:
+        return short_record(ends, needed, f"bead {sensor}"), needed
+    if found.cut:
+        needed = ends + WAVE_LENGTH * slowest * hop
+        return cut_record(ends, needed, f"bead {sensor}"), needed
+    if len(found.samples) > 1:
+        return "", nan
+    if hops <= WAVE_LENGTH:
+        near = count_of(hops - 1, "bead")
+        return f"bead {sensor} is {near} from the structure, where incident and reflected waves merge", nan
+    return (
+        f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
+        f"record, {readable(ends, 's', 4)}: the structure took it, or it is weaker"
+    ), nan
 
 
 def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> float:
@@ -69,34 +74,6 @@ def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> 
     begins = int((force > TAIL * top).argmax())
     ends = begins + int((force[begins:] <= TAIL * top).argmax())
     return float(time[ends]) if ends > begins else float(time[-1])
-
-
-def cut_off(time: Vector, force: Vector, smallest: float) -> float:
-    """Return time, s, that would hold a wave which the record's end cuts off on its way back over a bead; NaN for none.
-
-    force, contacts × time: dynamic, the bead's two contacts first. Such a wave has risen at a contact, and not yet, or
-    later, at the one before, which the last wave there does not explain. It takes the time of a weak wave over the
-    length of a wave.
-    """
-    taken = hops(time, force)
-    if not np.isfinite(taken).all():
-        return nan
-    pace = float(np.median(taken)) * float(smallest ** (-1.0 / 6.0))
-    rises_of_sensors = [rises(time, trace, smallest * float(trace.max(initial=0.0))) for trace in force[:NEAR]]
-    for away, ((near, near_open), (far, far_open)) in enumerate(pairwise(rises_of_sensors)):
-        lasts = (away + WAVE_LENGTH) * pace
-        if not far.size or time[-1] - far[-1] >= lasts:
-            continue
-        nearest = int(abs(near - far[-1]).argmin()) if near.size else -1
-        together = nearest >= 0 and int(abs(far - near[nearest]).argmin()) == far.size - 1
-        if together:
-            still = (near_open and nearest == near.size - 1) or far_open
-            comes = still and near[nearest] > far[-1]
-        else:
-            comes = not near.size or near[-1] <= far[-1]
-        if comes:
-            return float(far[-1]) + lasts
-    return nan
 
 
 def rounded_up(value: float) -> float:
@@ -127,35 +104,3 @@ def cut_record(ends: float, needed: float, where: str) -> str:
     """Return the sentence for a record that ends within a wave; needed: NaN for a signal."""
     cure = f"{until_of(needed)} would hold it" if isfinite(needed) else "record longer"
     return f"{RECORD}ends at {readable(ends, 's', 4)}, within a wave that comes back to {where}; {cure}"
-
-
-def why_missing(
-    time: Vector, force: Vector, smallest: float, sensor: int, chains: Sequence[int], back: bool
-) -> tuple[str, float]:
-    """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
-    NaN where neither is known.
-
-    force: contacts × time, dynamic, the sensor's two contacts first. chains: the number of beads of each. back: whether
-    a wave came back.
-    """
-    complete = len(force) - 2 + sensor in chains
-    reason, needed = ("", nan) if back else _why_none(time, force, smallest, sensor, complete)
-    if not needed > time[-1] and (cut := cut_off(time, force, smallest)) > time[-1]:
-        return cut_record(float(time[-1]), cut, f"bead {sensor}"), cut
-    return reason, needed
-
-
-def _why_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:
-    """Return why no wave came back, and the `until` (s) that would hold it; complete: whether the contacts reach to the
-    structure."""
-    needed = latest_return(time, force, smallest) if complete else nan
-    if needed > time[-1]:
-        return short_record(float(time[-1]), needed, f"bead {sensor}"), needed
-    distance = len(force) - 2 if complete else WAVE_LENGTH
-    if distance < WAVE_LENGTH:
-        near = count_of(distance, "bead")
-        return f"bead {sensor} is {near} from the structure, where incident and reflected waves merge", nan
-    return (
-        f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
-        f"record, {readable(time[-1], 's', 4)}: the structure took it, or it is weaker"
-    ), nan

@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 
 from coupling.results.conditioning import checked_signal, with_noise
-from coupling.results.peaks import waves_of_signal
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps, resolution
 from coupling.results.signals import as_signal
+from coupling.results.wave_finder import waves_of_signal
 from structures.caution import caution
 from structures.checks import count_of, listed, positive, whole
 from structures.structure import Vector

@@ -7,12 +7,23 @@ import scipy
 import xarray as xr
 
 from coupling.results.ar_and_tof import SMALLEST_WAVE
-from coupling.results.peaks import hops, interpolated, traced
 from coupling.results.reading import Reading, without_padding
-from coupling.results.wave_kernels import FAINT, FEWEST_CONTACTS, NEAR_END
+from coupling.results.wave_finder import FIRST_WAVE, placed
 from structures.checks import positive
 from structures.html_table import html_table
 from structures.structure import Vector
+
+FEWEST_CONTACTS = 4
+"""A wave passes at least this many contacts; fewer are beads that rattle."""
+
+NEAR_END = 3
+"""A wave whose first or last peak is within this many contacts of an end begins or ends there."""
+
+EARLY, LATE, SLACK = 0.55, 1.8, 0.3
+"""A wave's next peak comes after this part of the expected time, give or take SLACK of the chain's median one."""
+
+FAINT = 0.5
+"""On its way a wave may be lower than the smallest one that is reported by this factor."""
 
 Node = tuple[int, float]
 """A contact's row, and the time of one of its peaks, s."""
@@ -145,9 +156,10 @@ class _Peaks:
         level = FAINT * smallest * self.first
         self.force: dict[Node, float] = {}
         for row, series in enumerate(force):
-            for i in scipy.signal.find_peaks(series, height=level, prominence=level)[0]:
-                amplitude, arrival = interpolated(time, series, int(i))
-                self.force[row, arrival] = amplitude
+            peaks = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
+            if peaks.size:
+                tops = placed(time, series[None], np.zeros_like(peaks), peaks)
+                self.force |= {(row, at): top for top, at in zip(*map(np.ndarray.tolist, tops), strict=True)}
         self.unclaimed = [{arrival for place, arrival in self.force if place == row} for row in range(len(force))]
         if not self.unclaimed[middle] or not np.isfinite(self.hops).all():
             raise ValueError("run: no wave runs from the struck end; the run or the chain is too short")
@@ -187,3 +199,42 @@ def _place(contact: int, first: int, last: int) -> str:
     if contact < first + NEAR_END:
         return "struck end"
     return "structure" if contact > last - NEAR_END else "chain"
+
+
+def hops(time: Vector, force: Vector) -> Vector:
+    """Return the time of the incident wave from each contact to the next, s; force: contacts × time.
+
+    A soft structure delays it at the last contact, and beads that move as one pass it on at once. Neither is the time
+    of another wave; the median limits both.
+    """
+    arrivals = []
+    for row in force:
+        least = FIRST_WAVE * row.max(initial=0.0)
+        peaks = scipy.signal.find_peaks(row, height=least, prominence=least)[0] if least > 0.0 else []
+        arrivals.append(time[peaks[0]] if len(peaks) else np.nan)
+    taken = np.diff(arrivals)
+    usual = float(np.nanmedian(taken)) if np.isfinite(taken).any() else np.nan
+    taken = np.where(np.isfinite(taken), taken, usual)
+    taken[-1] = min(taken[-1], usual)
+    return np.asarray(np.maximum(taken, SLACK * usual))
+
+
+def traced(
+    peaks: list[Vector], hops: Vector, row: int, now: float, left: float, pace: float, first: int = 0
+) -> list[float]:
+    """Return the peaks (s) that a wave left in the rows after `row`, the latest first, where it came that way.
+
+    peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row, in
+    units of `hops`.
+    """
+    path, slack = list[float](), SLACK * float(np.median(hops))
+    while row + 1 < len(peaks) and len(peaks[row + 1]):
+        early, wait = now - peaks[row + 1], pace * hops[row]
+        fits = (early > EARLY * wait - slack) & (early < LATE * wait + slack)
+        if not fits.any():
+            break
+        now = float(peaks[row + 1][np.where(fits, abs(early - wait), np.inf).argmin()])
+        path.append(now)
+        row += 1
+        pace = max((left - now) / float(hops[first:row].sum()), EARLY * pace)
+    return path

@@ -19,7 +19,7 @@ def structures() -> dict[str, hl.Structure]:
 
 STRUCTURES = structures()
 
-PROMISED = {"screening": (1e-4, 5e-4, 1e-4), "default": (2e-5, 1e-4, 1e-6), "reference": (2e-6, 1e-5, 1e-7)}
+PROMISED = {"screening": (1e-4, 6e-4, 1e-4), "default": (2e-5, 1e-4, 1e-6), "reference": (2e-6, 1e-5, 1e-7)}
 """Changes of AR, of AR on a light tip, and of energy."""
 
 

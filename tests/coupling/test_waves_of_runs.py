@@ -1,17 +1,14 @@
-"""One run and many have the same waves, and peaks and splines are those of scipy."""
+"""One run and many have the same waves, and splines are those of scipy."""
 
 import numpy as np
 import pytest
 import xarray as xr
-from numba import typeof
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks
 
 import hertzlink as hl
-from coupling.results import wave_kernels
-from coupling.results.peaks import interpolated
+from coupling.results.ar_and_tof import traces_of
 from coupling.results.reading import Reading
-from coupling.results.waves_of_runs import find_waves, series_of
+from coupling.results.wave_finder import find_waves, placed
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 SENSOR = 7
@@ -46,8 +43,8 @@ def test_many_runs_have_the_measures_of_each(runs: xr.Dataset, measure, wave: st
 
 def test_missing_waves_are_nan_and_counted(runs: xr.Dataset) -> None:
     reading = Reading(runs)
-    waves = find_waves(reading.time, series_of(reading, SENSOR), 0.01, 3)
-    assert waves.found[1] == 0
+    waves = find_waves(reading.time, traces_of(reading, SENSOR)[0], 0.01, 3)
+    assert not waves.found[1].samples
     assert np.isnan(waves.amplitude[1]).all()
     assert np.isnan(waves.amplitude_ratio[3]).all()
     with pytest.warns(hl.HertzlinkWarning, match="record: ends at .* in 1 of 4 runs"):
@@ -68,32 +65,14 @@ def test_a_bead_that_was_not_kept_is_named() -> None:
         hl.amplitude_ratio(kept, 7)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_peaks_are_those_of_scipy(seed: int) -> None:
-    """With plateaus, and peaks of equal height."""
-    random = np.random.default_rng(seed)
-    force = np.round(random.normal(size=300).cumsum(), 0)
-    least = max(0.3 * float(np.abs(force).max()), 1.0)
-    found = np.empty(force.size, dtype=np.int64)
-    count = wave_kernels.peaks_of(force, least, found)
-    assert found[:count].tolist() == find_peaks(force, height=least, prominence=least)[0].tolist()
-
-
 @pytest.mark.parametrize("samples", [3, 4, 9, 50])
 def test_a_spline_is_that_of_scipy(samples: int) -> None:
     time = np.linspace(0.0, 1.0, samples)
     force = np.exp(-(((time - 0.47) / 0.3) ** 2))
     peak = int(force.argmax())
-    near = slice(max(0, peak - wave_kernels.NEAR), peak + wave_kernels.NEAR + 1)
+    near = slice(max(0, peak - 4), peak + 5)
     spline = CubicSpline(time[near], force[near])
     roots = spline.derivative().roots(extrapolate=False)
     best = max(roots, key=spline)
-    assert interpolated(time, force, peak) == pytest.approx((float(spline(best)), best), rel=1e-12)
-
-
-@pytest.mark.parametrize("times", [np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 17)[::2], np.arange(9)])
-def test_kernels_are_compiled_for_one_type_of_array(times: np.ndarray) -> None:
-    """Times of a run cannot be written, every second one is not contiguous, and counts are integers."""
-    times.flags.writeable = False
-    assert typeof(wave_kernels.plain(times)) == typeof(np.zeros(9))
-    assert np.array_equal(wave_kernels.plain(times), times)
+    height, at = placed(time, force[None], np.array([0]), np.array([peak]))
+    assert (height[0], at[0]) == pytest.approx((float(spline(best)), best), rel=1e-12)

@@ -1,0 +1,350 @@
+"""The waves that pass a bead, from the forces of a run or from a measured signal. `docs/theory.md` says what a wave is.
+
+Of a run the forces and the velocity are known, so the direction is known too: F v is the power that flows towards the
+structure, and it is negative where a wave comes back. The power is averaged over the time that a wave takes from bead
+to bead, because light beads rattle between heavy ones while a single wave passes.
+
+What comes back may also have been turned back inside the chain. Its time tells: the time that a wave takes through a
+chain of Hertzian contacts is proportional to F^(−1/6), so a wave of AR a that left the structure when the incident wave
+arrived there is back a^(−1/6) times as late as that took. What is back earlier began inside the chain.
+
+References
+----------
+Nesterenko, Dynamics of Heterogeneous Materials (Springer 2001), section 1.3: the speed of a solitary wave.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from coupling.results.sensor_trace import noise_level, resolution, smoothed
+from structures.structure import Vector
+
+FIRST_WAVE = 0.05
+"""The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
+
+FRONT = 0.3
+"""A wave arrives where it exceeds this part of its greatest value."""
+
+VALLEY = 0.3
+"""Pulses are one where the power between them stays above this part of the weaker one's."""
+
+TAIL = 0.02
+"""A pulse ends where its power falls below this part of its greatest one."""
+
+EARLIEST = 0.85
+"""A wave from the structure takes at least this part of the time that F^(−1/6) predicts. In 200 random chains 99 % of
+those that were followed contact by contact take 0.92 and more, those turned back inside the chain 0.8 and less."""
+
+DOUBTFUL = 0.05
+"""Part by which a pulse may differ from a limit before a small change of a parameter makes it another wave."""
+
+NEAR = 4
+"""Samples on either side of a peak through which a cubic spline places it."""
+
+ORDER = 4
+"""The top of a pulse is fitted by a polynomial of this order."""
+
+CLEAR = 8.0
+"""A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
+step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5."""
+
+REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
+"""It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
+the least two samples on either side: a cubic spline through a run's samples reads no more."""
+
+Peak = tuple[float, float]
+Window = tuple[int, int]
+
+
+class Traces(NamedTuple):
+    """What shows the waves over a bead of one run or many, runs × times; forces above the preload.
+
+    above, below, wall: forces of the bead's two contacts and of that on the structure, N. velocity: of the bead, m/s.
+    preload: of each run at the bead, N. sensor: the bead's number; hops: of each run, contacts from it to the
+    structure.
+    """
+
+    above: Vector
+    below: Vector
+    wall: Vector
+    velocity: Vector
+    preload: Vector
+    sensor: int
+    hops: NDArray[np.int64]
+
+
+class Waves(NamedTuple):
+    """The waves of each run, the incident one first: amplitude, N, and arrival, s, runs × waves, NaN where there is
+    none; found, hops: of each run."""
+
+    amplitude: Vector
+    arrival: Vector
+    found: list["Found"]
+    hops: NDArray[np.int64]
+
+    @property
+    def amplitude_ratio(self) -> Vector:
+        """AR of the reflected waves, runs × waves."""
+        return np.asarray(self.amplitude[:, 1:] / self.amplitude[:, :1])
+
+    @property
+    def time_of_flight(self) -> Vector:
+        """TOF of the reflected waves, s, runs × waves."""
+        return np.asarray(self.arrival[:, 1:] - self.arrival[:, :1])
+
+
+class Found(NamedTuple):
+    """The waves over a bead in one run, as samples of its force's peaks: the incident one first.
+
+    notes: why a small change may make another wave of each, empty where none does. travel: time of the incident wave
+    from the bead to the structure, s; leaves: when the push on the structure ends, s, NaN where nothing pushes it; cut:
+    whether the record ends within a wave that comes back.
+    """
+
+    samples: list[int]
+    notes: list[str]
+    travel: float = np.nan
+    leaves: float = np.nan
+    cut: bool = False
+
+
+def find_waves(time: Vector, traces: Traces, smallest: float, most: int) -> Waves:
+    """Return the first `most` waves over a bead in all runs. `reflections` says what a wave is.
+
+    time: the same for all runs, s. smallest: in units of the incident amplitude.
+    """
+    found = [waves_over_bead(time, traces, run, smallest) for run in range(len(traces.wall))]
+    places = [(run, k, one.samples[k]) for run, one in enumerate(found) for k in range(min(most, len(one.samples)))]
+    amplitude, arrival = np.full((2, len(found), most), np.nan)
+    if places:
+        runs, waves, samples = np.array(places).T
+        force = 0.5 * (traces.above + traces.below)
+        amplitude[runs, waves], arrival[runs, waves] = placed(time, force, runs, samples)
+    return Waves(amplitude, arrival, found, traces.hops)
+
+
+def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> Found:
+    """Return the incident wave over a bead in one run, and those that come back from the structure."""
+    force, wall = 0.5 * (traces.above[run] + traces.below[run]), traces.wall[run]
+    top, push, hops = float(force.max(initial=0.0)), float(wall.max(initial=0.0)), int(traces.hops[run])
+    if not top > 0.0:
+        return Found([], [])
+    pushed = push > FIRST_WAVE**2 * top
+    there = int((wall > FRONT * push).argmax()) if pushed else force.size - 1
+    first = int((force > FRONT * force[: there + 1].max()).argmax())
+    # Before the wave has reached the structure its speed so far tells when it will.
+    travel = float(time[there] - time[first] if pushed else time[first] * hops / traces.sensor)
+    width = max(1, round(travel / hops / (time[1] - time[0])))
+    power = force * traces.velocity[run]
+    towards, back = averaged(np.maximum([power, -power], 0.0), width)
+    begin, end = next(pulses(towards, FIRST_WAVE * float(towards[: there + 1].max())), (0, 0))
+    # It is over at the bead soon after the structure has felt it.
+    end = min(end, there + width)
+    incident = begin + int(force[begin : end + 1].argmax()) if begin < there else 0
+    if not (pushed and travel > 0.0 and force[incident] >= FIRST_WAVE * top):
+        return Found([incident] if 0 < incident < force.size - 1 else [], [""], travel)
+    passed = power[: end + 1].clip(0.0).cumsum()
+    lasts = float(np.ptp(time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]))
+    coming = Coming(time, force, back, incident, there, travel, travel / hops, lasts, float(traces.preload[run]))
+    waves, notes, cut = waves_that_return(coming, (begin, end), smallest, float(towards[: there + 1].max()))
+    ended = wall[there:] <= FIRST_WAVE**2 * push
+    return Found(waves, notes, travel, float(time[there + ended.argmax() if ended.any() else -1]), cut)
+
+
+class Coming(NamedTuple):
+    """What tells the waves that come back over a bead: force, N, and power away from the structure, W, over time; the
+    samples at which the incident wave has its peak at the bead and arrives at the structure; its time from the bead to
+    the structure, that from bead to bead, and its duration, s; the preload, N."""
+
+    time: Vector
+    force: Vector
+    power: Vector
+    incident: int
+    there: int
+    travel: float
+    hop: float
+    lasts: float
+    preload: float
+
+
+def waves_that_return(
+    coming: Coming, window: Window, smallest: float, greatest: float
+) -> tuple[list[int], list[str], bool]:
+    """Return the samples and notes of the incident wave and of those that come back, and whether the record ends within
+    one. window: of the incident wave; greatest: its power, W."""
+    time, force, power, incident, there, *_ = coming
+    amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
+    last, cut = -np.inf, False
+    # The power of a wave grows as the force times the velocity, which is as F^(5/6).
+    for begin, end in pulses(power, smallest ** (11.0 / 6.0) * greatest):
+        if end <= incident + 2:
+            continue
+        begin = max(begin, incident + 1)
+        sample, highest = (begin + int(values[begin : end + 1].argmax()) for values in (force, power))
+        part = float(force[sample]) / amplitude
+        if part < smallest:
+            continue
+        weaker = (coming.preload + part * amplitude) / (coming.preload + amplitude)
+        arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
+        relative = float(time[arrives] - time[there] + coming.hop) / (coming.travel * weaker ** (-1.0 / 6.0))
+        ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
+        if relative < EARLIEST:
+            if len(samples) == 1 and not ends_open and relative > (1.0 - DOUBTFUL) * EARLIEST:
+                notes[0] = f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it"
+            continue
+        cut = cut or ends_open
+        if ends_open and sample >= force.size - 2:
+            continue
+        part = max(part, float(force[samples[-1]]) / amplitude)
+        if len(samples) > 1 and time[sample] - last < coming.lasts * part ** (-1.0 / 6.0):
+            # Beads that rattle, or have drifted apart, pass one wave on as several pushes; the greatest one counts.
+            samples[-1] = max(samples[-1], sample, key=force.__getitem__)
+            windows[-1] = windows[-1][0], end
+        else:
+            early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * EARLIEST
+            notes.append("is hardly late enough to have come from the structure" if early else "")
+            samples.append(sample)
+            windows.append((begin, end))
+        last = float(time[sample])
+    for place, (begin, end) in enumerate(windows):
+        peaks = time[begin + tops(force[begin : end + 1], (1.0 - DOUBTFUL) * force[samples[place]])]
+        if peaks.size > 1:
+            notes[place] = f"has peaks of nearly the same height, {1e6 * float(np.ptp(peaks)):.3g} µs apart"
+    return samples, notes, cut
+
+
+def averaged(values: Vector, width: int) -> Vector:
+    """Return the means of traces over `width` samples about each one; the traces are zero beyond their ends."""
+    return values if width < 2 else np.asarray(scipy.ndimage.uniform_filter1d(values, width, mode="constant"))
+
+
+def tops(values: Vector, least: float) -> NDArray[np.intp]:
+    """Return the samples of the local maxima that are at least `least`."""
+    inner = values[1:-1]
+    return 1 + np.flatnonzero((inner > values[:-2]) & (inner >= values[2:]) & (inner >= least))
+
+
+def pulses(power: Vector, least: float) -> Iterator[Window]:
+    """Yield where the pulses of a power begin and end, those whose peak is at least `least`, down to TAIL of it."""
+    peaks, before, k = tops(power, least), 0, 0
+    while k < peaks.size:
+        first = top = last = int(peaks[k])
+        k += 1
+        while k < peaks.size:
+            following = int(peaks[k])
+            if power[last:following].min() <= VALLEY * min(power[top], power[following]):
+                break
+            last, k = following, k + 1
+            top = last if power[last] > power[top] else top
+        after = int(peaks[k]) if k < peaks.size else power.size - 1
+        ahead, behind = power[before : first + 1], power[last : after + 1]
+        quiet, over = ahead[::-1] < TAIL * power[top], behind < TAIL * power[top]
+        begin = first - int(quiet.argmax()) if quiet.any() else before + int(ahead.argmin())
+        yield begin, last + int(over.argmax() if over.any() else behind.argmin())
+        before = last
+
+
+def placed(time: Vector, force: Vector, rows: NDArray[np.intp], samples: NDArray[np.intp]) -> tuple[Vector, Vector]:
+    """Return the height of peaks, given by row of the force and sample, and their times, s, by cubic splines through
+    the samples around each; saved times are equidistant."""
+    count, step = min(2 * NEAR + 1, time.size), time[1] - time[0]
+    begins = np.clip(samples - count // 2, 0, time.size - count)
+    near = force[rows[:, None], begins[:, None] + np.arange(count)]
+    spline = scipy.interpolate.CubicSpline(np.arange(count), near, axis=1)
+    # Within a sample of the peak, the greatest of the spline's stationary points.
+    c, b, slope, value = spline.c  # each: intervals x peaks
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(4.0 * b * b - 12.0 * c * slope)
+        linear = -slope / (2.0 * b)
+        places = np.stack([(-2.0 * b - root) / (6.0 * c), (-2.0 * b + root) / (6.0 * c), linear])
+    knots, at = np.arange(count - 1)[:, None], samples - begins
+    inside = (places >= 0.0) & (places <= 1.0) & (abs(knots + places - at) <= 1.0)
+    heights = np.where(inside, value + places * (slope + places * (b + places * c)), -np.inf)
+    flat = heights.reshape(-1, samples.size)
+    best, each = flat.argmax(axis=0), np.arange(samples.size)
+    top, where = flat[best, each], (knots + places).reshape(-1, samples.size)[best, each]
+    found = np.isfinite(top) & np.isfinite(where)
+    return np.where(found, top, force[rows, samples]), time[begins] + step * np.where(found, where, at)
+
+
+def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
+    """Return the first wave of a signal, and all later ones, whichever way they go.
+
+    Waves are looked for in the signal smoothed over an eighth of a pulse, must rise clear of the noise that this leaves
+    and of one step of the digitiser, and are then placed by a least-squares polynomial through the samples as they are.
+    """
+    smooth, noise, _ = smoothed(force)
+    floor = CLEAR * noise + resolution(force)
+    least = max(FIRST_WAVE * smooth.max(initial=0.0), floor)
+    first = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
+    if not (least > 0.0 and first.size):
+        return []
+    level = noise_level(force)
+    least = max(smallest * _fitted(time, force, smooth, level, *_valleys(smooth, first)[0])[0], floor)
+    later = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
+    peaks = np.append(first[0], later[later > first[0]])
+    return [_fitted(time, force, smooth, level, *place) for place in _valleys(smooth, peaks)]
+
+
+def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
+    """Return each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
+    edges = [0, *map(int, peaks), force.size - 1]
+    lowest = [edge + int(force[edge : following + 1].argmin()) for edge, following in pairwise(edges)]
+    return [(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
+
+
+def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int, between: tuple[int, int]) -> Peak:
+    """Return amplitude and time of the top of a polynomial through the samples around a peak of the smoothed signal.
+
+    The smoothed signal has its peak elsewhere where a pulse is lopsided or has two humps. So polynomials over the same
+    reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
+    is taken. noise: in the signal, N.
+    """
+    width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
+    reach = _reach(width, noise / smooth[peak])
+    half = max(1, round(0.5 * width))
+    first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
+    start, stop = max(0, first - reach), min(force.size, last + reach)
+    if stop - start == last - first + 2 * reach:
+        peak = first + int(np.convolve(force[start:stop], _middle_of(reach), "valid").argmax())
+    elif stop - start > 2 * reach:  # near an end of the record
+        moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
+        peak = first + int(moving[first - start : last - start].argmax())
+    near = slice(max(0, peak - reach), peak + reach + 1)
+    fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
+    tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
+    best = max(tops, key=fit, default=time[peak])
+    return float(fit(best)), float(best)
+
+
+@lru_cache(maxsize=256)
+def _middle_of(reach: int) -> Vector:
+    """Return what multiplies samples in the value of their polynomial in its middle."""
+    return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
+
+
+def _reach(width: float, noise: float) -> int:
+    """Return the samples on either side of a peak through which a polynomial is fitted; width in samples.
+
+    The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
+    reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units of the
+    pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
+    """
+    return max(2, round(width * float(np.clip(REACH * (noise**2 / width) ** (1.0 / 12.0), NARROWEST, WIDEST))))
+
+
+def ends_rising(force: Vector, incident: float, smallest: float) -> bool:
+    """Return whether a signal ends within a wave, whose peak is not known: as `waves_of_signal` reads it."""
+    smooth, noise, _ = smoothed(force)
+    least = max(smallest * incident, CLEAR * noise + resolution(force))
+    peaks = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
+    last = int(peaks[-1]) if peaks.size else 0
+    valley = last + int(smooth[last:].argmin())
+    return bool(least > 0.0 and smooth[valley:].max() >= max(smooth[valley], 0.0) + least)

@@ -1,0 +1,106 @@
+"""Records that mislead are warned of, with the cure: no lead, drift, hum, AC coupling, swapped sensors, a tail."""
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.signal import lfilter
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+STEP = 2e-7
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.31)
+    return hl.CoSimulation(chain, hl.half_plane(4e-3, hl.ALUMINIUM_6061, "clamped", 0.03, until=9e-4)).run(9e-4)
+
+
+def record(run: xr.Dataset, *sensors: int, lead: float = 2e-4, begin: float = 0.0) -> tuple[np.ndarray, dict]:
+    """Times and forces as a recorder has them, with a lead, from `begin` on, and noise of 0.2 %."""
+    rng, time = np.random.default_rng(7), np.arange(begin, 9e-4 + lead, STEP)
+    forces = {}
+    for sensor in sensors:
+        force = hl.sensor_force(run, sensor)
+        forces[sensor] = np.interp(time - lead, force.time, force, left=0.0)
+        forces[sensor] += 0.002 * float(force.max()) * rng.standard_normal(time.size)
+    return time, forces
+
+
+def said(signal: xr.Dataset, sensor: int) -> list[str]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        hl.reflections(signal, sensor)
+    return [str(one.message) for one in caught]
+
+
+def test_a_good_record_is_not_doubted(run: xr.Dataset) -> None:
+    time, forces = record(run, 7, 12)
+    signal = hl.as_signal(time, forces)
+    assert said(signal, 7) == []
+    assert hl.reflections(signal, 7).primary.amplitude_ratio == pytest.approx(
+        hl.reflections(run, 7).primary.amplitude_ratio, abs=0.005
+    )
+
+
+@pytest.mark.parametrize("late", [0.0, 3e-6, 8e-6])
+def test_a_record_that_begins_within_the_wave(run: xr.Dataset, late: float) -> None:
+    arrival = hl.reflections(run, 7).incident.arrival
+    time, forces = record(run, 7, lead=0.0, begin=arrival + late)
+    (message,) = [one for one in said(hl.as_signal(time - time[0], forces), 7) if "lead" in one]
+    assert "the record begins within a wave" in message
+    assert "begin the record before the first wave" in message
+
+
+def drift(time: np.ndarray, force: np.ndarray) -> np.ndarray:
+    return force + 0.1 * force.max() * time / time[-1]
+
+
+def hum(time: np.ndarray, force: np.ndarray) -> np.ndarray:
+    return force + 0.2 * force.max() * np.sin(2.0 * np.pi * 50.0 * time)
+
+
+def ac_coupled(time: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """A high-pass of first order with a time constant of 0.4 ms."""
+    part = STEP / 4e-4
+    return lfilter([1.0, -1.0], [1.0, -(1.0 - part)], force)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"), [(drift, "the zero drifts"), (hum, "the zero drifts"), (ac_coupled, "beads do not pull")]
+)
+def test_a_zero_that_is_not_that_of_the_force(
+    run: xr.Dataset, spoil: Callable[[np.ndarray, np.ndarray], np.ndarray], words: str
+) -> None:
+    """Each falsifies AR by some percent."""
+    time, forces = record(run, 7)
+    signal = hl.as_signal(time, {7: spoil(time, forces[7])})
+    true = hl.reflections(run, 7).primary.amplitude_ratio
+    messages = said(signal, 7)
+    assert abs(hl.reflections(signal, 7).primary.amplitude_ratio / true - 1.0) > 0.02
+    assert any(words in message and "couple" in message for message in messages)
+
+
+def test_swapped_sensors(run: xr.Dataset) -> None:
+    time, forces = record(run, 7, 12)
+    signal = hl.as_signal(time, {7: forces[12], 12: forces[7]})
+    assert any(
+        "sensors 7 and 12: the incident wave reaches bead 12" in one and "swapped" in one for one in said(signal, 7)
+    )
+
+
+def test_the_tail_in_a_compressed_chain_is_no_reflected_wave() -> None:
+    """The tail, AR 0.03, swings below zero; the wave of the plate comes later."""
+    plate = hl.half_plane(4e-3, hl.ALUMINIUM_6061, "clamped", 0.02, until=9e-4)
+    run = hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31, preload=10.0), plate).run(9e-4)
+    true = hl.reflections(run, 10).primary
+    signal = hl.as_signal(run.time.values, {10: hl.sensor_force(run, 10).values})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        read = hl.reflections(signal, 10).primary
+    assert read.amplitude_ratio == pytest.approx(true.amplitude_ratio, rel=1e-3)
+    assert read.time_of_flight == pytest.approx(true.time_of_flight, abs=1e-7)

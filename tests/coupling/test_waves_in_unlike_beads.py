@@ -1,0 +1,93 @@
+"""Waves in chains of unlike beads: what the chain turns back is no reflected wave."""
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+
+STEEL = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+
+def dimer(other: hl.Sphere, cells: int, speed: float, structure: hl.Structure, until: float) -> xr.Dataset:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of yield
+        return hl.CoSimulation(hl.Chain([STEEL, other] * cells, STEEL, speed), structure).run(until)
+
+
+@pytest.fixture(scope="module")
+def brass() -> xr.Dataset:
+    """Steel and brass by turns; nothing but the infinite plate sends a wave back."""
+    plate = hl.infinite_plate(5e-3, hl.STEEL_440C)
+    return dimer(hl.Sphere(4.76e-3, hl.BRASS_360), 9, 0.3, plate, 1.2e-3)
+
+
+def force_at(run: xr.Dataset, sensor: int, begin: float, end: float) -> tuple[float, float]:
+    """The greatest force at a bead within some time, N, and when, s."""
+    force = hl.sensor_force(run, sensor).sel(time=slice(begin, end))
+    return float(force.max()), float(force.time[int(force.argmax())])
+
+
+@pytest.mark.parametrize("sensor", range(6, 14))
+def test_the_wave_of_the_plate_and_not_of_the_chain(brass: xr.Dataset, sensor: int) -> None:
+    """The force shows a clear wave after the push on the plate, and pulses of 2 % before."""
+    push = float(brass.time[int(brass.contact_force.isel(contact=-1).argmax())])
+    top, at = force_at(brass, sensor, push + 3e-5, 1.2e-3)
+    incident, begins = force_at(brass, sensor, 0.0, push - 3e-5)
+    primary = hl.reflections(brass, sensor).primary
+    assert primary.begins == "structure"
+    assert primary.amplitude_ratio == pytest.approx(top / incident, rel=2e-3)
+    assert primary.time_of_flight == pytest.approx(at - begins, abs=5e-7)
+
+
+def test_a_wave_comes_back_later_at_each_bead_farther_from_the_plate(brass: xr.Dataset) -> None:
+    waves = [hl.reflections(brass, sensor).primary for sensor in range(6, 14)]
+    assert np.all(np.diff([wave.time_of_flight for wave in waves]) < 0.0)
+    assert min(wave.amplitude_ratio for wave in waves) > 0.65
+    assert max(wave.amplitude_ratio for wave in waves) < 0.85
+
+
+@pytest.mark.parametrize("scale", [0.996, 0.999, 1.0, 1.001, 1.004])
+def test_ar_is_a_smooth_function_of_a_radius(scale: float) -> None:
+    """Steel and PTFE: some thousandths of the radius once changed AR at bead 7 from 0.68 to 0.05 or none."""
+    run = dimer(hl.Sphere(2.4e-3 * scale, hl.PTFE), 9, 0.3, hl.infinite_plate(5e-3, hl.STEEL_440C), 3e-3)
+    primary = hl.reflections(run, 7).primary
+    assert primary.amplitude_ratio == pytest.approx(0.951, abs=0.005)
+    assert primary.time_of_flight == pytest.approx(1801e-6, abs=12e-6)
+
+
+def test_an_incident_wave_in_a_record_that_ends_before_the_reflection() -> None:
+    """24 beads, steel and PTFE by turns, 2 ms: a pulse of some newtons has passed, and the record is too short."""
+    run = dimer(hl.Sphere(2.4e-3, hl.PTFE), 12, 0.1, hl.infinite_plate(5e-3, hl.STEEL_440C), 2e-3)
+    with pytest.warns(hl.HertzlinkWarning, match="record: ends at 2 ms.* until = .* would hold it"):
+        waves = hl.reflections(run, 7)
+    assert waves.incident.amplitude == pytest.approx(float(hl.sensor_force(run, 7).max()), rel=1e-3)
+    assert not waves.primary
+
+
+def test_two_peaks_of_one_height_are_warned_of() -> None:
+    """Two collisions of the same bead, within one wave: which one counts, a small change decides."""
+    time = np.arange(0.0, 1e-3, 2e-7)
+
+    def pulse(arrival: float) -> np.ndarray:
+        return np.exp(-(((time - arrival) / 12e-6) ** 2))
+
+    force, velocity = np.zeros((time.size, 9)), np.zeros((time.size, 2))
+    for contact in range(9):
+        force[:, contact] = 50.0 * pulse(1e-4 + 1e-5 * contact)
+        for height, late in ((20.0, 0.0), (19.5, 3e-5)):
+            force[:, contact] += height * pulse(3e-4 - 1e-5 * contact + late)
+    velocity[:, 1] = 1e-3 * (force[:, 0] * (time < 2e-4) - force[:, 0] * (time > 2e-4))
+    run = xr.Dataset(
+        {"contact_force": (("time", "contact"), force), "velocity": (("time", "bead"), velocity)},
+        coords={
+            "time": time, "bead": [0, 1], "contact": np.arange(1, 10), "static_force": ("contact", np.zeros(9)),
+            "centre": ("bead", [-0.005, 0.005]),
+        },
+    )  # fmt: skip
+    with pytest.warns(
+        hl.HertzlinkWarning, match="wave at bead 1: the primary wave has peaks of nearly the same height, 29.2 µs apart"
+    ):
+        hl.reflections(run, 1)
