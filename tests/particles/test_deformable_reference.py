@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 import hertzlink as hl
 
@@ -16,8 +17,8 @@ LAST_SPEEDS = (-0.0341497, -0.0141508, 0.0665622, 0.481738)
 
 def passages(time: Any, force: Any) -> tuple[Any, Any, Any]:
     """Of each contact: impulse, the time of the force's centroid, and its peak by a parabola over 3 µs."""
-    impulse = np.trapezoid(force, time, axis=0)
-    arrival = np.trapezoid(force * time[:, None], time, axis=0) / impulse
+    impulse = trapezoid(force, time, axis=0)
+    arrival = trapezoid(force * time[:, None], time, axis=0) / impulse
     peaks = []
     for one in force.T:
         near = abs(time - time[one.argmax()]) < 1.5e-6
