@@ -1,4 +1,4 @@
-"""What people type: a layered rod as written, two chains, a quadratic waveform, each over the run that was tuned.
+"""What people type: a layered rod as written, two chains, each over the run that was tuned.
 
 Every figure is the least of several runs, one after the other in one process. The first run of each, which compiles or
 loads the kernels and finds the modes, is not counted; that of a fresh environment is measured apart.
@@ -77,7 +77,6 @@ def main() -> None:
     print(f"one chain on a reduced rod ({small.size} oscillators), {1e3 * UNTIL} ms: {1e3 * one:.1f} ms")
     cases: dict[str, Callable[[], hl.CoSimulation]] = {
         f"rod as written ({rod.size} unknowns)": lambda: hl.CoSimulation(chain(), rod),
-        "quadratic waveform": lambda: hl.CoSimulation(chain(), small, waveform="quadratic"),
         "two chains, two rods": lambda: hl.CoSimulation([chain(), chain(0.3)], others),
         "adaptive windows": lambda: hl.CoSimulation(chain(), small, window=hl.Adaptive()),
         "Aitken": lambda: hl.CoSimulation(chain(), small, hl.Aitken()),

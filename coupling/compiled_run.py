@@ -9,7 +9,7 @@ import numpy as np
 from coupling.interface import Interface
 from coupling.kernels import loop
 from coupling.kernels.adaptive import Adaptation, adapt
-from coupling.kernels.newton import PIECES, Contacts, OneContact
+from coupling.kernels.newton import Contacts, OneContact
 from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.results.schema import FIRST
@@ -82,7 +82,6 @@ class Engine:
         self.joined = plan.stride if rigid else 1
         """Windows of the plan that are one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
-        self.quadratic = interface.quadratic and not rigid
         self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
         self.chains = tuple(chain.model for chain in interface.chains)
         self.structures = (
@@ -109,7 +108,7 @@ class Engine:
             np.zeros(contacts, TRIED),
             np.zeros(chains, CHAIN),
             np.zeros((WORK_ROWS, coordinates)),
-            np.zeros((5 + PIECES + contacts, contacts)),
+            np.zeros((4 + contacts, contacts)),
         )
 
     def start(self) -> Run:
@@ -215,21 +214,18 @@ class Engine:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
             structure, compliance = self.windows.of(self.interface, self.structures, length)
-            parts = length, length / PIECES
-            steps = np.array(
-                [[chain.steps(part / self.joined) * self.joined for part in parts] for chain in self.interface.chains]
-            )
+            steps = np.array([chain.steps(length / self.joined) * self.joined for chain in self.interface.chains])
             self._lengths[length] = structure, self.contacts(compliance, steps)
         return self._lengths[length]
 
     def contacts(self, compliance: Vector, steps: Vector) -> Any:
         """Return the contacts as a piece."""
         interface = self.interface
-        if interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
+        if interface.size == 1 and interface.contacts[0].end != FIRST:
             return OneContact(interface.static, compliance, steps)
         behind = np.array([contact.end == FIRST for contact in interface.contacts])
         rigid = not compliance.any()
-        return Contacts(interface.static, compliance, steps, behind, interface.begin, self.quadratic, rigid)
+        return Contacts(interface.static, compliance, steps, behind, interface.begin, rigid)
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import xarray as xr
 
 from coupling.interface import ContactPoint, Facing, Interface, for_each
-from coupling.plan import ACCURACIES, WAVEFORMS, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
+from coupling.plan import ACCURACIES, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
 from coupling.recording.trace import Trace
@@ -24,7 +24,7 @@ from structures.checks import instance, listed, positive
 from structures.described import checked_call
 from structures.html_table import html_table
 from structures.moving import MovingStructure
-from structures.quantities import Asks, Interval, OneOf, Quantity, Several
+from structures.quantities import Asks, Interval, Quantity, Several
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.unmeshed import as_struck, is_left_out
@@ -55,8 +55,6 @@ class CoSimulation:
     substeps : int, optional
         Substeps of the structures in a given window. Each holds a whole number of the chain's steps. By default the
         scheme determines it.
-    waveform : {"linear", "quadratic"}
-        How a surface moves over a substep.
     behind : like `structure`
         What the first bead of the chain, or of each chain, faces with its struck side.
     accuracy : {"default", "screening", "reference"}
@@ -95,7 +93,6 @@ class CoSimulation:
         dt: Annotated[Interval, Asks("the step of the chain; by default it follows from the contacts")] | None = None,
         *,
         substeps: Several | None = None,
-        waveform: Annotated[str, OneOf(*WAVEFORMS)] = "linear",
         behind: Facing | Sequence[Facing] = None,
         accuracy: HowFine = "default",
         most_steps: Annotated[float, Quantity("", "a number of steps of beads", "1e10")] = MOST_OF_A_RUN,
@@ -110,7 +107,7 @@ class CoSimulation:
         facing = for_each("structure", structure, len(chains), several)
         back = for_each("behind", behind, len(chains), several)
         self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps
-        self.interface = Interface(chains, facing, back, waveform == "quadratic", dt, self.accuracy.steps)
+        self.interface = Interface(chains, facing, back, dt, self.accuracy.steps)
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         self.scheme.start(self.interface)
         self.window, self.substeps = window, substeps
@@ -120,7 +117,7 @@ class CoSimulation:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
         self._given: dict[str, Any] = {
             "chain": chains if several else chains[0], "structure": facing if several else facing[0], "scheme": scheme,
-            "window": window, "dt": dt, "substeps": substeps, "waveform": waveform,
+            "window": window, "dt": dt, "substeps": substeps,
             "behind": back if several else back[0], "accuracy": accuracy, "most_steps": most_steps,
         }  # fmt: skip
 

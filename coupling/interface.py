@@ -1,12 +1,10 @@
 """Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from coupling.kernels.newton import PIECES
 from coupling.kernels.records import REMEMBERED
 from coupling.participant import CheckedParticipant, Participant
 from coupling.results.schema import FIRST, LAST, Contact
@@ -71,8 +69,7 @@ class Interface:
 
     facing, behind: for each chain what its last bead faces, and what its first bead faces with its struck side (None:
     nothing): Structures, Participants or ContactPoints of them. The forces of all contacts are an array of K numbers,
-    and so are the displacements of the structures' contact points. quadratic: whether a surface moves along a parabola
-    through the node before, not straight.
+    and so are the displacements of the structures' contact points.
     """
 
     def __init__(
@@ -80,11 +77,9 @@ class Interface:
         chains: Sequence[Chain],
         facing: Sequence[Any],
         behind: Sequence[Any],
-        quadratic: bool = False,
         dt: float | None = None,
         fineness: float = 1.0,
     ) -> None:
-        self.quadratic = quadratic
         self.structures: list[Any] = []
         self.contacts: list[Contact] = []
         self._given: list[Any] = []
@@ -189,21 +184,14 @@ class Interface:
         The works are those of the chains' own mean forces, above the static ones, on the motion that they followed.
         """
         before = past[-1].surface if past else np.zeros(self.size)
-        corners = self._corners(past, before, surface, length)
-        moved, force, work = list(states), np.zeros(self.size), np.zeros(self.size)
-        piece = length / (len(corners) - 1)
-        for start, end in pairwise(corners):
-            push = np.empty(self.size)
-            for number, chain in enumerate(self.chains):
-                seats = self.of_chain[number]
-                if len(seats) == 1:
-                    motion: Any = float(start[seats[0]]), float(end[seats[0]])
-                else:
-                    motion = start[seats], end[seats]
-                moved[number], push[seats] = chain.advance(moved[number], motion, piece)
-            force += push / (len(corners) - 1)
-            work += push * (end - start)
-        return tuple(moved), force, work
+        moved, force = list(states), np.empty(self.size)
+        for number, chain in enumerate(self.chains):
+            seats = self.of_chain[number]
+            motion: Any = (before[seats], surface[seats])
+            if len(seats) == 1:
+                motion = float(before[seats[0]]), float(surface[seats[0]])
+            moved[number], force[seats] = chain.advance(moved[number], motion, length)
+        return tuple(moved), force, force * (surface - before)
 
     def next(
         self,
@@ -275,16 +263,6 @@ class Interface:
             surface[seats] = places
         else:
             surface[seats[seats >= 0]] = places[seats >= 0]
-
-    def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:
-        """Return the displacements between which the surfaces move straight, at equal times."""
-        if not self.quadratic or not past:
-            return [before, surface]
-        earlier = past[-2].surface if len(past) > 1 else np.zeros(self.size)
-        last = past[-1].length
-        bend = 2.0 * ((surface - before) / length - (before - earlier) / last) / (length + last)
-        parts = (i / PIECES for i in range(PIECES + 1))
-        return [before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0) for part in parts]
 
     def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
         """Return the place of what an end of a chain faces among the structures, and the number of its point."""

@@ -14,8 +14,6 @@ from structures.moving import MovingStructure
 from structures.quantities import OneOf
 from structures.units import readable
 
-WAVEFORMS = ("linear", "quadratic")
-
 FEWEST_PER_CONTACT = 8
 """The user is warned of fewer substeps or saved times in a contact: on a PTFE rod AR is off by 0.2 % at 3.5 of them, by
 3 % at 1.7."""
@@ -81,8 +79,7 @@ class Plan(NamedTuple):
         if isinstance(window, Adaptive):
             attributes = {"window": repr(window)}
         steps = [chain.steps(self.length) for chain in interface.chains]
-        waveform = WAVEFORMS[interface.quadratic]
-        return {**attributes, "save_every": self.interval, "steps": steps, "waveform": waveform}
+        return {**attributes, "save_every": self.interval, "steps": steps}
 
 
 def plan_run(

@@ -228,7 +228,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "IQN-ILS": lambda: co(chain(), SpringMass(), scheme=hl.IQN_ILS()),
         "explicit": lambda: co(chain(), SpringMass(), scheme=hl.Explicit(tolerance=None)),
         "adaptive windows": lambda: co(chain(6), SpringMass(), hl.Aitken(), hl.Adaptive()),
-        "quadratic waveform": lambda: co(chain(6), SpringMass(), hl.Aitken(), waveform="quadratic"),
         "piston": lambda: co(chain(striker=hl.Piston([0.0, 1e-4, 1.0], [0.0, 4e-5, 4e-5]), impact_speed=None), wall),
         "pushed bead": lambda: co(
             chain(striker=hl.PushedBead([0.0, 2e-5, 4e-5, 1.0], [0.0, 50.0, 0.0, 0.0]), impact_speed=None), wall
@@ -290,7 +289,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
             "short windows": {"window": 1e-6},
             "steps": {"window": 1e-6, "substeps": 8},
             "extrapolation": {"scheme": hl.Explicit(predictor=2, parallel=True, tolerance=None)},
-            "quadratic drive": {"waveform": "quadratic"},
             "strict condensation": {"scheme": hl.Condensed(1e-12)},
         }.items()
     }
@@ -630,7 +628,7 @@ def entries() -> dict[str, dict[str, Any]]:
         "ellipsoids": {"chain.bead": {"shape": "ellipsoid", "length": "12 mm", "axis": "along", "angle": 0.3, **body}},
         "crossed cylinders": {"chain.beads": crossed},
         "deformable": {"chain.modes": 3, "chain.damping": part("modal", ratio=0.05)},
-        "Aitken": {"run.scheme": part("aitken", tolerance=1e-10), "run.reduce": False, "run.waveform": "quadratic"},
+        "Aitken": {"run.scheme": part("aitken", tolerance=1e-10), "run.reduce": False},
         "explicit": {"run.scheme": part("explicit", predictor=1), "run.window": "1 us", "run.save_every": "2 us"},
         "screening": {"run.accuracy": "screening", "run.reduce": {"tolerance": 0.1, "largest": 40}},
     }  # fmt: skip

@@ -11,9 +11,6 @@ from structures.kernels.kernel_cache import inner
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 
-PIECES = 4
-"""Straight pieces that replace a parabola of the surface over a window."""
-
 
 @inner()
 def surfaces(compliance: Vector, trial: Any) -> None:
@@ -58,14 +55,14 @@ def predict(run: Any, t: float, window: float, trial: Any) -> None:
 
 
 class OneContact(NamedTuple):
-    """One chain on one contact point, whose surface moves straight in a window."""
+    """One chain on one contact point."""
 
     static: Vector
     """The static force, N."""
     compliance: Vector
     """1 × 1: displacement for 1 N of mean force, m/N."""
     steps: Vector
-    """C × 2: steps of the chain in a window, and in one of its PIECES."""
+    """Steps of the chain in a window, an array of one."""
 
     @staticmethod
     def agree(
@@ -77,7 +74,7 @@ class OneContact(NamedTuple):
         open contact included. Where a loss makes the force jump as the contact opens there may be no root: the window
         is halved then, in which less happens.
         """
-        chain, static, compliance, steps = chains[0], contacts.static[0], contacts.compliance, contacts.steps[0, 0]
+        chain, static, compliance, steps = chains[0], contacts.static[0], contacts.compliance, contacts.steps[0]
         y, v, first, slope = trial.y, trial.v, 0, run.contact[0].slope
         predict(run, t, window, trial)
         contact, before = trial.contact[0], run.contact[0].surface
@@ -116,20 +113,18 @@ class OneContact(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Several contacts, ordered by chain; or one whose surface moves along a parabola."""
+    """Several contacts, ordered by chain."""
 
     static: Vector
     """K, static forces, N."""
     compliance: Vector
     """K × K, displacements for 1 N of mean force, m/N."""
     steps: Vector
-    """C × 2: steps of each chain in a window, and in one of its PIECES."""
+    """C, steps of each chain in a window."""
     behind: Vector
     """K: whether it is the contact of the first bead."""
     begin: Vector
     """C + 1 rows: the first coordinate and the first contact of each chain."""
-    quadratic: bool
-    """Whether surfaces move along parabolas."""
     rigid: bool
     """Whether the compliance is zero."""
 
@@ -143,7 +138,7 @@ class Contacts(NamedTuple):
         """
         count, work, compliance = trial.contact.size, trial.rows, contacts.compliance
         slope, gap, last_surface, last_answer = work[0], work[1], work[2], work[3]
-        matrix, corners = work[5 + PIECES :], work[4 : 5 + PIECES]
+        matrix = work[4:]
         predict(run, t, window, trial)
         for k in range(count):
             contact = trial.contact[k]
@@ -154,12 +149,9 @@ class Contacts(NamedTuple):
         while tried < search.most:
             tried += 1
             surfaces(compliance, trial)
-            pieces = straight(contacts, run, trial, window, corners)
             copy(run.y, trial.y)
             copy(run.v, trial.v)
-            for k in range(count):
-                trial.contact[k].answer, trial.contact[k].work = 0.0, 0.0
-            follow_chains(chains, 0, contacts, t, window, corners, pieces, trial)
+            follow_chains(chains, 0, contacts, run, t, window, trial)
             residual = 0.0
             for k in range(count):
                 contact = trial.contact[k]
@@ -187,53 +179,27 @@ class Contacts(NamedTuple):
 
 
 @inner()
-def straight(contacts: Any, run: Any, trial: Any, window: float, corners: Vector) -> int:
-    """Put the displacements between which surfaces move straight, at equal times, into rows; return the pieces.
-
-    A parabola through the node before is replaced by PIECES straight pieces.
-    """
-    remembered, last = run.totals[0].remembered, run.window[0].length
-    pieces = PIECES if contacts.quadratic and remembered > 0 else 1
-    for k in range(trial.contact.size):
-        before, end, bend = run.contact[k].surface, trial.contact[k].surface, 0.0
-        if pieces > 1:
-            earlier = run.node[1, k].surface if remembered > 1 else 0.0
-            bend = 2.0 * ((end - before) / window - (before - earlier) / last) / (window + last)
-        for i in range(pieces + 1):
-            part = i / pieces
-            corners[i, k] = before + part * (end - before) + 0.5 * bend * window**2 * part * (part - 1.0)
-        corners[pieces, k] = end
-    return pieces
-
-
-@inner()
-def follow_chain(
-    chain: Any, c: int, contacts: Any, t: float, window: float, corners: Vector, pieces: int, trial: Any
-) -> None:
-    """Move chain c against surfaces that move from corner to corner; add its answers, and fill works and losses."""
-    part = window / pieces
+def follow_chain(chain: Any, c: int, contacts: Any, run: Any, t: float, window: float, trial: Any) -> None:
+    """Move chain c against its surfaces, which move straight over a window; fill its answers, works and losses."""
     first, last = contacts.begin[c, 0], contacts.begin[c + 1, 0]
     ahead, end = contacts.begin[c, 1], contacts.begin[c + 1, 1]
     # A contact behind comes after that of the last bead.
     back = end - 1 if contacts.behind[end - 1] else -1
-    y, v, steps = trial.y[first:last], trial.v[first:last], contacts.steps[c, 0 if pieces == 1 else 1]
-    trial.chain[c].lost, trial.chain[c].driven = 0.0, 0.0
-    for p in range(pieces):
-        if back >= 0:
-            y[0] = chain.rest - corners[p, back]
-            v[0] = (corners[p, back] - corners[p + 1, back]) / part
-        front, rear, lost, driven = advance(
-            chain, y, v, trial.work[:, first:last], t + p * part, part, corners[p, ahead], corners[p + 1, ahead],
-            steps, 0,
-        )  # fmt: skip
-        if back >= 0:
-            y[0] = chain.rest - corners[p + 1, back]
-        trial.chain[c].lost += lost
-        trial.chain[c].driven += driven
-        for k in range(ahead, end):
-            force = (rear if k == back else front) - contacts.static[k]
-            trial.contact[k].answer += force / pieces
-            trial.contact[k].work += force * (corners[p + 1, k] - corners[p, k])
+    y, v = trial.y[first:last], trial.v[first:last]
+    if back >= 0:
+        before, after = run.contact[back].surface, trial.contact[back].surface
+        y[0], v[0] = chain.rest - before, (before - after) / window
+    front, rear, lost, driven = advance(
+        chain, y, v, trial.work[:, first:last], t, window, run.contact[ahead].surface, trial.contact[ahead].surface,
+        contacts.steps[c], 0,
+    )  # fmt: skip
+    if back >= 0:
+        y[0] = chain.rest - trial.contact[back].surface
+    trial.chain[c].lost, trial.chain[c].driven = lost, driven
+    for k in range(ahead, end):
+        contact = trial.contact[k]
+        contact.answer = (rear if k == back else front) - contacts.static[k]
+        contact.work = contact.answer * (contact.surface - run.contact[k].surface)
 
 
 follow_chains = for_each(follow_chain)

@@ -114,7 +114,7 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
 
 
 HOW: dict[str, dict[str, Any]] = {
-    "": {}, "quadratic": {"waveform": "quadratic"}, "adaptive": {"window": hl.Adaptive(1e-4)}
+    "": {}, "adaptive": {"window": hl.Adaptive(1e-4)}
 }  # fmt: skip
 
 LONG_TO_COMPILE = ("chains of three kinds",)

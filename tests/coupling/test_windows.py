@@ -1,4 +1,4 @@
-"""Windows: waveforms, substeps, and those whose length follows their error."""
+"""Windows: substeps, and those whose length follows their error."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from hard_cases import CASES, REFERENCE, SENSOR, chain, oscillator
-from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
+from smooth_cases import STRUCTURES, UNTIL, reference
 
 import hertzlink as hl
 from coupling.plan import ADAPTIVE_PER_CONTACT
@@ -29,49 +29,8 @@ class Counted(hl.stepping.MovingStructure):
         return super().free(state, window)
 
 
-def away(run: xr.Dataset, structure: str) -> float:
-    """Root mean square of the surface's distance from the reference, m."""
-    square = (run.surface_displacement - reference(structure).surface_displacement.values) ** 2
-    return float(np.sqrt(square.mean()))
-
-
 def ratio(run: xr.Dataset) -> float:
     return float(hl.amplitude_ratio(run, SENSOR))
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.Explicit(2, tolerance=None)])
-@pytest.mark.parametrize("structure", STRUCTURES)
-def test_parabolas_are_of_second_order_too(structure: str, scheme: Any) -> None:
-    """The mean force that drives the structure is of second order; so the whole is."""
-    errors = [
-        away(
-            hl.CoSimulation(chain(), STRUCTURES[structure], scheme, window, 5e-9, substeps=1, waveform="quadratic").run(
-                UNTIL, save_every=INTERVAL
-            ),
-            structure,
-        )
-        for window in (5e-7, 2.5e-7, 1.25e-7)
-    ]
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(2.0, abs=0.2)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("structure", STRUCTURES)
-def test_parabolas_bring_amplitude_ratios_nearer_but_make_energy(structure: str) -> None:
-    """At 1 µs; the mean force does another work along a parabola than along the straight line."""
-    straight, bent = (
-        hl.CoSimulation(chain(), STRUCTURES[structure], window=1e-6, dt=5e-9, substeps=1, waveform=waveform).run(
-            UNTIL, save_every=INTERVAL
-        )
-        for waveform in ("linear", "quadratic")
-    )
-    exact = ratio(reference(structure))
-    assert abs(ratio(bent) - exact) < 0.7 * abs(ratio(straight) - exact)
-    assert away(bent, structure) < away(straight, structure)
-    assert hl.energy_error(straight) < 1e-7 < 1e-6 < hl.energy_error(bent) < 1e-3
-    energy = float(bent.impact_energy)
-    assert hl.energy_error(bent) == pytest.approx(float(abs(bent.interface_mismatch).max()) / energy, rel=0.05)
 
 
 def test_condensed_takes_substeps_as_windows() -> None:
