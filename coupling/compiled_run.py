@@ -74,7 +74,6 @@ class Engine:
         plan: Plan,
         recorder: Any,
         adaptive: float | None = None,
-        clock: Any = None,
         windows: StructureWindows | None = None,
     ) -> None:
         self.interface, self.plan, self.recorder, self.adaptive = interface, plan, recorder, adaptive
@@ -84,14 +83,7 @@ class Engine:
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
         self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
         self.chains = tuple(chain.model for chain in interface.chains)
-        self.structures = (
-            interface.structures if clock is None else [clock.watch(structure) for structure in interface.structures]
-        )
         self.finest = interface.contact_time / FINEST
-        kernels: tuple[Any, Any] = loop.run_windows, adapt
-        self.kernel, self.adapt_kernel = (
-            kernels if clock is None else (clock.timed("compiled loop", k) for k in kernels)
-        )
         self.windows = windows or StructureWindows()
         self._lengths: dict[float, tuple[Any, Any]] = {}
         self.trial = self.work_space()
@@ -186,7 +178,7 @@ class Engine:
         )
         pieces = run, self.chains, structure, contacts, self.search, self.recorder, self.trial, interface.begin
         windows = done, last * whole, self.stride, length, error
-        problem, done, error = self.adapt_kernel(*pieces, adaptation, windows)
+        problem, done, error = adapt(*pieces, adaptation, windows)
         if problem == loop.NON_FINITE:
             self._check_finite(done * length)
         if problem == loop.NOT_CONVERGED and finest:
@@ -208,12 +200,12 @@ class Engine:
 
     def _move(self, run: Run, length: float, windows: tuple[int, int, int, int]) -> Any:
         pieces = run, self.chains, *self.of_length(length), self.search, self.recorder, self.trial
-        return self.kernel(*pieces, self.interface.begin, length, windows)
+        return loop.run_windows(*pieces, self.interface.begin, length, windows)
 
     def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
-            structure, compliance = self.windows.of(self.interface, self.structures, length)
+            structure, compliance = self.windows.of(self.interface, self.interface.structures, length)
             steps = np.array([chain.steps(length / self.joined) * self.joined for chain in self.interface.chains])
             self._lengths[length] = structure, self.contacts(compliance, steps)
         return self._lengths[length]

@@ -10,7 +10,6 @@ from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.plan import ACCURACIES, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
-from coupling.recording.trace import Trace
 from coupling.results.findings import warn
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from coupling.run_loop import Work
@@ -142,7 +141,6 @@ class CoSimulation:
         self,
         until: Interval,
         save_every: Interval | None = None,
-        trace: bool = False,
         sensors: Iterable[int] | None = None,
     ) -> xr.Dataset:
         """Simulate up to a time and return what was saved.
@@ -154,8 +152,6 @@ class CoSimulation:
         save_every : float, optional
             The interval between saved times, s. By default every substep of a given window, else `until` divided by a
             power of two, with at least 64 saved times in the shortest contact.
-        trace : bool
-            Whether to store the seconds that each part took in the attribute "trace".
         sensors : sequence of int, optional
             Numbers of the beads to keep, each with its velocity and its two contact forces; of several chains, of each.
             The run is then faster and its result far smaller. Measures of waves work on it; energies, displacements
@@ -183,15 +179,13 @@ class CoSimulation:
         plan = self.plan(until, save_every)
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
         inputs = {**self.describe(), "until": until, **plan.describe(self.interface, self.window)}
-        clock = Trace() if trace else None
         frames = Frames(self.interface, plan.rows, selection)
-        filled = frames if clock is None else clock.watch(frames)
-        Work(self.interface, self.scheme, self.window, plan, filled, clock).do()
+        Work(self.interface, self.scheme, self.window, plan, frames).do()
         findings += checked([self.interface], [frames], plan.interval)[0]
         run = dataset(self.interface, frames, plan.interval, inputs, findings)
         if log.isEnabledFor(logging.INFO):
             log.info("%s", summary(run))
-        return run if clock is None else run.assign_attrs(trace=clock.report())
+        return run
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:
         """Return the division of a run into windows and saved times, or raise a ValueError for times that do not fit.

@@ -9,7 +9,6 @@ from coupling.interface import Interface
 from coupling.participant import CheckedParticipant
 from coupling.plan import Plan
 from coupling.recording.frames import Frames
-from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.halving import Adaptive, Windows
 from coupling.schemes.scheme import Scheme
@@ -28,14 +27,13 @@ tried a few times."""
 
 
 class Work(NamedTuple):
-    """A run to do: its two sides, scheme and plan, what records it, the clock of a trace, and windows known already."""
+    """A run to do: its two sides, scheme and plan, what records it, and windows known already."""
 
     interface: Interface
     scheme: Scheme
     window: float | Adaptive | None
     plan: Plan
     frames: Frames
-    clock: Trace | None
     known: StructureWindows | None = None
 
     def do(self) -> None:
@@ -58,8 +56,7 @@ def is_compiled(interface: Interface, scheme: Scheme) -> bool:
 
 def run_windows(work: Work) -> None:
     """Run window by window, by the scheme."""
-    _, scheme, window, plan, frames, clock, _ = work
-    interface = work.interface if clock is None else clock.watch_interface(work.interface)
+    interface, scheme, window, plan, frames, _ = work
     windows = Windows(interface, scheme, window.tolerance if isinstance(window, Adaptive) else None)
     state, done, counts = work.interface.start(scheme.start(work.interface)), 0, Counts()
     if scheme.repeats:
@@ -96,10 +93,10 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 def run_compiled(work: Work) -> None:
     """Run all windows in compiled code, for linear structures."""
-    interface, scheme, window, plan, frames, clock, known = work
+    interface, scheme, window, plan, frames, known = work
     assert isinstance(scheme, Condensed)
     tolerance = window.tolerance if isinstance(window, Adaptive) else None
-    engine = Engine(interface, scheme, plan, frames.saved, tolerance, clock, known)
+    engine = Engine(interface, scheme, plan, frames.saved, tolerance, known)
     run, row, end = engine.start(), 0, plan.rows - 1
     effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
     rows = max(1, int(min(UNBROKEN / effort, plan.total)) // plan.stride)

@@ -501,7 +501,7 @@ def _runs() -> dict[str, Target]:
         ),
         "CoSimulation.run": Target(
             simulation().run,
-            {"until": UNTIL, "save_every": 1e-6, "trace": False},
+            {"until": UNTIL, "save_every": 1e-6},
             None,
             {"save_every": (1e-18, 1e-12, 1.0)},
             LONG,

@@ -484,7 +484,7 @@ class _Rows:
             frames = Frames(interface, plan.rows, selection)
             # With the chain: another one could get its number when it is gone.
             last[place] = alike, interface.chains[0], frames
-        work = Work(interface, simulation.scheme, simulation.window, plan, frames, None, self.windows)
+        work = Work(interface, simulation.scheme, simulation.window, plan, frames, self.windows)
         return _Ready(i, alike, work, [finding for finding in findings if finding not in earlier])
 
     def _checked(self, runs: "Sequence[_Ready]") -> dict[int, list[str]]:

@@ -68,7 +68,7 @@ def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
         frames, plans = [], [run.plan(until, 4e-6) for run in runs]
         for run, plan in zip(runs, plans, strict=True):
             frames.append(Frames(run.interface, plan.rows, kept))
-            Work(run.interface, run.scheme, run.window, plan, frames[-1], None).do()
+            Work(run.interface, run.scheme, run.window, plan, frames[-1]).do()
         interfaces = [run.interface for run in runs]
         with collected():
             alone = [

@@ -2,7 +2,6 @@
 
 import runpy
 import threading
-import time
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -375,19 +374,6 @@ def test_states_of_any_kind() -> None:
     run = hl.CoSimulation(CHAIN, Spring(), hl.Aitken(), window=2e-7).run(UNTIL, save_every=2e-6)
     assert run.contact_force.values == pytest.approx(expected.values, abs=2e-3 * float(expected.max()))
     assert simulate(HoldsALock()).equals(simulate(Sound()))
-
-
-def test_a_slow_one_is_timed() -> None:
-    class Slow(Sound):
-        def advance(self, state: Any, force: Any, window: float) -> Any:
-            time.sleep(1e-3)
-            return super().advance(state, force, window)
-
-    run = hl.CoSimulation(CHAIN, Slow(), hl.Explicit(tolerance=None), window=1e-6, substeps=1).run(5e-5, trace=True)
-    assert "trace" in run.attrs
-    assert run.drop_attrs().equals(
-        hl.CoSimulation(CHAIN, Sound(), hl.Explicit(tolerance=None), window=1e-6, substeps=1).run(5e-5).drop_attrs()
-    )
 
 
 @pytest.mark.parametrize(

@@ -137,12 +137,6 @@ def test_the_contact_of_the_last_bead_is_measured_at_it() -> None:
     assert hl.contact_time(run(7, 14)) == hl.contact_time(every)
 
 
-def test_the_trace_of_a_run_with_sensors_changes_nothing() -> None:
-    timed = hl.CoSimulation(chain(), ROD).run(UNTIL, sensors=[7], trace=True)
-    assert "compiled loop" in timed.attrs.pop("trace")
-    xr.testing.assert_identical(timed, run(7))
-
-
 @pytest.mark.parametrize("sensors", [None, [2]])
 def test_the_deepest_approach_of_a_contact_on_a_spring_is_its_part(sensors: Any) -> None:
     """A law is trusted up to an approach of its own contact; the structure's flexibility is another spring."""
@@ -150,7 +144,7 @@ def test_the_deepest_approach_of_a_contact_on_a_spring_is_its_part(sensors: Any)
     simulation = hl.CoSimulation(chain(3), soft)
     interface, plan = simulation.interface, simulation.plan(1e-4)
     frames = Frames(interface, plan.rows, None if sensors is None else kept_at(sensors, 3))
-    Work(interface, simulation.scheme, None, plan, frames, None).do()
+    Work(interface, simulation.scheme, None, plan, frames).do()
     motion = motion_of(interface.chains[0], frames.chains)
     own = interface.chains[0].laws[-1]
     assert own is not None
