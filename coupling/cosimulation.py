@@ -16,7 +16,6 @@ from coupling.run_loop import Work
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.halving import Adaptive
 from coupling.schemes.scheme import Scheme
-from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, positive
@@ -29,9 +28,6 @@ from structures.structure import Structure
 from structures.unmeshed import as_struck, is_left_out
 
 log = logging.getLogger("hertzlink.cosimulation")
-
-MOST_STEPS = 1e8
-"""Steps of a chain in one call of `step`, which nothing interrupts: some seconds."""
 
 
 class CoSimulation:
@@ -267,19 +263,6 @@ class CoSimulation:
         """Return the full input as plain data."""
         asked = {} if self.most_steps == MOST_OF_A_RUN else {"most_steps": self.most_steps}
         return {**self.interface.describe(), "scheme": repr(self.scheme), **asked}
-
-    def start(self) -> CoupledState:
-        """Return the state at time zero: strikers touch their first beads."""
-        return self.interface.start(self.scheme.start(self.interface))
-
-    def step(self, state: CoupledState, window: float) -> CoupledState:
-        """Return the state one window (s) later, by the scheme, in one substep. Raises NotConverged."""
-        window = positive("window", window, "s")
-        for chain in self.interface.chains:
-            steps = window / (chain.longest_step if chain.dt is None else chain.dt)
-            if steps > MOST_STEPS:
-                raise ValueError(f"window = {window!r}: takes {steps:.3g} steps of a chain, at most {MOST_STEPS:.0e}")
-        return self.scheme.step(self.interface, state, window, 1)[-1]
 
     def __repr__(self) -> str:
         return f"CoSimulation({self.interface.in_words()}; {self.scheme!r})"

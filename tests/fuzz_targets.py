@@ -509,7 +509,6 @@ def _runs() -> dict[str, Target]:
         "CoSimulation.run of a chain alone": Target(
             hl.CoSimulation(CHAIN, WALL).run, {"until": UNTIL, "save_every": 1e-6}, None, None, LONG
         ),
-        "CoSimulation.step": Target(partial(simulation().step, simulation().start()), {"window": 1e-6}),
         "several chains": Target(
             hl.CoSimulation,
             {

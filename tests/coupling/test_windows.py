@@ -210,5 +210,5 @@ def test_the_error_of_a_window_is_the_distance_of_a_parabola_from_its_chord() ->
     for force, part in ((1.0, 1.0), (0.0, 0.1)):
         ends = ((1e-6, 1e-6), (3e-6, 2e-6), (3e-6 + window, window))
         past = tuple(Node(t, length, np.array([a * t * t]), np.array([force])) for t, length in ends)
-        found = windows.error(simulation.start()._replace(past=past))
+        found = windows.error(simulation.interface.start(None)._replace(past=past))
         assert found == pytest.approx(part * a * window**2 / 4.0 / scale, rel=1e-9)
