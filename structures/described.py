@@ -262,7 +262,9 @@ def _function(target: Any) -> Any:
             return target(*arguments, **named)  # Python names what is wrong with the call.
         values |= entry.checked(values, entry.name)
         product = target(**values)
-        if hasattr(product, "origin") and entry.builds and product.origin.get("kind", entry.called) == entry.called:
+        # A Dataset searches its names for what resembles one that it does not have: the type comes first.
+        has_origin = is_dataclass(product) and hasattr(product, "origin")
+        if has_origin and entry.builds and product.origin.get("kind", entry.called) == entry.called:
             stated = {name: values.get(name, parameter.default) for name, parameter in parameters.items()}
             plain = {name: as_argument(value) for name, value in stated.items()} | dict(product.origin)
             stated = {name: value for name, value in plain.items() if value is not None}

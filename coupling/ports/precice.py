@@ -481,5 +481,6 @@ def _dataset(moving: MovingChain, windows: _Windows, inputs: dict[str, Any]) -> 
         "residual": np.array(windows.residual),
     }
     variables = {name: variable(name, data) for name, data in values.items()}
-    coordinates = run_coordinates(times, moving.mass.size, moving.chain.centres, moving.static_force)
+    bodies = range(moving.mass.size)
+    coordinates = run_coordinates(times, bodies, bodies, moving.chain.centres, moving.static_force)
     return xr.Dataset(variables, coordinates, provenance(inputs))

@@ -1,6 +1,7 @@
 """A result is an xarray.Dataset: named dimensions, units, the full input and the versions in its attributes."""
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,49 +24,81 @@ def dataset(
     inputs: Mapping[str, Any],
     findings: Sequence[str] = (),
 ) -> xr.Dataset:
-    """Return the Dataset of one run. Shorter chains are padded with NaN, see `reading`.
+    """Return the Dataset of one run, of views of its frames. Shorter chains are padded with NaN, see `reading`.
 
     inputs: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
-    selection = frames.kept
-    bodies = max(chain.mass.size for chain in interface.chains)
-    coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
-    values: dict[str, Any] = {}
+    chains, selection = interface.chains, frames.kept
+    bodies, size = [*range(max(chain.mass.size for chain in chains))], len(chains)
+    contacts = bodies
     if selection is None:
-        chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
-        values |= _of_both_sides(interface, frames)
-        values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
+        of_chains = [_of_chain(interface, frames, number) for number in range(size)]
+        values: dict[str, Any] = _of_both_sides(interface, frames)
         more: dict[str, Any] = _of_participants(interface, frames, interval)
     else:
-        contacts, sensors = map(len, selection)
-        parts = frames.chains
-        chains = [{"contact_force": part.force[:, :contacts], "velocity": part.velocity[:, :sensors]} for part in parts]
-        places = {"contact": selection.contacts, "bead": selection.bodies}
-        coordinates = {name: _at(places, value) for name, value in coordinates.items()}
-        beads = [len(chain.chain.beads) for chain in interface.chains]
-        more = {"beads": beads if len(beads) > 1 else beads[0]}
-    for name in dict.fromkeys(name for chain in chains for name in chain):
-        values[name] = [chain.get(name) for chain in chains]
+        contacts, bodies = selection
+        of_chains = [
+            {"contact_force": part.force[:, : len(contacts)], "velocity": part.velocity[:, : len(bodies)]}
+            for part in frames.chains
+        ]
+        beads = [len(chain.chain.beads) for chain in chains]
+        values, more = {}, {"beads": beads if size > 1 else beads[0]}
+    for name in dict.fromkeys(name for of_chain in of_chains for name in of_chain):
+        arrays = [of_chain.get(name) for of_chain in of_chains]
+        long = len(bodies) if selection is None and VARIABLES[name].bodies else 0
+        values[name] = arrays[0] if size == 1 else np.stack(_filled(arrays, long), axis=1)
+    values = {name: values[name] for name in VARIABLES if name in values}
+
+    layout = tuple((name, array.shape) for name, array in values.items())
+    ends = () if interface.single else tuple(interface.contacts)
+    run = _empty(interval, frames.rows, tuple(bodies), tuple(contacts), size, len(interface.structures), ends, layout)
+    run = run.copy(data=values)
+    centre, static_force = ([chain.chain.centres for chain in chains], [chain.static_force for chain in chains])
+    energies = [chain.chain.impact_energy for chain in chains]
+    for name, many, places in (("centre", centre, bodies), ("static_force", static_force, contacts)):
+        along = many[0] if size == 1 else np.stack(_filled([one[None] for one in many], 0), axis=1)[0]
+        run.variables[name].data = along[..., places]
+    run.variables["impact_energy"].data = energies[0] if size == 1 else np.array(energies)
+    run.attrs = provenance(inputs) | as_attribute(findings) | more
+    return run
+
+
+@lru_cache(maxsize=16)
+def _empty(
+    interval: float,
+    rows: int,
+    bodies: tuple[int, ...],
+    contacts: tuple[int, ...],
+    chains: int,
+    structures: int,
+    ends: tuple[Contact, ...],
+    layout: tuple[tuple[str, tuple[int, ...]], ...],
+) -> xr.Dataset:
+    """Return a Dataset without numbers: xarray takes as long to check names and shapes as a run takes, and as copies of
+    this one it makes the next results of equal names and shapes in a quarter of that time.
+
+    layout: the variables and their shapes; ends: the contacts with structures where they have to be told apart.
+    """
+    several = ["chain"] if chains > 1 else []
+    size = (chains,) if several else ()
+    centres, forces, energy = np.zeros((*size, len(bodies))), np.zeros((*size, len(contacts))), np.zeros(size)
+    coordinates = run_coordinates(interval * np.arange(rows), bodies, contacts, centres, forces, energy, several)
+    if several:
+        coordinates["chain"] = ("chain", np.arange(chains))
+    if len(ends) > 1:
+        coordinates["interface"] = ("interface", np.arange(len(ends)))
+    for name in Contact._fields if ends else ():
+        numbers = [getattr(contact, name) for contact in ends]
+        words = [END_NAMES[end] for end in numbers] if name == "end" else numbers
+        coordinates[f"interface_{name}"] = ("interface", words) if len(ends) > 1 else words[0]
+    if structures > 1:
+        coordinates["structure"] = ("structure", np.arange(structures))
     variables = {}
-    for name, schema in VARIABLES.items():
-        if name not in values:
-            continue
-        many = values[name] if schema.owner else [values[name]]
-        if len(many) == 1:
-            variables[name] = variable(name, many[0])
-        else:
-            filled = _filled(many, bodies * (selection is None and bool(schema.bodies)))
-            variables[name] = variable(name, np.stack(filled, axis=1), schema.owner)
-    return xr.Dataset(variables, coordinates, provenance(inputs) | as_attribute(findings) | more)
-
-
-def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
-    """Return a coordinate at some places along its last dimension, if that is a dimension of these."""
-    if not isinstance(coordinate, tuple) or not coordinate[0]:
-        return coordinate
-    dims, values, *attributes = coordinate
-    last = dims if isinstance(dims, str) else dims[-1]
-    return (dims, values[..., places[last]], *attributes) if last in places else coordinate
+    for name, shape in layout:
+        schema = VARIABLES[name]
+        owner = [schema.owner] if len(shape) > 1 + len(schema.bodies) else []
+        variables[name] = variable(name, np.broadcast_to(np.nan, shape), *owner)
+    return xr.Dataset(variables, coordinates)
 
 
 def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
@@ -85,9 +118,8 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
     """Return what belongs to one chain; contact energy with the work of the static forces on the surfaces."""
     chain, of_chain = interface.chains[number], frames.chains[number]
-    bodies = chain.mass.size
-    energy = {name: of_chain.energy[name].copy() for name in of_chain.energy.dtype.names or ()}
-    potential = energy["potential"]
+    bodies, energy = chain.mass.size, of_chain.energy
+    potential = energy["potential"].copy()
     for k in interface.of_chain[number]:
         potential += interface.static[k] * frames.ledger.contact["surface"][k]
     deformed = {}
@@ -101,7 +133,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
         deformed = {"dent": chain.dents(of_chain.position)}
     return {
         **deformed,
-        "displacement": (of_chain.position - chain.rest)[:, :bodies],
+        "displacement": of_chain.position[:, :bodies] - chain.rest[:bodies],
         "velocity": of_chain.velocity[:, :bodies],
         "contact_force": of_chain.force,
         "kinetic_energy": energy["kinetic"],
@@ -111,41 +143,38 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
     }
 
 
-def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
-    """Return the gap of one contact, at each saved time."""
-    contact = interface.contacts[k]
-    chain = interface.chains[contact.chain]
-    struck, far = chain.poles(frames.chains[contact.chain].position)
-    if contact.end != LAST:
-        return np.asarray(struck[:, 1] - far[:, 0])
-    return (
-        np.asarray(frames.ledger.contact["surface"][k] - far[:, -1])
-        if chain.surface is not None
-        else np.full(frames.rows, np.nan)
-    )
-
-
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
-    """Return what belongs to contacts, structures and the run: contacts or structures × saved times."""
-    contact, structure = (
-        {name: records[name].copy() for name in records.dtype.names or ()}
-        for records in (frames.ledger.contact, frames.ledger.structure)
-    )
-    energy, given_work = structure["kinetic"] + structure["elastic"], contact["given"]
-    work = np.stack([contact["work"][interface.touching[place]].sum(axis=0) for place in range(len(energy))])
-    return {
+    """Return what belongs to contacts, structures and the run: saved times, or saved times × contacts or structures."""
+    contact, structure, time = frames.ledger.contact, frames.ledger.structure, frames.ledger.time
+    gaps = np.full((interface.size, frames.rows), np.nan)
+    for k, (number, end, *_) in enumerate(interface.contacts):
+        chain = interface.chains[number]
+        struck, far = chain.poles(frames.chains[number].position)
+        if end != LAST:
+            gaps[k] = struck[:, 1] - far[:, 0]
+        elif chain.surface is not None:
+            gaps[k] = contact["surface"][k] - far[:, -1]
+    energy = structure["kinetic"] + structure["elastic"]
+    work = np.stack([contact["work"][places].sum(axis=0) for places in interface.touching])
+    of_contacts = {
         "surface_displacement": contact["surface"],
+        "gap": gaps,
         "interface_work": contact["work"],
-        "interface_work_of_chain": given_work,
-        "interface_mismatch": given_work - contact["work"],
+        "interface_work_of_chain": contact["given"],
+        "interface_mismatch": contact["given"] - contact["work"],
         "interface_impulse": contact["impulse"],
+    }
+    of_structures = {
         "structure_work": work,
         "structure_kinetic_energy": structure["kinetic"],
         "structure_elastic_energy": structure["elastic"],
         "structure_energy": energy,
         "structure_dissipated_energy": structure["taken"],
         "structure_numerical_loss": work - energy - structure["taken"],
-        **{name: frames.ledger.time[name].copy() for name in frames.ledger.time.dtype.names or ()},
+    }
+    both = {**of_contacts, **of_structures}
+    return {name: many[0] if len(many) == 1 else many.T for name, many in both.items()} | {
+        name: time[name] for name in time.dtype.names or ()
     }
 
 
@@ -161,30 +190,6 @@ def _filled(arrays: Sequence[Vector | None], bodies: int) -> list[Vector]:
             part[tuple(map(slice, array.shape))] = array
         filled.append(part)
     return filled
-
-
-def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any]:
-    chains = interface.chains
-    several = ["chain"] if len(chains) > 1 else []
-
-    def joined(arrays: list[Vector]) -> Vector:
-        filled = [np.pad(array, (0, bodies - array.size), constant_values=np.nan) for array in arrays]
-        return np.stack(filled) if several else filled[0]
-
-    energy = np.array([chain.chain.impact_energy for chain in chains])
-    centres, forces = joined([chain.chain.centres for chain in chains]), joined([c.static_force for c in chains])
-    coordinates = run_coordinates(times, bodies, centres, forces, energy if several else float(energy[0]), several)
-    if several:
-        coordinates["chain"] = ("chain", np.arange(len(chains)))
-    if interface.size > 1:
-        coordinates["interface"] = ("interface", np.arange(interface.size))
-    for name in () if interface.single else Contact._fields:
-        numbers = [getattr(contact, name) for contact in interface.contacts]
-        words = [END_NAMES[end] for end in numbers] if name == "end" else numbers
-        coordinates[f"interface_{name}"] = ("interface", words) if interface.size > 1 else words[0]
-    if len(interface.structures) > 1:
-        coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
-    return coordinates
 
 
 def summary(run: xr.Dataset) -> str:

@@ -57,7 +57,8 @@ def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
 
 def _rows(beads: list[Any]) -> list[Any]:
     # By their text: numbers that are equal may differ in sign or type.
-    groups = [list(many) for _, many in groupby(beads, repr)]
+    texts = {number: repr(bead) for number, bead in {id(bead): bead for bead in beads}.items()}
+    groups = [list(many) for _, many in groupby(beads, lambda bead: texts[id(bead)])]
     return [group[0] if len(group) == 1 else {"count": len(group), "bead": group[0]} for group in groups]
 
 

@@ -130,13 +130,22 @@ def unit_of(name: str) -> str:
 
 
 def run_coordinates(
-    times: Any, bodies: int, centres: Any, static_force: Any, impact_energy: Any = None, owner: Sequence[str] = ()
+    times: Any,
+    bodies: Sequence[int],
+    contacts: Sequence[int],
+    centres: Any,
+    static_force: Any,
+    impact_energy: Any = None,
+    owner: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Return the coordinates of a run of `bodies` a chain, SI units; owner: "chain" where it has several."""
+    """Return the coordinates of a run, SI units.
+
+    bodies, contacts: their numbers, counted from zero. owner: "chain" where it has several.
+    """
     coordinates: dict[str, Any] = {
         "time": ("time", times, {"units": "s"}),
-        "bead": ("bead", np.arange(bodies)),
-        "contact": ("contact", np.arange(1, bodies + 1)),
+        "bead": ("bead", np.array(bodies)),
+        "contact": ("contact", np.array(contacts) + 1),
         "centre": ([*owner, "bead"], centres, {"units": "m", "long_name": "centre, from the struck end"}),
         "static_force": ([*owner, "contact"], static_force, {"units": "N", "long_name": "preload"}),
     }
