@@ -182,15 +182,20 @@ def waves_that_return(
     time, force, power, incident, there, *_ = coming
     amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
     last, cut = -np.inf, False
+    least = smallest * amplitude
+    peaks = scipy.signal.find_peaks(force, height=least, prominence=least)[0]
+    if force[-1] >= least:  # The record may end before a peak.
+        peaks = np.append(peaks, force.size - 1)
     # The power of a wave grows as the force times the velocity, which is as F^(5/6).
     for begin, end in pulses(power, smallest ** (11.0 / 6.0) * greatest):
         if end <= incident + 2:
             continue
         begin = max(begin, incident + 1)
-        sample, highest = (begin + int(values[begin : end + 1].argmax()) for values in (force, power))
-        part = float(force[sample]) / amplitude
-        if part < smallest:
+        own = peaks[(begin <= peaks) & (peaks <= end)]
+        if not own.size:
             continue
+        sample, highest = int(own[force[own].argmax()]), begin + int(power[begin : end + 1].argmax())
+        part = float(force[sample]) / amplitude
         weaker = (coming.preload + part * amplitude) / (coming.preload + amplitude)
         arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
         relative = float(time[arrives] - time[there] + coming.hop) / (coming.travel * weaker ** (-1.0 / 6.0))
@@ -200,7 +205,7 @@ def waves_that_return(
                 notes[0] = f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it"
             continue
         cut = cut or ends_open
-        if ends_open and sample >= force.size - 2:
+        if sample == force.size - 1:
             continue
         part = max(part, float(force[samples[-1]]) / amplitude)
         if len(samples) > 1 and time[sample] - last < coming.lasts * part ** (-1.0 / 6.0):
@@ -264,9 +269,10 @@ def placed(time: Vector, force: Vector, rows: NDArray[np.intp], samples: NDArray
         root = np.sqrt(4.0 * b * b - 12.0 * c * slope)
         linear = -slope / (2.0 * b)
         places = np.stack([(-2.0 * b - root) / (6.0 * c), (-2.0 * b + root) / (6.0 * c), linear])
+        height = value + places * (slope + places * (b + places * c))
     knots, at = np.arange(count - 1)[:, None], samples - begins
     inside = (places >= 0.0) & (places <= 1.0) & (abs(knots + places - at) <= 1.0)
-    heights = np.where(inside, value + places * (slope + places * (b + places * c)), -np.inf)
+    heights = np.where(inside, height, -np.inf)
     flat = heights.reshape(-1, samples.size)
     best, each = flat.argmax(axis=0), np.arange(samples.size)
     top, where = flat[best, each], (knots + places).reshape(-1, samples.size)[best, each]
