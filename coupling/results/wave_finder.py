@@ -147,7 +147,14 @@ def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> 
     begin, end = next(pulses(towards, FIRST_WAVE * float(towards[: there + 1].max())), (0, 0))
     # It is over at the bead soon after the structure has felt it.
     end = min(end, there + width)
-    incident = begin + int(force[begin : end + 1].argmax()) if begin < there else 0
+    # Heavier beads ahead may turn back a part before all has passed: from there on the force is not its own.
+    own = begin + tops(force[begin:], 0.0)
+    own = own[towards[own] > back[own]]
+    if own.size:
+        near = slice(own[0], max(end, own[0]) + width)
+        turned = back[near] > towards[near]
+        own = own[own < (near.start + turned.argmax() if turned.any() else near.stop)]
+    incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
     if not (pushed and travel > 0.0 and force[incident] >= FIRST_WAVE * top):
         return Found([incident] if 0 < incident < force.size - 1 else [], [""], travel)
     passed = power[: end + 1].clip(0.0).cumsum()
@@ -183,9 +190,8 @@ def waves_that_return(
     amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
     last, cut = -np.inf, False
     least = smallest * amplitude
-    peaks = scipy.signal.find_peaks(force, height=least, prominence=least)[0]
-    if force[-1] >= least:  # The record may end before a peak.
-        peaks = np.append(peaks, force.size - 1)
+    # The record may end before or soon after a peak.
+    peaks = scipy.signal.find_peaks(np.append(force, force.min()), height=least, prominence=least)[0]
     # The power of a wave grows as the force times the velocity, which is as F^(5/6).
     for begin, end in pulses(power, smallest ** (11.0 / 6.0) * greatest):
         if end <= incident + 2:

@@ -91,3 +91,22 @@ def test_two_peaks_of_one_height_are_warned_of() -> None:
         hl.HertzlinkWarning, match="wave at bead 1: the primary wave has peaks of nearly the same height, 29.2 µs apart"
     ):
         hl.reflections(run, 1)
+
+
+def test_the_foot_of_a_wave_in_a_compressed_chain_is_none() -> None:
+    """Between two structures the force rises slowly before it has a peak."""
+    rod = hl.rod([hl.Layer(hl.PTFE, 25e-3, 9.525e-3)])
+    chain = hl.Chain([STEEL] * 20, hl.PushedBead([0.0, 20e-6, 40e-6], [0.0, 50.0, 0.0]), preload=5.0)
+    run = hl.CoSimulation(chain, rod, behind=hl.half_space(hl.STEEL_440C)).run(1e-3)
+    waves = [hl.reflections(run, sensor).primary for sensor in range(6, 16)]
+    assert all(0.5 < one.amplitude_ratio < 0.7 for one in waves)
+    assert (np.diff([one.time_of_flight for one in waves]) < 0.0).all()
+
+
+def test_what_heavier_beads_turn_back_is_not_the_incident_wave() -> None:
+    """Light beads before heavy ones: the greater force that comes back later is not the peak of the incident wave."""
+    kinds = [hl.Sphere(radius, hl.STEEL_440C) for radius in (4.76e-3, 2.38e-3, 9.5e-3)]
+    chain = hl.Chain([bead for bead in kinds for _ in range(8)], kinds[0], 0.1)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(8e-4)
+    arrivals = [hl.reflections(run, sensor).incident.arrival for sensor in range(8, 16)]
+    assert (np.diff(arrivals) > 0.0).all()

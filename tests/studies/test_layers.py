@@ -45,15 +45,11 @@ def test_thicker_ptfe_delays_the_secondary_wave_only(lower: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize("dashpot", [4.0, 5.0, 6.0])
-def test_secondary_wave_is_one_branch_until_it_fades(upper: xr.Dataset, lower: xr.Dataset, dashpot: float) -> None:
-    """TOF grows with the thickness, with less than its root, and no later wave takes the place of one that faded."""
-    for data, fades in ((upper, True), (lower, False)):
+def test_secondary_wave_is_one_branch(upper: xr.Dataset, lower: xr.Dataset, dashpot: float) -> None:
+    """TOF grows with the thickness, with less than its root. Under 101.6 mm of steel AR is still 0.013."""
+    for data in (upper, lower):
         branch = data.time_of_flight.sel(dashpot=dashpot, wave="secondary")
-        there = branch.notnull()
-        assert bool(there.all()) is not fades
-        assert not (there.astype(int).diff("length") > 0).any()
-        found = branch.where(there, drop=True)
-        steps = np.diff(np.log(found.values)) / np.diff(np.log(found.length.values))
+        steps = np.diff(np.log(branch.values)) / np.diff(np.log(branch.length.values))
         assert steps.size > 3
         assert (steps > 0.0).all()
         assert (steps < 0.5).all()
