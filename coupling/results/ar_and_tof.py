@@ -244,6 +244,10 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     reading, place = Reading(run), WAVES.index(wave)
     if reading.is_signal:
         values_of_signal = of_signals(reading, sensor, place)[what == "time_of_flight"]
+        if values_of_signal.ndim == 0:
+            force = interpolated_over_gaps(np.asarray(reading.measured(sensor).values))
+            incident, back = _of_signal(reading.time, force, SMALLEST_WAVE, (), sensor)
+            _warn_of_signal(reading, force, [incident, *back] if incident else [], sensor)
     else:
         traces, template = traces_of(reading, sensor)
         many = find_waves(reading.time, traces, SMALLEST_WAVE, 2 + place)

@@ -1,12 +1,14 @@
-"""What may mislead in a measured signal: no lead, a zero that is not that of the force, swapped sensors."""
+"""What may mislead in a measured signal: no lead, clipped tops, hum, a wrong zero, swapped sensors."""
 
 from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from coupling.results.sensor_trace import noise_level, smoothed
-from coupling.results.wave_finder import Peak
+from coupling.results.conditioning import clipped_samples
+from coupling.results.sensor_trace import noise_level, resolution, smoothed
+from coupling.results.wave_finder import CLEAR, Peak
+from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
@@ -20,40 +22,77 @@ BEGINS = 0.05
 OFF = 0.02
 """Part of the incident wave's force by which the zero may be off without a warning: AR is then off by as much."""
 
-CERTAIN = 5.0
-"""Standard errors by which a slope or a level differs from zero."""
+CERTAIN = 3.0
+"""Standard errors by which a slope or a level differs from zero: by chance in one clean record of 370."""
 
 FEWEST = 16
 """Samples of a lead, or between two waves, from which a level is read."""
+
+MOST = 2.0
+"""A wave comes back with the incident one's energy at most, and so with about its force; this allows for two in one."""
+
+RISE = 3.0
+"""A wave begins this many times as long before its peak as it rises from half its force; a Gaussian is 0.002 there."""
 
 PULSE = 1.5
 """Widths of a pulse on either side of its peak that belong to it."""
 
 
 def doubts_of_signal(time: Vector, force: Vector, peaks: Sequence[Peak], sensor: int) -> list[str]:
-    """Return sentences on the zero of a signal, without gaps; peaks: its waves, the incident one first."""
-    smooth, _, width = smoothed(force)
-    pulse, noise = PULSE * width * (time[1] - time[0]), noise_level(force)
-    falls = smooth[: 1 + int(2.0 * PULSE * width)]
-    if smooth[0] > BEGINS * smooth.max() and falls.min() < 0.5 * smooth[0] and falls.argmax() == 0:
-        return [
+    """Return sentences on what misleads in a signal without gaps; peaks: its waves, the incident one first."""
+    smooth, left, width = smoothed(force)
+    pulse, noise, zero = PULSE * width * (time[1] - time[0]), noise_level(force), float(np.median(force))
+    doubts = list[str]()
+    clipped, _ = clipped_samples(time, force, zero, resolution(force), noise)
+    if clipped.any():
+        doubts.append(
+            f"sensor {sensor}: {count_of(int(clipped.sum()), 'sample is', 'samples are')} clipped at "
+            f"{force[clipped].max():.4g} N, so the height of the peak is unknown; record it with a wider range"
+        )
+    half = 1 + int(PULSE * width)
+    soon = smooth[: 2 * half] - zero
+    begins = (
+        soon[0] > BEGINS * (smooth.max() - zero) and soon[:half].min() < 0.5 * soon[0] and soon.min() > -0.5 * soon[0]
+    )
+    if begins and not (peaks and peaks[0][1] < time[soon.size - 1]):
+        doubts.append(
             f"sensor {sensor}: the record begins within a wave, at {smooth[0]:.3g} N, and has no lead, so the incident "
             "wave is not in it; begin the record before the first wave"
-        ]
+        )
+        return doubts
     if not peaks:
-        return []
+        return doubts
     top, arrival = peaks[0]
-    doubts, last = list[str](), peaks[min(1, len(peaks) - 1)][1]
-    lead = time < arrival - pulse
+    last = peaks[min(1, len(peaks) - 1)][1]
+    greatest, at_greatest = max(peaks)
+    if greatest > MOST * top:
+        doubts.append(
+            f"sensor {sensor}: the first wave, {top:.3g} N, is much weaker than the one at "
+            f"{readable(at_greatest, 's', 4)}, {greatest:.3g} N; no wave comes back stronger than it went, so look at "
+            "the signal: hum may be read as a wave, or a heavy striker sends several"
+        )
+    before = time[(time < arrival) & (smooth - zero < 0.5 * (top - zero))]
+    lead = time < arrival - RISE * (arrival - before.max(initial=time[0]))
     if lead.sum() >= FEWEST:
         at = time[lead] - time[lead].mean()
-        slope = float(at @ force[lead] / (at @ at))
+        level, slope = float(np.median(force[lead])), float(at @ force[lead] / (at @ at))
+        swing = float((level + slope * at - smooth[lead]).max())
         drift = slope * (last - float(time[lead].mean()))
-        if abs(drift) > OFF * top and abs(slope) * np.sqrt(at @ at) > CERTAIN * noise:
+        if swing > max(OFF * top, CLEAR * left):
+            doubts.append(
+                f"sensor {sensor}: the force swings by {swing:.3g} N below its zero before the first wave, as hum "
+                "does, which falsifies AR; shield the cable, or remove the hum (clean_signal(mains=its frequency))"
+            )
+        elif abs(drift) > OFF * top and abs(slope) * np.sqrt(at @ at) > CERTAIN * noise:
             doubts.append(
                 f"sensor {sensor}: the zero drifts in the lead, by {drift:.3g} N until the wave at "
                 f"{readable(last, 's', 4)}, which falsifies AR; remove hum (clean_signal(mains=...)), or couple the "
                 "recorder to DC"
+            )
+        elif abs(level) > OFF * top and abs(level) * np.sqrt(lead.sum()) > CERTAIN * noise:
+            doubts.append(
+                f"sensor {sensor}: the force before the first wave is {level:.3g} N; this offset falsifies AR; remove "
+                "it (baseline='lead' where the signal is read, or clean_signal)"
             )
     between = (time > arrival + pulse) & (time < last - pulse)
     if between.sum() >= FEWEST:
@@ -61,7 +100,7 @@ def doubts_of_signal(time: Vector, force: Vector, peaks: Sequence[Peak], sensor:
         if level < -OFF * top and -level * np.sqrt(between.sum()) > CERTAIN * noise:
             doubts.append(
                 f"sensor {sensor}: the force between the waves is {level:.3g} N, but beads do not pull; AC coupling, "
-                "drift or an offset falsifies AR: couple the recorder to DC, or remove the offset (clean_signal)"
+                "drift, an offset or a preload falsifies AR; couple the recorder to DC, or use clean_signal"
             )
     return doubts
 

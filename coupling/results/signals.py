@@ -53,6 +53,11 @@ def as_signal(
         For times with gaps, numbers that are not finite, masked or complex, units of something else, and a force that
         is constant.
 
+    Warns
+    -----
+    HertzlinkWarning
+        If all waves are negative, or times and forces are so large or small that a unit may be wrong.
+
     Examples
     --------
     >>> import hertzlink as hl
@@ -69,7 +74,10 @@ def as_signal(
     moments = checked_trace("time", time, "s")
     rows = {whole("sensor", n): checked_trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
     inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
-    return _dataset(_even(moments), rows, positions, baseline, inputs)
+    data = _dataset(_even(moments), rows, positions, baseline, inputs)
+    for doubt in _doubts(data, "change the sign of the forces"):
+        caution(f"forces: {doubt}")
+    return data
 
 
 def read_signal(
@@ -194,7 +202,7 @@ def read_signal(
     }  # fmt: skip
     where = f"{', '.join(map(str, pieces))}: "
     data = _dataset(time, rows, positions, baseline, inputs, where)
-    notes += [f"{where}{doubt}" for doubt in _doubts(data)]
+    notes += [f"{where}{doubt}" for doubt in _doubts(data, "give a negative calibration")]
     for note in notes:
         caution(note)
     return data.assign_attrs(reading="\n".join(note.removeprefix(where) for note in notes))
@@ -227,8 +235,9 @@ def _si(name: str, unit: str, wanted: str) -> str:
     return unit_found.si
 
 
-def _doubts(data: xr.Dataset) -> list[str]:
-    """Return what of a signal suggests a wrong unit, or sensors that are wired the other way round."""
+def _doubts(data: xr.Dataset, upright: str) -> list[str]:
+    """Return what of a signal suggests a wrong unit, or sensors that are wired the other way round; upright: what mends
+    these."""
     doubts: list[str] = []
     negative = []
     step = float(data.time[1] - data.time[0])
@@ -243,7 +252,7 @@ def _doubts(data: xr.Dataset) -> list[str]:
         doubts += said
     if negative:
         whose = "all sensors" if len(negative) == data.sensor.size else f"sensor {', '.join(map(str, negative))}"
-        doubts.append(f"the waves of {whose} are negative: the polarity is reversed; give a negative calibration")
+        doubts.append(f"the waves of {whose} are negative: the polarity is reversed; {upright}")
     return doubts
 
 

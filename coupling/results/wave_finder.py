@@ -55,6 +55,10 @@ CLEAR = 8.0
 """A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
 step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5."""
 
+SWING = 1.5
+"""And it is higher by this factor than what the force swings below zero before the waves: beads do not pull, so that is
+hum, whose crests are as high as its troughs are deep."""
+
 REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
 """It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
 the least two samples on either side: a cubic spline through a run's samples reads no more."""
@@ -293,16 +297,21 @@ def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
     and of one step of the digitiser, and are then placed by a least-squares polynomial through the samples as they are.
     """
     smooth, noise, _ = smoothed(force)
-    floor = CLEAR * noise + resolution(force)
+    floor, hum = CLEAR * noise + resolution(force), _top_of_hum(smooth)
     least = max(FIRST_WAVE * smooth.max(initial=0.0), floor)
-    first = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
+    first = scipy.signal.find_peaks(smooth, height=max(least, hum), prominence=least)[0]
     if not (least > 0.0 and first.size):
         return []
     level = noise_level(force)
     least = max(smallest * _fitted(time, force, smooth, level, *_valleys(smooth, first)[0])[0], floor)
-    later = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
+    later = scipy.signal.find_peaks(smooth, height=max(least, hum), prominence=least)[0]
     peaks = np.append(first[0], later[later > first[0]])
     return [_fitted(time, force, smooth, level, *place) for place in _valleys(smooth, peaks)]
+
+
+def _top_of_hum(smooth: Vector) -> float:
+    """Return the force that only waves exceed, from how far the force swings below zero before them."""
+    return -SWING * float(smooth[: int((smooth > FRONT * smooth.max()).argmax())].min(initial=0.0))
 
 
 def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
@@ -355,8 +364,8 @@ def _reach(width: float, noise: float) -> int:
 def ends_rising(force: Vector, incident: float, smallest: float) -> bool:
     """Return whether a signal ends within a wave, whose peak is not known: as `waves_of_signal` reads it."""
     smooth, noise, _ = smoothed(force)
-    least = max(smallest * incident, CLEAR * noise + resolution(force))
-    peaks = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
+    least, hum = max(smallest * incident, CLEAR * noise + resolution(force)), _top_of_hum(smooth)
+    peaks = scipy.signal.find_peaks(smooth, height=max(least, hum), prominence=least)[0]
     last = int(peaks[-1]) if peaks.size else 0
     valley = last + int(smooth[last:].argmin())
-    return bool(least > 0.0 and smooth[valley:].max() >= max(smooth[valley], 0.0) + least)
+    return bool(least > 0.0 and smooth[valley:].max() >= max(smooth[valley] + least, least, hum))

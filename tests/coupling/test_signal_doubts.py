@@ -1,4 +1,5 @@
-"""Records that mislead are warned of, with the cure: no lead, drift, hum, AC coupling, swapped sensors, a tail."""
+"""Records that mislead are warned of, with the cure: no lead, drift, hum, AC coupling, swapped sensors, a tail,
+clipped tops, an offset, negative waves, times in ms."""
 
 import warnings
 from collections.abc import Callable
@@ -47,11 +48,11 @@ def test_a_good_record_is_not_doubted(run: xr.Dataset) -> None:
     )
 
 
-@pytest.mark.parametrize("late", [0.0, 3e-6, 8e-6])
+@pytest.mark.parametrize("late", [-4e-6, 0.0, 3e-6, 8e-6])
 def test_a_record_that_begins_within_the_wave(run: xr.Dataset, late: float) -> None:
     arrival = hl.reflections(run, 7).incident.arrival
     time, forces = record(run, 7, lead=0.0, begin=arrival + late)
-    (message,) = [one for one in said(hl.as_signal(time - time[0], forces), 7) if "lead" in one]
+    (message,) = said(hl.as_signal(time - time[0], forces), 7)
     assert "the record begins within a wave" in message
     assert "begin the record before the first wave" in message
 
@@ -83,6 +84,50 @@ def test_a_zero_that_is_not_that_of_the_force(
     messages = said(signal, 7)
     assert abs(hl.reflections(signal, 7).primary.amplitude_ratio / true - 1.0) > 0.02
     assert any(words in message and "couple" in message for message in messages)
+
+
+@pytest.mark.parametrize("part", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("frequency", [5e3, 1e4, 2e4])
+def test_fast_hum_is_no_wave(run: xr.Dataset, frequency: float, part: float) -> None:
+    """Its crests would be an incident wave in the lead, or a first wave back; AR is wrong only by what hum adds."""
+    time, forces = record(run, 7)
+    true = hl.reflections(run, 7).primary
+    for phase in np.linspace(0.0, 2.0 * np.pi, 5)[1:]:
+        hum = part * forces[7].max() * np.sin(2.0 * np.pi * frequency * time + phase)
+        signal = hl.as_signal(time, {7: forces[7] + hum})
+        assert any("falsifies AR" in message for message in said(signal, 7))
+        with pytest.warns(hl.HertzlinkWarning, match="falsifies AR"):
+            assert float(hl.amplitude_ratio(signal, 7)) == pytest.approx(true.amplitude_ratio, abs=2.5 * part)
+
+
+def test_a_wave_that_is_much_stronger_than_the_first() -> None:
+    time = np.arange(0.0, 1e-3, STEP)
+    force = sum(height * np.exp(-(((time - at) / 2e-5) ** 2)) for height, at in ((10.0, 3e-4), (30.0, 6e-4)))
+    (message,) = said(hl.as_signal(time, {7: force}), 7)
+    assert "the first wave, 10 N, is much weaker than the one at 600 µs, 30 N" in message
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda force: force + 5.0, "the force before the first wave is 5 N; this offset falsifies AR"),
+        (lambda force: np.minimum(force, 0.8 * force.max()), "samples are clipped at"),
+    ],
+)
+def test_an_offset_and_clipped_tops(run: xr.Dataset, spoil: Callable[[np.ndarray], np.ndarray], words: str) -> None:
+    time, forces = record(run, 7)
+    (message,) = said(hl.as_signal(time, {7: spoil(forces[7])}), 7)
+    assert words in message
+
+
+@pytest.mark.parametrize(
+    ("seconds", "sign", "words"),
+    [(1e3, 1.0, "sensor 7: width of a wave = 0.0.* did you mean"), (1.0, -1.0, "negative: .* change the sign")],
+)
+def test_arrays_in_ms_and_negative_waves(run: xr.Dataset, seconds: float, sign: float, words: str) -> None:
+    time, forces = record(run, 7)
+    with pytest.warns(hl.HertzlinkWarning, match=words):
+        hl.as_signal(seconds * time, {7: sign * forces[7]})
 
 
 def test_swapped_sensors(run: xr.Dataset) -> None:
