@@ -7,7 +7,8 @@ from typing import TypeAlias
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames, Motion, middle_of, motion_of, stacked
+from coupling.kernels.records import Records
+from coupling.recording.frames import Frames, Motion, checked_contacts, middle_of, motion_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
@@ -125,7 +126,7 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
             remarks, deep = chain.cautions(motion.deepest[run])
             laws[run] += remarks
             findings[run] += deep
-    times, highest = interval * np.arange(frames[0].rows, dtype=float), stacked([run.sensors.highest for run in frames])
+    times, highest = interval * np.arange(frames[0].rows), np.array([run.sensors.highest for run in frames])
     wheres = ["mid chain"] if len(motions) == 1 else [f"the middle of chain {number}" for number in range(len(motions))]
     of_records = map(_of_record, chains, motions, [times] * len(motions), wheres)
     of_black_boxes = (
@@ -138,14 +139,16 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
     return [remarks + of_run for remarks, of_run in zip(laws, findings, strict=True)]
 
 
-def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, work: Vector, times: Vector) -> list[str]:
-    """Return the findings on a chain that another program ran: contact forces, N, velocities, m/s, work on the surface,
-    J."""
+def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
+    """Return the findings on a chain that another program ran: contact forces, N, and work on the surface, J."""
     peaks = contact_force.max(axis=0)
-    deepest, middle = chain.approach(peaks), velocity[None, :, middle_of(chain)]
-    motion = Motion(range(peaks.size), contact_force.T[None], middle, peaks[None], deepest[None])
+    deepest, force = (
+        chain.approach(peaks),
+        {contact: contact_force[None, :, contact] for contact in checked_contacts(chain)},
+    )
     laws, deep = chain.cautions(deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
+    motion = Motion(force, peaks[None], deepest[None])
     after = joined(_of_record([chain], motion, times, "mid chain"), yields([[chain]], [motion]))
     return findings + [words for _, words in after]
 
@@ -163,14 +166,15 @@ def _of_passivity(work: Vector, scale: float) -> list[str]:
 def _of_energy(interfaces: Sequence[Interface], frames: Sequence[Frames]) -> Found:
     """Yield a finding if a run created or lost energy, as in `energy_error`, with the part of the run that did."""
     first, scale = interfaces[0], np.array([interface.impact_energy for interface in interfaces])
-    structure, contact = (stacked([getattr(run.ledger, name) for run in frames]) for name in ("structure", "contact"))
-    energies, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
-    work = np.stack([contact["work"][:, places].sum(axis=1) for places in first.touching], axis=1)
-    total_energy = np.where(np.isnan(energies), work, energies + damped).sum(axis=1)
-    total_energy += np.einsum("k,rkt->rt", first.static, contact["surface"])
-    stored = np.zeros(len(frames))
+    structure, contact = (_stacked([getattr(run.ledger, name) for run in frames]) for name in ("structure", "contact"))
+    energies = structure["kinetic"] + structure["elastic"] + structure["taken"]
+    for place in np.flatnonzero(np.isnan(energies[0, :, 0])).tolist():  # of a black box only the work is known
+        energies[:, place] = contact["work"][:, first.touching[place]].sum(axis=1)
+    total_energy, stored = energies.sum(axis=1), np.zeros(len(frames))
+    for k in np.flatnonzero(first.static).tolist():
+        total_energy += first.static[k] * contact["surface"][:, k]
     for of_runs in zip(*(run.chains for run in frames), strict=True):
-        energy = stacked([chain.energy for chain in of_runs])
+        energy = _stacked([chain.energy for chain in of_runs])
         total_energy += energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
         stored = np.maximum(stored, of_runs[0].deepest.size * abs(energy["potential"]).max(axis=1))
     total = abs(total_energy - total_energy[:, :1]).max(axis=1) / scale
@@ -192,6 +196,11 @@ def _of_energy(interfaces: Sequence[Interface], frames: Sequence[Frames]) -> Fou
         yield run, f"energy: {lost}, most of it in {culprit}"
 
 
+def _stacked(records: Sequence[Records]) -> Records:
+    """Return records of equal shapes as one array with a first axis for them; those of a single run as a view."""
+    return records[0][None] if len(records) == 1 else np.array(records)
+
+
 def _of_record(chains: Sequence[MovingChain], motion: Motion, times: Vector, where: str) -> Found:
     """Yield a finding if a record ends before a reflected wave can be back in mid chain; for a struck chain."""
     first = chains[0]
@@ -199,7 +208,7 @@ def _of_record(chains: Sequence[MovingChain], motion: Motion, times: Vector, whe
     if first.surface is None or first.behind is not None or driven:
         return
     last, middle = first.mass.size - 1, middle_of(first)
-    forces = motion.at(middle) - first.static_force[middle]
+    forces = motion.force[middle] - first.static_force[middle]
     tops = forces.max(axis=1, keepdims=True)
     begins = np.where(tops[:, 0] > 0.0, (forces >= 0.5 * tops).argmax(axis=1), 0)
     silent = (forces < SILENT * tops) & (np.arange(times.size) >= begins[:, None])
@@ -212,7 +221,7 @@ def _of_record(chains: Sequence[MovingChain], motion: Motion, times: Vector, whe
             continue
         # The wave is at mid chain when half of the way is behind it; before that, by theory.
         reached = begin * last / middle if passed and begins[run] else chain.transit_time
-        push = motion.at(last)[run] - chain.static_force[-1]
+        push = motion.force[last][run] - chain.static_force[-1]
         leaves = end_of_push(times, push, 0.05 * max(float(tops[run, 0]), 0.0), reached + 3.0 * reached / last)
         slower = SMALLEST_WAVE ** (-1.0 / 6.0)
         if times[-1] < leaves + slower * (reached - begin if passed else 0.5 * reached):

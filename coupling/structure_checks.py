@@ -54,7 +54,8 @@ def check_structures(
         structures = [None if isinstance(body, CheckedParticipant) else body.structure for body in bodies]
         if not any(structures):
             continue
-        force = motions[contact.chain].at(-1 if contact.end == LAST else 0) - first.static[k]
+        chain = first.chains[contact.chain]
+        force = motions[contact.chain].force[chain.mass.size - 1 if contact.end == LAST else 0] - first.static[k]
         for run, (structure, length) in enumerate(zip(structures, push_lengths(force, interval).tolist(), strict=True)):
             if structure is None:
                 continue
@@ -75,7 +76,8 @@ def push_lengths(force: Vector, interval: float) -> Vector:
     """
     top, peak = force.max(axis=1), force.argmax(axis=1)
     # With a zero before and after each run a push ends with it.
-    bordered = np.pad(force, ((0, 0), (1, 1)))
+    bordered = np.zeros((len(force), force.shape[1] + 2))
+    bordered[:, 1:-1] = force
     low = np.flatnonzero(bordered <= 0.0)
     after = low.searchsorted(peak + 1 + bordered.shape[1] * np.arange(len(force)))
     sums = np.add.reduceat(bordered.ravel(), np.stack([low[after - 1], low[after]], axis=1).ravel())[::2]

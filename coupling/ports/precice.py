@@ -161,8 +161,7 @@ def _run_chain(
     inputs = {"chain": moving.chain.describe(), "configuration": str(configuration), "names": called, "window": window}
     data = _dataset(moving, windows, inputs).assign_attrs(precice=version)
     findings = windows.findings(moving, _most_iterations(file, called["participant"]))
-    forces, velocity = data.contact_force.values, data.velocity.values
-    findings += check_guest(moving, forces, velocity, data.interface_work.values, data.time.values)
+    findings += check_guest(moving, data.contact_force.values, data.interface_work.values, data.time.values)
     warn(findings)
     return with_warnings(data, findings)
 

@@ -1,9 +1,9 @@
 """The arrays that a run fills at its saved times."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from math import nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,21 +66,13 @@ class ChainFrames(NamedTuple):
 class Motion(NamedTuple):
     """The motion of a chain in some runs that differ in its speed only, as the checks after them see it.
 
-    contacts: the numbers of some contacts, from zero; force: runs × these × saved times, N. velocity: of the bead in
-    the middle, runs × saved times, m/s. peaks: the greatest force of each contact, runs × contacts, N; deepest: its
-    greatest approach, m.
+    force: of the contacts that `checked_contacts` names, by their numbers: runs × saved times, N. peaks: the greatest
+    force of each contact, runs × contacts, N; deepest: its greatest approach, m.
     """
 
-    contacts: Sequence[int]
-    force: Vector
-    velocity: Vector
+    force: Mapping[int, Vector]
     peaks: Vector
     deepest: Vector
-
-    def at(self, contact: int) -> Vector:
-        """Return the forces of a contact, runs × saved times, N; a negative number counts from the last one."""
-        force: Vector = self.force[:, self.contacts.index(contact % self.peaks.shape[1])]
-        return force
 
 
 def middle_of(chain: MovingChain) -> int:
@@ -88,35 +80,32 @@ def middle_of(chain: MovingChain) -> int:
     return (len(chain.chain.beads) + 1) // 2
 
 
-def stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays of equal shapes as one, with a first axis for them; a single one, which may be large, as a view."""
-    if len(arrays) == 1:
-        return arrays[0][None]
-    together = np.empty((len(arrays), *arrays[0].shape), arrays[0].dtype)  # np.stack takes as long again for records
-    for place, array in zip(together, arrays, strict=True):
-        place[...] = array
-    return together
+def checked_contacts(chain: MovingChain) -> list[int]:
+    """Return the numbers of the contacts whose forces the checks need: in the middle, and those on structures."""
+    return [middle_of(chain), chain.mass.size - 1, *([0] if chain.behind is not None else [])]
 
 
 def motion_of(chain: MovingChain, frames: Sequence[ChainFrames]) -> Motion:
     """Return what the checks see of a chain in runs that differ in its speed only."""
-    first, deepest = frames[0], stacked([run.deepest for run in frames]).copy()
-    force, peaks = stacked([run.force.T for run in frames]), np.zeros(deepest.shape)
-    if len(first.contacts) < peaks.shape[1]:
+    columns = {contact: frames[0].contacts.index(contact) for contact in checked_contacts(chain)}
+    force = {contact: np.array([run.force[:, place] for run in frames]) for contact, place in columns.items()}
+    deepest = np.array([run.deepest for run in frames])
+    if chain.force_by_approach:
         peaks = chain.force(deepest)
-    peaks[:, first.contacts] = force.max(axis=2)
+        for contact, of_contact in force.items():  # a structure's own flexibility adds to the approach
+            peaks[:, contact] = of_contact.max(axis=1)
+    else:
+        peaks = np.array([run.force.max(axis=0) for run in frames])[:, np.argsort(frames[0].contacts)]
     deepest[:, -1] -= chain.flexibility * peaks[:, -1]
-    middle = first.bodies.index(middle_of(chain))
-    velocity = stacked([run.velocity[:, middle] for run in frames])
-    return Motion(first.contacts, force, velocity, peaks, deepest)
+    return Motion(force, peaks, deepest)
 
 
 class Frames:
     """Frames of a run: at its saved times, from row 0, the start, on; and its ledger at all of them, or at its ends.
 
     kept: of each chain; None for everything. Behind that come the contacts and bodies that the checks after the run
-    need: the last contact, those of the bead in the middle, and its velocity; all contacts where losses, yield or
-    vibrations prevent their peaks from being known by their deepest approach.
+    need: see `checked_contacts`; all contacts where losses, yield or vibrations prevent their peaks from being known by
+    their deepest approach.
 
     saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. chains:
     the parts of each chain.
@@ -196,13 +185,8 @@ class Frames:
 
 def _columns(chain: MovingChain, selection: Kept | None) -> Kept:
     """Return the contacts and bodies of a chain that are recorded."""
-    middle, last = middle_of(chain), chain.mass.size - 1
+    every = [*range(chain.mass.size)]
     if selection is None:
-        return Kept([*range(last + 1)], [*range(chain.rest.size)])
-    contacts = [middle - 1, middle, last, *([0] if chain.behind is not None else [])]
-    if not chain.force_by_approach:
-        contacts = [*range(last + 1)]
-    return Kept(
-        [*selection.contacts, *sorted(set(contacts) - set(selection.contacts))],
-        [*selection.bodies, *({middle} - set(selection.bodies))],
-    )
+        return Kept(every, [*range(chain.rest.size)])
+    contacts = checked_contacts(chain) if chain.force_by_approach else every
+    return Kept([*selection.contacts, *sorted(set(contacts) - set(selection.contacts))], selection.bodies)
