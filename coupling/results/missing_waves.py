@@ -31,8 +31,9 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
             cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
             if beads <= 2 * WAVE_LENGTH:
                 cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
+            where = f"{count_of(distance, 'bead')} from" if distance else "the bead at"
             caution(
-                f"sensor = {sensor}: is {count_of(distance, 'bead')} from the {end}; nearer than {WAVE_LENGTH}, "
+                f"sensor = {sensor}: is {where} the {end}; nearer than {WAVE_LENGTH}, "
                 f"the length of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
             )
 
@@ -57,8 +58,8 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int, hops: 
     if len(found.samples) > 1:
         return "", nan
     if hops <= WAVE_LENGTH:
-        near = count_of(hops - 1, "bead")
-        return f"bead {sensor} is {near} from the structure, where incident and reflected waves merge", nan
+        near = f"{count_of(hops - 1, 'bead')} from" if hops > 1 else "the bead at"
+        return f"bead {sensor} is {near} the structure, where incident and reflected waves merge", nan
     return (
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
         f"record, {readable(ends, 's', 4)}: the structure took it, or it is weaker"

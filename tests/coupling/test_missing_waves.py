@@ -146,8 +146,8 @@ def test_a_wave_before_the_record_is_long_enough(run: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("sensor", "words"),
     [
-        (1, "0 beads from the struck end"), (5, "4 beads from the struck end"), (6, ""), (15, ""),
-        (16, "4 beads from the structure"), (20, "0 beads from the structure"),
+        (1, "the bead at the struck end"), (5, "4 beads from the struck end"), (6, ""), (15, ""),
+        (16, "4 beads from the structure"), (20, "the bead at the structure"),
     ],
 )  # fmt: skip
 def test_sensors_near_an_end_are_warned_of(run: xr.Dataset, sensor: int, words: str) -> None:
