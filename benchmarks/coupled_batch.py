@@ -1,4 +1,6 @@
-"""Batches of coupled runs: a chain of 20 beads on reduced plates, in one thread, in two, and in two processes.
+"""Coupled runs of a chain of 20 beads on reduced plates: single ones, and batches in threads and in processes.
+
+Single runs are repeated in one process. Their times are of the processor; the least of many counts.
 
 Every run is built by a function of its parameters, run over 1.0 ms with the accuracy "screening", and measured at
 bead 7. Rates count everything: chain, structure, run, and AR and TOF. The largest difference of AR from single runs
@@ -18,7 +20,7 @@ import xarray as xr
 
 import hertzlink as hl
 
-UNTIL, RUNS, ROUNDS = 1.0e-3, 1_000, 3
+UNTIL, RUNS, ROUNDS, REPEATS = 1.0e-3, 1_000, 3, 100
 BEAD = hl.Sphere(radius=4.765e-3, material=hl.STEEL_440C)
 EDGES = hl.Supports(left="clamped", right="clamped")
 PLATE = hl.kirchhoff_plate(0.914, 0.914, 4.83e-3, hl.ALUMINIUM_6061, EDGES)
@@ -58,6 +60,28 @@ def of_batch(build: Callable[..., hl.CoSimulation], threads: int, jobs: int, mea
     return rate(len(next(iter(values.values()))), lambda: hl.batch(build, UNTIL, **given))
 
 
+def milliseconds(do: Callable[[], Any]) -> float:
+    """Processor time of a call that was made before, ms."""
+    spent = []
+    for _ in range(REPEATS):
+        begin = process_time()
+        do()
+        spent.append(1e3 * (process_time() - begin))
+    return min(spent)
+
+
+def print_single() -> None:
+    """Print what building one run takes, and the run itself, with everything kept and with a sensor alone."""
+    for accuracy in ("default", "screening"):
+        one = tap(accuracy=accuracy)
+        times = milliseconds(lambda a=accuracy: tap(accuracy=a)), milliseconds(lambda o=one: o.run(UNTIL))
+        at_sensor = milliseconds(lambda o=one: o.run(UNTIL, sensors=[7]))
+        print(
+            f"one run, {accuracy:10s} {times[0]:.2f} ms to build, {times[1]:.2f} ms to run, {at_sensor:.2f} ms "
+            "with sensors=[7]"
+        )
+
+
 def print_machine() -> None:
     """Print versions, cores and the structure."""
     warnings.simplefilter("ignore", hl.HertzlinkWarning)
@@ -68,6 +92,7 @@ def print_machine() -> None:
 def main() -> None:
     """Print one row for each kind of batch."""
     print_machine()
+    print_single()
     rows: list[tuple[str, Callable[..., hl.CoSimulation], Any, dict[str, Any]]] = [
         ("impact speed, forces kept", tap, None, {"impact_speed": np.linspace(0.2, 0.4, RUNS)}),
         ("impact speed, AR and TOF kept", tap, waves, {"impact_speed": np.linspace(0.2, 0.4, RUNS)}),

@@ -22,12 +22,12 @@ hl.CoSimulation(chain, {structure}).run(until=1e-3)
 """
 
 HALF_SPACE = "hl.half_space(hl.STEEL_440C)"
-ROD = "hl.reduce(hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.525e-3)]), until=1e-3)"
+PLATE = "hl.reduce(hl.kirchhoff_plate(0.3, 0.3, 4.83e-3, hl.ALUMINIUM_6061).at(0.06, 0.15), until=1e-3)"
 
 RUNS = {
     "chain on a half-space": SCRIPT.format(loss=None, structure=HALF_SPACE),
-    "chain on a reduced rod": SCRIPT.format(loss=None, structure=ROD),
-    "chain with a loss on a reduced rod": SCRIPT.format(loss="hl.Tsuji(0.05)", structure=ROD),
+    "chain on a reduced plate": SCRIPT.format(loss=None, structure=PLATE),
+    "chain with dashpots on a reduced plate": SCRIPT.format(loss="hl.LinearDashpot(4.0)", structure=PLATE),
 }
 
 COMPILATIONS = """

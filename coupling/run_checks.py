@@ -126,14 +126,16 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
             remarks, deep = chain.cautions(motion.deepest[run])
             laws[run] += remarks
             findings[run] += deep
-    times, highest = interval * np.arange(frames[0].rows), np.array([run.sensors.highest for run in frames])
-    wheres = ["mid chain"] if len(motions) == 1 else [f"the middle of chain {number}" for number in range(len(motions))]
-    of_records = map(_of_record, chains, motions, [times] * len(motions), wheres)
-    of_black_boxes = (
-        (run, words) for run in numbers for body in interfaces[run].black_boxes for words in body.findings()
-    )
-    checks = _of_energy(interfaces, frames), *of_records, yields(chains, motions)
-    for run, words in joined(*checks, check_structures(interfaces, motions, highest, interval), of_black_boxes):
+    times = interval * np.arange(frames[0].rows, dtype=float)
+    highest = np.array([run.sensors.highest for run in frames])
+    found = [*_of_energy(interfaces, frames)]
+    for number, motion in enumerate(motions):
+        where = "mid chain" if len(motions) == 1 else f"the middle of chain {number}"
+        found += _of_record(chains[number], motion, times, where)
+    found += yields(chains, motions)
+    found += check_structures(interfaces, motions, highest, interval)
+    found += ((run, words) for run in numbers for body in interfaces[run].black_boxes for words in body.findings())
+    for run, words in found:
         findings[run].append(words)
     warn([words for of_run in findings for words in of_run])
     return [remarks + of_run for remarks, of_run in zip(laws, findings, strict=True)]
