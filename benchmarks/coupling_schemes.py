@@ -4,8 +4,7 @@
 
 The chain strikes a rod, a layered rod and a plate of bounded frequencies (tests/smooth_cases.py). Amplitude ratios are
 compared with the monolithic reference, which is one system of equations with one integrator (tests/monolithic.py).
-All schemes use the same substeps; the windows of iterated schemes contain eight of them, and those of Condensed and of
-Explicit are single substeps anyway. Energies are in units of the striker's.
+All schemes have the same windows. Energies are in units of the striker's.
 """
 
 import argparse
@@ -26,10 +25,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from hard_cases import BEAD, SENSOR, chain
 from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 
-SUBSTEPS = (2e-6, 1e-6, 5e-7, 2.5e-7)
+WINDOWS = (2e-6, 1e-6, 5e-7, 2.5e-7)
 QUICK = (1e-6, 5e-7)
-TOGETHER = 8
-"""Substeps in a window of the schemes that iterate over whole windows."""
 
 STEP = 5e-9
 """s, of the chain, so small that only the error of the windows remains."""
@@ -76,21 +73,17 @@ def timed(work: Callable[[], xr.Dataset]) -> tuple[float, xr.Dataset]:
     return process_time() - begin, run
 
 
-def line(name: str, body: hl.Structure, scheme: Any, substep: float | hl.Adaptive, exact: float) -> str:
+def line(name: str, body: hl.Structure, scheme: Any, window: float | hl.Adaptive, exact: float) -> str:
     """One line of the table."""
-    counted, given = Counted(body), {}
-    window: Any = substep
-    if isinstance(substep, float):
-        together = TOGETHER if scheme.whole_window else 1
-        window, given = substep * together, {"substeps": together}
-    simulation = hl.CoSimulation(chain(), counted, scheme, window, STEP, **given)
+    counted = Counted(body)
+    simulation = hl.CoSimulation(chain(), body if isinstance(window, hl.Adaptive) else counted, scheme, window, STEP)
     seconds, run = timed(lambda: simulation.run(UNTIL, save_every=INTERVAL))
-    substeps = float(run.substeps.sum())
+    windows = float(run.windows.sum())
     energy = float(run.impact_energy)
     return (
         f"  {name:22}{float(hl.amplitude_ratio(run, SENSOR)) - exact:11.1e}{hl.energy_error(run):10.0e}"
-        f"{float(abs(run.interface_mismatch).max()) / energy:10.0e}{substeps:10.0f}{counted.solves / substeps:9.2f}"
-        f"{float(run.evaluations.sum()) / substeps:9.2f}{seconds:9.2f}"
+        f"{float(abs(run.interface_mismatch).max()) / energy:10.0e}{windows:10.0f}{counted.solves / windows:9.2f}"
+        f"{float(run.evaluations.sum()) / windows:9.2f}{seconds:9.2f}"
     )
 
 
@@ -98,12 +91,12 @@ def report_schemes(quick: bool) -> None:
     """Print the table of schemes and windows."""
     for title, body in STRUCTURES.items():
         exact = float(hl.amplitude_ratio(reference(title), SENSOR))
-        for substep in QUICK if quick else SUBSTEPS:
-            print(f"{title}, {body.size} degrees of freedom, AR {exact:.7f}; substeps of {substep * 1e6:g} µs")
-            print(f"  {'':22}{'AR error':>11}{'energy':>10}{'mismatch':>10}{'substeps':>10}", end="")
+        for window in QUICK if quick else WINDOWS:
+            print(f"{title}, {body.size} degrees of freedom, AR {exact:.7f}; windows of {window * 1e6:g} µs")
+            print(f"  {'':22}{'AR error':>11}{'energy':>10}{'mismatch':>10}{'windows':>10}", end="")
             print(f"{'solves':>9}{'chain':>9}{'s':>9}")
             for name, scheme in SCHEMES.items():
-                print(line(name, body, scheme, substep, exact), flush=True)
+                print(line(name, body, scheme, window, exact), flush=True)
         for tolerance in (1e-4, 1e-5, 1e-6):
             print(line(f"Adaptive({tolerance:g})", body, hl.Condensed(), hl.Adaptive(tolerance), exact), flush=True)
         print()
@@ -115,7 +108,7 @@ def overhead(scheme: Any, every: float) -> float:
     every, s: between saved times.
     """
     window, until = 5e-7, 1e-3
-    half_space, given = hl.half_space(hl.STEEL_440C), {"window": window, "substeps": 1}
+    half_space, given = hl.half_space(hl.STEEL_440C), {"window": window}
     fused = hl.CoSimulation(chain(), half_space, **given)
     other = hl.CoSimulation(chain(), Counted(half_space), scheme, **given)
     for simulation in (fused, other):
@@ -149,7 +142,7 @@ def report_fused() -> None:
     simulation = hl.CoSimulation(hl.Chain([bead] * 20, bead, impact_speed=0.31), reduced)
     run = simulation.run(until)
     spent = median(timed(lambda: simulation.run(until))[0] for _ in range(2 * ROUNDS))
-    windows, tried = float(run.substeps.sum()), float(run.evaluations.sum())
+    windows, tried = float(run.windows.sum()), float(run.evaluations.sum())
     steps = simulation.chain.steps(until / windows) * tried * simulation.chain.mass.size
     print(f"The compiled loop on a reduced plate of {reduced.size} oscillators, {windows:.0f} windows:")
     print(f"{spent * 1e3:.2f} ms a run, {spent / windows * 1e6:.2f} µs a window,", end=" ")
@@ -159,11 +152,11 @@ def report_fused() -> None:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="two lengths of substeps instead of four")
+    parser.add_argument("--quick", action="store_true", help="two lengths of windows instead of four")
     quick = parser.parse_args().quick
     one_thread()
     hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.31), None).run(1e-5)
-    print("Processor time on one thread. solves, chain: structural solves and chain windows for each substep.\n")
+    print("Processor time on one thread. solves, chain: structural solves and chain windows for each window.\n")
     report_schemes(quick)
     report_overhead()
     report_fused()

@@ -159,7 +159,7 @@ def main() -> None:
     }
     for name, structure in structures.items():
         begin = process_time()
-        run = hl.CoSimulation(chain, structure, window=WINDOW, scheme=hl.IQN_ILS(), substeps=1).run(UNTIL)
+        run = hl.CoSimulation(chain, structure, window=WINDOW, scheme=hl.IQN_ILS()).run(UNTIL)
         seconds, wave = process_time() - begin, hl.reflections(run, SENSOR).primary
         ratio, flight = wave.amplitude_ratio, 1e6 * wave.time_of_flight
         print(f"{name:30s} AR {ratio:.5f}  TOF {flight:.2f} µs  {seconds:6.1f} s  energy {hl.energy_error(run):.1e}")

@@ -6,19 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from coupling.interface import Interface
+from coupling.black_box import MOST_HALVINGS, MOST_TRIALS, STILL, Condensed, NotConverged
+from coupling.interface import Interface, check_finite
 from coupling.kernels import loop
-from coupling.kernels.adaptive import Adaptation, adapt
+from coupling.kernels.adaptive import GROWS_BELOW, Adaptation, adapt, bend_of_last
 from coupling.kernels.newton import Contacts, OneContact
 from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.results.schema import FIRST
-from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
-from coupling.schemes.halving import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, error_of, next_length
-from coupling.state import NotConverged
 from particles.kernels.motion import WORK_ROWS
 from structures.kernels.linear import joined
 from structures.structure import Vector
+
+FINEST = 1024
+"""Parts of the shortest contact below which an adaptive window is not halved for its error."""
+
+TAKEN_AS_ONE = 1.0 + 1e-9
+"""Windows whose ratio is below this number are equal."""
 
 MOST_WINDOWS = 64
 """Windows of structures that are kept at a time."""
@@ -161,7 +165,9 @@ class Engine:
     def _is_too_long(self, run: Run, halvings: int, error: float) -> bool:
         """Return whether a window is longer than the last one and its error, in greatest approaches, suggest."""
         last, length = float(run.window[0]["length"]), self.length / 2**halvings
-        longest = next_length(last, error, self.adaptive or 0.0) if last > 0.0 else np.inf
+        longest = np.inf
+        if last > 0.0:
+            longest = 2.0 * last if error < GROWS_BELOW * (self.adaptive or 0.0) else last
         return bool(length > max(longest * TAKEN_AS_ONE, self.finest))
 
     def _adapted(self, run: Run, done: int, last: int, halvings: int, error: float) -> tuple[int, int, float]:
@@ -220,14 +226,7 @@ class Engine:
         return Contacts(interface.static, compliance, steps, behind, interface.begin, rigid)
 
 
-def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:
-    """Raise a FloatingPointError that names the first body whose position or velocity is not finite, or the surface."""
-    for number, (y, v) in enumerate(chains):
-        faced = np.isfinite(surface[interface.of_chain[number][0]])
-        bad = np.flatnonzero(~np.append(np.isfinite(y) & np.isfinite(v), faced))
-        if bad.size:
-            chain, bead = interface.chains[number].chain, int(bad[0])
-            first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
-            what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
-            of = f" of chain {number}" if len(interface.chains) > 1 else ""
-            raise FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")
+def error_of(run: Run, interface: Interface) -> float:
+    """Return the distance of a parabola from the straight motion of the last window, in greatest approaches."""
+    moved: float = bend_of_last(run.node, run.window, run.totals, interface.static)
+    return moved / interface.indentation_scale

@@ -6,23 +6,21 @@ from typing import Annotated, Any
 
 import xarray as xr
 
+from coupling.black_box import Condensed, Scheme
 from coupling.interface import ContactPoint, Facing, Interface, for_each
-from coupling.plan import ACCURACIES, HowFine, Plan, longest_substep, plan_run, warn_if_coarse
+from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
 from coupling.results.findings import warn
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
-from coupling.run_loop import Work
-from coupling.schemes.condensed import Condensed
-from coupling.schemes.halving import Adaptive
-from coupling.schemes.scheme import Scheme
+from coupling.run_loop import Work, is_compiled
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, positive
 from structures.described import checked_call
 from structures.html_table import html_table
 from structures.moving import MovingStructure
-from structures.quantities import Asks, Interval, Quantity, Several
+from structures.quantities import Asks, Interval, Quantity
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.unmeshed import as_struck, is_left_out
@@ -47,9 +45,6 @@ class CoSimulation:
         The time after which both sides have agreed, s, or Adaptive(tolerance). By default the scheme determines it.
     dt : float, optional
         The step of the chain, s. By default the shortest contact time determines it.
-    substeps : int, optional
-        Substeps of the structures in a given window. Each holds a whole number of the chain's steps. By default the
-        scheme determines it.
     behind : like `structure`
         What the first bead of the chain, or of each chain, faces with its struck side.
     accuracy : {"default", "screening", "reference"}
@@ -87,7 +82,6 @@ class CoSimulation:
         window: Interval | Adaptive | None = None,
         dt: Annotated[Interval, Asks("the step of the chain; by default it follows from the contacts")] | None = None,
         *,
-        substeps: Several | None = None,
         behind: Facing | Sequence[Facing] = None,
         accuracy: HowFine = "default",
         most_steps: Annotated[float, Quantity("", "a number of steps of beads", "1e10")] = MOST_OF_A_RUN,
@@ -104,16 +98,17 @@ class CoSimulation:
         self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps
         self.interface = Interface(chains, facing, back, dt, self.accuracy.steps)
         self.scheme: Scheme = Condensed() if scheme is None else scheme
-        self.scheme.start(self.interface)
-        self.window, self.substeps = window, substeps
-        if substeps is not None and not isinstance(window, float):
-            raise ValueError(f"substeps = {substeps!r}: divide a window; give window, in s, as well")
+        if isinstance(self.scheme, Condensed) and (boxes := self.interface.black_boxes):
+            raise ValueError(
+                f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own ({boxes[0].name})"
+            )
+        self.window = window
         if dt is not None and isinstance(window, float) and dt > window:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
         self._given: dict[str, Any] = {
             "chain": chains if several else chains[0], "structure": facing if several else facing[0], "scheme": scheme,
-            "window": window, "dt": dt, "substeps": substeps,
-            "behind": back if several else back[0], "accuracy": accuracy, "most_steps": most_steps,
+            "window": window, "dt": dt, "behind": back if several else back[0], "accuracy": accuracy,
+            "most_steps": most_steps,
         }  # fmt: skip
 
     @property
@@ -146,7 +141,7 @@ class CoSimulation:
         until : float
             The time, s. The last saved time is `until`, or the last whole interval before it.
         save_every : float, optional
-            The interval between saved times, s. By default every substep of a given window, else `until` divided by a
+            The interval between saved times, s. By default a given window, else `until` divided by a
             power of two, with at least 64 saved times in the shortest contact.
         sensors : sequence of int, optional
             Numbers of the beads to keep, each with its velocity and its two contact forces; of several chains, of each.
@@ -189,13 +184,17 @@ class CoSimulation:
         Nor does a run of more steps than `most_steps`.
         """
         check_effort(self.interface.chains, until, self.most_steps)
-        settings = self.window, self.substeps, until, save_every, self.accuracy.windows
-        return plan_run(self.interface, self.scheme, *settings)
+        if isinstance(self.window, Adaptive) and not is_compiled(self.interface, self.scheme):
+            raise ValueError(
+                f"window = {self.window!r}: needs the compiled engine, so the scheme Condensed() and small or reduced "
+                "structures; give a window in s, or none"
+            )
+        return plan_run(self.interface, self.scheme, self.window, until, save_every, self.accuracy.windows)
 
     @property
     def longest_window(self) -> float:
-        """The longest window that the scheme, or `window`, allows, s; with several substeps, the longest of these."""
-        return longest_substep(self.interface, self.scheme, self.window, self.substeps, self.accuracy.windows)[0]
+        """The longest window that the scheme, or `window`, allows, s."""
+        return longest_window(self.interface, self.scheme, self.window, self.accuracy.windows)
 
     def replace(self, **changes: Any) -> "CoSimulation":
         """Return the same co-simulation but for these arguments.

@@ -1,17 +1,15 @@
-"""Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
+"""Which chain faces what: the contacts of a co-simulation."""
 
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from coupling.kernels.records import REMEMBERED
 from coupling.participant import CheckedParticipant, Participant
 from coupling.results.schema import FIRST, LAST, Contact
-from coupling.state import Counts, CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
-from particles.moving import ChainState, MovingChain
+from particles.moving import MovingChain
 from structures.checks import count_of, has_members
 from structures.described import described
 from structures.moving import MovingStructure
@@ -101,8 +99,6 @@ class Interface:
         """The contact at each point of each structure; −1 where nothing touches."""
         for k, contact in enumerate(self.contacts):
             self.of_structure[contact.structure][contact.point] = k
-        # Nearly always everywhere. Then the arrays need no masks, which cost as much as the sums of a small structure.
-        self._touched = [-1 not in seats.tolist() for seats in self.of_structure]
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
         self.chains = tuple(
             self._moving(
@@ -150,119 +146,6 @@ class Interface:
         if isinstance(structure, MovingStructure):
             return f"{count_of(beads, 'bead')} on {structure.structure.origin.get('kind', 'structure')}"
         return f"{count_of(beads, 'bead')} on {structure.name}"
-
-    def start(self, memory: Any) -> CoupledState:
-        """Return the state at time zero, in static equilibrium."""
-        rest = np.zeros(self.size)
-        return CoupledState(
-            0.0,
-            tuple(chain.start() for chain in self.chains),
-            tuple(structure.start() for structure in self.structures),
-            rest,
-            rest,
-            Ledger(rest, rest, rest, np.zeros(len(self.structures))),
-            Counts(),
-            (),
-            memory,
-        )
-
-    def push(self, states: Sequence[Any], force: Vector, length: float) -> tuple[tuple[Any, ...], Vector]:
-        """Return the structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
-        ends, surface = [], np.empty(self.size)
-        for number, structure in enumerate(self.structures):
-            end, places = structure.move(states[number], self.at(number, force), length)
-            self._seated(surface, number, places)
-            ends.append(end)
-        return tuple(ends), surface
-
-    def follow(
-        self, states: Sequence[ChainState], past: Sequence[Node], surface: Vector, length: float
-    ) -> tuple[tuple[ChainState, ...], Vector, Vector]:
-        """Return the chains' states, mean forces (N) and works (J) after the surfaces moved on from the last node of
-        `past`.
-
-        The works are those of the chains' own mean forces, above the static ones, on the motion that they followed.
-        """
-        before = past[-1].surface if past else np.zeros(self.size)
-        moved, force = list(states), np.empty(self.size)
-        for number, chain in enumerate(self.chains):
-            seats = self.of_chain[number]
-            motion: Any = (before[seats], surface[seats])
-            if len(seats) == 1:
-                motion = float(before[seats[0]]), float(surface[seats[0]])
-            moved[number], force[seats] = chain.advance(moved[number], motion, length)
-        return tuple(moved), force, force * (surface - before)
-
-    def next(
-        self,
-        state: CoupledState,
-        length: float,
-        chains: tuple[ChainState, ...],
-        structures: tuple[Any, ...],
-        surface: Vector,
-        force: Vector,
-        answer: tuple[Vector, Vector],
-        memory: Any,
-        evaluations: int,
-    ) -> CoupledState:
-        """Return the state after a substep of `length` s, with its ledger.
-
-        force: the mean forces on the structures. answer: the chains' mean forces and works.
-        """
-        ledger, step = state.ledger, surface - state.surface
-        damped = ledger.damped
-        if self.damped:
-            damped = damped.copy()
-            for place in self.damped:
-                damped[place] += self.structures[place].dissipated(state.structures[place], structures[place], length)
-        forces, work = answer
-        return CoupledState(
-            state.time + length,
-            chains,
-            structures,
-            surface,
-            force,
-            Ledger(ledger.work + force * step, ledger.given + work, ledger.impulse + length * force, damped),
-            Counts(evaluations, 1, float(abs(forces - force).max())),
-            (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, forces)),
-            memory,
-        )
-
-    def read(self, states: Sequence[Any]) -> Vector:
-        """Return the displacements of the contacts in states of Structures, m."""
-        surface = np.empty(self.size)
-        for number, (structure, state) in enumerate(zip(self.structures, states, strict=True)):
-            self._seated(surface, number, structure.read(state))
-        return surface
-
-    def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
-        """The states of Structures at the end of a substep, from those without force and the mean forces."""
-        return tuple(
-            structure.pushed(state, self.at(number, force), length)
-            for number, (structure, state) in enumerate(zip(self.structures, free, strict=True))
-        )
-
-    def compliance(self, length: float) -> Vector:
-        """The displacement of each contact at the end for 1 N of mean force at each contact, m/N, K × K."""
-        whole_matrix = np.zeros((self.size, self.size))
-        for number, structure in enumerate(self.structures):
-            seats = self.of_structure[number]
-            used = seats >= 0
-            whole_matrix[np.ix_(seats[used], seats[used])] = structure.compliance(length)[np.ix_(used, used)]
-        return whole_matrix
-
-    def at(self, structure: int, force: Vector) -> Vector:
-        """Return the forces at all points of a structure, zero where nothing touches."""
-        seats = self.of_structure[structure]
-        return force[seats] if self._touched[structure] else np.where(seats < 0, 0.0, force[seats])
-
-    def _seated(self, surface: Vector, structure: int, places: Vector) -> None:
-        """Write the displacements of a structure's points into those of the contacts."""
-        seats = self.of_structure[structure]
-        if self._touched[structure]:
-            surface[seats] = places
-        else:
-            surface[seats[seats >= 0]] = places[seats >= 0]
 
     def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
         """Return the place of what an end of a chain faces among the structures, and the number of its point."""
@@ -334,3 +217,16 @@ def takes_part(where: str, facing: Any) -> None:
         )
     if not isinstance(facing, Structure):
         has_members(where, facing, ("surface",), {"start": 0, "advance": 3}, PARTICIPANTS, type(facing).__name__)
+
+
+def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:
+    """Raise a FloatingPointError that names the first body whose position or velocity is not finite, or the surface."""
+    for number, (y, v) in enumerate(chains):
+        faced = np.isfinite(surface[interface.of_chain[number][0]])
+        bad = np.flatnonzero(~np.append(np.isfinite(y) & np.isfinite(v), faced))
+        if bad.size:
+            chain, bead = interface.chains[number].chain, int(bad[0])
+            first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
+            what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
+            of = f" of chain {number}" if len(interface.chains) > 1 else ""
+            raise FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")

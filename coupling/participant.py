@@ -1,12 +1,10 @@
 """Participants of a co-simulation: state in, state out, no hidden state."""
 
-from collections.abc import Sequence
 from math import inf
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from coupling.state import NotConverged
 from structures.checks import short
 from structures.structure import Structure, Vector, surfaces_of
 from structures.surface import Surface
@@ -72,13 +70,10 @@ class Participant(Protocol):
 
 
 class CheckedParticipant:
-    """A user's participant, with its answers checked: every error names it.
+    """A user's participant, with its answers checked: every error names it."""
 
-    Raises ValueError for a surface that is none, a `passive` that is not True or False, and answers that are not
-    (state, displacement); FloatingPointError where the displacement is not finite, or absurdly far. What the
-    participant itself raises gets a note; of a FloatingPointError it ends the message, and of a NotConverged, which
-    becomes a RuntimeError.
-    """
+    structure: Structure | None = None
+    """A user's participant has no matrices."""
 
     def __init__(self, participant: Participant) -> None:
         self.participant, self.surfaces = participant, surfaces_of(participant)
@@ -89,8 +84,6 @@ class CheckedParticipant:
                 "one for each contact point"
             )
         self.contacts = len(self.surfaces)
-        self.structure: Structure | None = None
-        """A user's participant has no matrices."""
         self.last_forces = np.zeros(self.contacts)
         self.inertias: list[float] = []
         """Of each contact point, kg: the mass that moves as far as it from rest; known once `check` has pushed it."""
@@ -112,30 +105,22 @@ class CheckedParticipant:
             raise
 
     def move(self, state: Any, forces: Vector, window: float) -> tuple[Any, Vector]:
-        """Return the participant's answer to the mean forces (N) of its K contacts, checked: its state and K
-        displacements."""
+        """Return the answer to the mean forces (N) of the K contacts, checked: the state and K displacements, m."""
         self.last_forces, force = forces.copy(), self._as_given(forces.copy())
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:
-            note = f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})"
-            # The loop over windows would take these two for its own.
-            if isinstance(error, FloatingPointError):
-                raise FloatingPointError(f"{error}, {note}") from error
-            if isinstance(error, NotConverged):
-                raise RuntimeError(f"{error}, {note}") from error
-            error.add_note(note)
+            error.add_note(f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})")
             raise
-        # An array of two numbers is a state, not a pair.
-        if not isinstance(returned, tuple | list) or len(returned) != 2:
-            raise self._wrong(returned)
-        state, surface = returned
         try:
+            # An array of two numbers is a state, not a pair.
+            state, surface = returned if isinstance(returned, tuple | list) else ()
             place = np.array(surface)
         except (TypeError, ValueError):
-            raise self._wrong(returned) from None
+            place = np.array(None)
         if place.dtype.kind not in "iuf" or place.shape != np.shape(force):
-            raise self._wrong(returned)
+            many = f"{self.contacts} displacements" if self.contacts > 1 else "displacement"
+            raise ValueError(f"{self.name}.advance returned {short(returned)}: must be (state, {many} in m)")
         if not (abs(place) <= LARGEST_DISPLACEMENT).all():
             raise FloatingPointError(
                 f"{self.name}.advance returned a displacement of {surface!r} m under force = {force!r}: must be at "
@@ -145,33 +130,19 @@ class CheckedParticipant:
 
     def check(self, force: float, window: float, negligible: float) -> None:
         """Raise a ValueError where it is not at rest at the start, does not repeat a window, or moves against a force
-        (N).
-
-        negligible, m: a displacement that counts as none.
-        """
+        (N). negligible, m: a displacement that counts as none."""
         self.check_rest(self.move(self.start(), np.zeros(self.contacts), window)[1], negligible)
         self.check_repeats(self.start(), np.full(self.contacts, force), window)
-        places = [self._pushed(number, force, window) for number in range(self.contacts)]
-        for number, place in enumerate(places):
-            # Pushed alone from rest, it moves towards the chain: the structure would create energy.
+        self.first_window, self.inertias = window, []
+        for number, alone in enumerate(force * np.eye(self.contacts)):
+            place = float(self.move(self.start(), alone, window)[1][number])
             if self.passive and place < -ROUNDING * negligible:
                 point = f"contact point {number}" if self.contacts > 1 else "the contact point"
                 raise ValueError(
                     f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from "
                     "rest; away from it is positive; a structure that creates energy sets passive = False"
                 )
-        self.first_window = window
-        self.inertias = [force * window**2 / (2.0 * place) if place > 0.0 else inf for place in places]
-
-    def findings(self) -> list[str]:
-        """Return a finding where a user's participant moved more easily than a foil: its units may be others."""
-        light = min(self.inertias, default=inf)
-        if not light < LEAST_RESISTANCE * self.first_window:
-            return []
-        return [
-            f"units: {self.name} moves in a first window of {self.first_window:.3g} s like {light:.3g} kg, more easily "
-            "than a foil; check its units of force, time and displacement, and that it returns a displacement"
-        ]
+            self.inertias.append(force * window**2 / (2.0 * place) if place > 0.0 else inf)
 
     def check_rest(self, places: Vector, negligible: float) -> None:
         """Raise a ValueError where a first window without force did not end at rest, at displacements (m)."""
@@ -183,28 +154,28 @@ class CheckedParticipant:
 
     def check_repeats(self, state: Any, forces: Vector, window: float) -> None:
         """Raise a ValueError where a window, or the next one, gives another result the second time."""
-        ends, places = zip(*(self.move(state, forces, window) for _ in range(2)), strict=True)
-        self._check_repeated(places, "from one state, force and window")
-        self._check_repeated([self.move(end, forces, window)[1] for end in ends], "after a window and its repetition")
+        ends = [self.move(state, forces, window) for _ in range(2)]
+        after = [self.move(end, forces, window) for end, _ in ends]
+        for (_, one), (_, other), when in (
+            (*ends, "from one state, force and window"), (*after, "after a window and its repetition")
+        ):  # fmt: skip
+            if np.any(one != other):
+                raise ValueError(
+                    f"{self.name}.advance is not repeatable: {when} it returned {self._as_given(one)!r} m and then "
+                    f"{self._as_given(other)!r} m; return a new state that holds all that changes, or use the scheme "
+                    "Explicit(tolerance=None)"
+                )
 
-    def _check_repeated(self, places: Sequence[Any], when: str) -> None:
-        first, second = map(self._as_given, places)
-        if np.any(first != second):
-            raise ValueError(
-                f"{self.name}.advance is not repeatable: {when} it returned {first!r} m and then {second!r} m; "
-                "return a new state that holds all that changes, or use the scheme Explicit(tolerance=None)"
-            )
-
-    def _pushed(self, number: int, force: float, window: float) -> float:
-        """Return the displacement, m, of a point that was pushed alone from rest over a window."""
-        forces = np.zeros(self.contacts)
-        forces[number] = force
-        return float(self.move(self.start(), forces, window)[1][number])
+    def findings(self) -> list[str]:
+        """Return a finding where it moved more easily than a foil: its units may be others."""
+        light = min(self.inertias, default=inf)
+        if not light < LEAST_RESISTANCE * self.first_window:
+            return []
+        return [
+            f"units: {self.name} moves in a first window of {self.first_window:.3g} s like {light:.3g} kg, more easily "
+            "than a foil; check its units of force, time and displacement, and that it returns a displacement"
+        ]
 
     def _as_given(self, numbers: Vector) -> Any:
         """Return the form in which the participant takes and returns K numbers: a float if it has one contact."""
         return float(numbers[0]) if self.contacts == 1 else numbers
-
-    def _wrong(self, returned: Any) -> ValueError:
-        many = f"{self.contacts} displacements" if self.contacts > 1 else "displacement"
-        return ValueError(f"{self.name}.advance returned {short(returned)}: must be (state, {many} in m)")

@@ -1,5 +1,10 @@
 """The public names and where they are defined: the one list of them, for type checkers, editors and __init__.py."""
 
+from coupling.black_box import IQN_ILS as IQN_ILS
+from coupling.black_box import Aitken as Aitken
+from coupling.black_box import Condensed as Condensed
+from coupling.black_box import Explicit as Explicit
+from coupling.black_box import NotConverged as NotConverged
 from coupling.cosimulation import CoSimulation as CoSimulation
 from coupling.inference.identify import identify as identify
 from coupling.inference.information import best_sensors as best_sensors
@@ -10,6 +15,7 @@ from coupling.inference.tap_maps import map_taps as map_taps
 from coupling.inference.uncertainty import uncertainty as uncertainty
 from coupling.interface import ContactPoint as ContactPoint
 from coupling.participant import Participant as Participant
+from coupling.plan import Adaptive as Adaptive
 from coupling.ports.precice import run_in_precice as run_in_precice
 from coupling.results.ar_and_tof import amplitude_ratio as amplitude_ratio
 from coupling.results.ar_and_tof import reflections as reflections
@@ -29,12 +35,6 @@ from coupling.results.signals import read_signal as read_signal
 from coupling.results.taps import average_taps as average_taps
 from coupling.results.wave_tracking import follow_waves as follow_waves
 from coupling.results.waves import NoWaveError as NoWaveError
-from coupling.schemes.condensed import Condensed as Condensed
-from coupling.schemes.explicit import Explicit as Explicit
-from coupling.schemes.halving import Adaptive as Adaptive
-from coupling.schemes.iterated import IQN_ILS as IQN_ILS
-from coupling.schemes.iterated import Aitken as Aitken
-from coupling.state import NotConverged as NotConverged
 from coupling.sweeps.batch import batch as batch
 from coupling.sweeps.critical_search import critical_distance_search as critical_distance_search
 from coupling.sweeps.sweep import sweep as sweep

@@ -10,9 +10,9 @@ from time import perf_counter
 import click
 import joblib
 
+from coupling.black_box import NotConverged
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
-from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
 from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS

@@ -493,11 +493,11 @@ def _runs() -> dict[str, Target]:
         "CoSimulation": Target(
             hl.CoSimulation,
             {
-                **{"chain": CHAIN, "structure": ROD, "scheme": None, "window": 1e-6, "dt": None, "substeps": None},
+                **{"chain": CHAIN, "structure": ROD, "scheme": None, "window": 1e-6, "dt": None},
                 **{"behind": None, "accuracy": "default"},
             },
             lambda one: one.run(until=UNTIL),
-            {"scheme": schemes, "window": (hl.Adaptive(), 1e-12, 1e-300, 1.0), "substeps": HUGE, "dt": (1e-7, 1e-15)},
+            {"scheme": schemes, "window": (hl.Adaptive(), 1e-12, 1e-300, 1.0), "dt": (1e-7, 1e-15)},
         ),
         "CoSimulation.run": Target(
             simulation().run,

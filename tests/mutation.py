@@ -48,7 +48,7 @@ SOURCES = {
     "kernels": KERNELS,
     "particles": ("particles/**/*.py",),
     "coupling": (
-        "coupling/schemes/*.py",
+        "coupling/black_box.py",
         "coupling/interface.py",
         "coupling/compiled_run.py",
         "coupling/run_loop.py",

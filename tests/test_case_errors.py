@@ -163,7 +163,6 @@ WRONG_RODS = [
     ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be positive'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 4', 16, "run.substeps: 4: divide a window; give window"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor, parallel"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 us"\nadaptive = { tolerance = 1e-4 }', 17, "run.adaptive: sets the windows; leave out window"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "aitken", relaxation = 2 }', 16, "run.scheme.relaxation: 2.0 must lie between 0 and 2"),
@@ -304,8 +303,8 @@ def test_a_hint_is_of_the_entry_and_not_of_its_section(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("case.toml").write_text(ROD.replace('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 0'))
-    assert complaint(capsys, "check", "case.toml").rstrip().endswith("run.substeps: 0 must be at least 1")
+    Path("case.toml").write_text(ROD.replace('until = "0.1 ms"', 'until = "0.1 ms"\nmost_steps = 0'))
+    assert complaint(capsys, "check", "case.toml").rstrip().endswith("run.most_steps: 0.0 must be a positive number")
 
 
 @pytest.mark.parametrize(

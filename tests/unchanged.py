@@ -227,7 +227,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "own structure, Aitken": lambda: co(chain(), SpringMass(), scheme=hl.Aitken()),
         "IQN-ILS": lambda: co(chain(), SpringMass(), scheme=hl.IQN_ILS()),
         "explicit": lambda: co(chain(), SpringMass(), scheme=hl.Explicit(tolerance=None)),
-        "adaptive windows": lambda: co(chain(6), SpringMass(), hl.Aitken(), hl.Adaptive()),
         "piston": lambda: co(chain(striker=hl.Piston([0.0, 1e-4, 1.0], [0.0, 4e-5, 4e-5]), impact_speed=None), wall),
         "pushed bead": lambda: co(
             chain(striker=hl.PushedBead([0.0, 2e-5, 4e-5, 1.0], [0.0, 50.0, 0.0, 0.0]), impact_speed=None), wall
@@ -286,8 +285,8 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         for name, changes in {
             "screening": {"accuracy": "screening"},
             "reference": {"accuracy": "reference"},
-            "short windows": {"window": 1e-6},
-            "steps": {"window": 1e-6, "substeps": 8},
+            "short windows": {"window": 2.5e-7},
+            "steps": {"window": 1.25e-7},
             "extrapolation": {"scheme": hl.Explicit(predictor=2, parallel=True, tolerance=None)},
             "strict condensation": {"scheme": hl.Condensed(1e-12)},
         }.items()
@@ -629,7 +628,7 @@ def entries() -> dict[str, dict[str, Any]]:
         "crossed cylinders": {"chain.beads": crossed},
         "deformable": {"chain.modes": 3, "chain.damping": part("modal", ratio=0.05)},
         "Aitken": {"run.scheme": part("aitken", tolerance=1e-10), "run.reduce": False},
-        "explicit": {"run.scheme": part("explicit", predictor=1), "run.window": "1 us", "run.save_every": "2 us"},
+        "explicit": {"run.scheme": part("explicit", predictor=1), "run.window": "62.5 ns", "run.save_every": "2 us"},
         "screening": {"run.accuracy": "screening", "run.reduce": {"tolerance": 0.1, "largest": 40}},
     }  # fmt: skip
     found |= {name: {"chain.striker": one, "chain.impact_speed": None} for name, one in moved.items()}
@@ -708,7 +707,7 @@ def differences(before: dict[str, list[float]], after: dict[str, list[float]]) -
     """
     found = {}
     for name, old in before.items():
-        if name in ("evaluations", "substeps"):
+        if name in ("evaluations", "windows"):
             continue
         first, second = np.asarray(old), np.asarray(after.get(name, []))
         if first.shape != second.shape or not np.array_equal(np.isnan(first), np.isnan(second)):

@@ -61,7 +61,7 @@ def differences(
     the other runs fails.
     """
     chain, here = simulation.chain, run.contact_force.values
-    settings = {"window": plan.length, "dt": plan.length / chain.steps(plan.length), "substeps": 1}
+    settings = {"window": plan.length, "dt": plan.length / chain.steps(plan.length)}
     until, beads = plan.interval * (plan.rows - 1), len(chain.chain.beads)
     kept = kept_at(run.bead.values.tolist(), beads)
     found, failures, left = dict[str, Derivative](), dict[str, str](), list(values)

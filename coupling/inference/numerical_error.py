@@ -13,11 +13,10 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import LINE
-from coupling.plan import Plan
+from coupling.plan import Adaptive, Plan
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
-from coupling.schemes.halving import Adaptive
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
 from structures.checks import instance, positive, whole
@@ -254,7 +253,7 @@ def _measured(run: xr.Dataset, sensor: int) -> dict[str, float]:
 
 def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
     """Return a simulation with windows and steps of half the length."""
-    windows: dict[str, Any] = {"window": plan.length * plan.substeps / 2.0, "substeps": plan.substeps}
+    windows: dict[str, Any] = {"window": plan.length / 2.0}
     if isinstance(simulation.window, Adaptive):
         # A window's error, of a chord to a parabola, grows as its length squared: a quarter is half the window.
         windows = {"window": Adaptive(simulation.window.tolerance / 4.0)}

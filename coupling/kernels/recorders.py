@@ -37,7 +37,7 @@ CONTACT_FRAME = record_type("surface", "work", "given", "impulse")
 STRUCTURE_FRAME = record_type("kinetic", "elastic", "taken")
 """Energies of a structure, J, and what its damping took; NaN where not known."""
 
-TIME_FRAME = record_type("evaluations", "substeps", "residual")
+TIME_FRAME = record_type("evaluations", "windows", "residual")
 """Since the last saved time: windows of the chains that were tried, windows, and the greatest residual, N."""
 
 
@@ -141,7 +141,7 @@ def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, begin: V
         seen.surface, seen.work = contact.surface, contact.work
         seen.given, seen.impulse = contact.given, contact.impulse
     totals, now = run.totals[0], ledger.time[row]
-    now.evaluations, now.substeps, now.residual = totals.tried, totals.windows, totals.residual
+    now.evaluations, now.windows, now.residual = totals.tried, totals.windows, totals.residual
     totals.tried, totals.windows, totals.residual = 0, 0, 0.0
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from math import nan
 from typing import NamedTuple
 
 import numpy as np
@@ -13,18 +12,13 @@ from coupling.kernels.recorders import (
     CONTACT_FRAME,
     STRUCTURE_FRAME,
     TIME_FRAME,
-    Elsewhere,
     Ledger,
     Sensors,
     SensorsAndLedger,
-    record_row,
 )
 from coupling.kernels.records import Records
-from coupling.state import Counts, CoupledState, as_run
-from particles.kernels.motion import WORK_ROWS
 from particles.moving import MovingChain
 from structures.checks import listed, whole
-from structures.moving import MovingStructure
 from structures.structure import Vector
 
 
@@ -155,22 +149,6 @@ class Frames:
         self.sensors.deepest[:], self.sensors.highest[:] = -np.inf, 0.0
         self.ledger.structure["taken"] = 0.0
         return self
-
-    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts) -> None:
-        """Put a state into a row."""
-        models, work = tuple(chain.model for chain in interface.chains), np.zeros((WORK_ROWS, interface.begin[-1, 0]))
-        run = as_run(state, counts)
-        record_row(self.saved, row, state.time, run, models, Elsewhere(), interface.begin, work)
-        if row % self.ledger.every:
-            return
-        for number, structure in enumerate(interface.structures):
-            now = state.structures[number]
-            if isinstance(structure, MovingStructure):
-                energies = structure.energies(now)
-                lost = state.ledger.damped[number]
-            else:
-                energies, lost = (nan, nan), nan  # not known of a user's participant
-            self.ledger.structure[number, row // self.ledger.every] = *energies, lost
 
     def count_damping(self, interface: Interface) -> None:
         """Add what the damping of linear structures took: the part of the work that is not in their energy.

@@ -86,7 +86,7 @@ VARIABLES = {
     ),
     "structure_numerical_loss": Variable("J", "work less energy and damping: what the time stepping lost", "structure"),
     "evaluations": Variable("1", "chain windows tried since the last saved time"),
-    "substeps": Variable("1", "substeps since the last saved time; more than usual where a window was halved"),
+    "windows": Variable("1", "windows since the last saved time; more than usual where one was halved"),
     "residual": Variable("N", "greatest disagreement on a mean force since the last saved time"),
     "sensor_force": Variable("N", "force at bead", bodies=("sensor",)),
 }

@@ -15,14 +15,13 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.compiled_run import StructureWindows
 from coupling.cosimulation import CoSimulation
-from coupling.plan import Plan, warn_if_coarse
+from coupling.plan import Adaptive, Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
 from coupling.run_loop import Work, is_compiled
-from coupling.schemes.halving import Adaptive
 from coupling.sweeps.processes import ENVIRONMENT_ERRORS, in_parallel
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build
@@ -118,8 +117,8 @@ def batch(
 
     Notes
     -----
-    Every run has the windows and steps of its own contacts. Give the CoSimulation of a family a `window`, `dt` and
-    `substeps`, and their results change smoothly with the parameters.
+    Every run has the windows and steps of its own contacts. Give the CoSimulation of a family a `window` and `dt`, and
+    their results change smoothly with the parameters.
 
     Examples
     --------

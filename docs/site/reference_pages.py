@@ -14,7 +14,7 @@ GROUPS = {
     "Structures and materials": ("structures",),
     "Plates": ("plates",),
     "Runs": ("coupling.cosimulation", "coupling.interface", "coupling.participant"),
-    "Coupling schemes": ("coupling.schemes", "coupling.state"),
+    "Coupling schemes": ("coupling.black_box",),
     "Waves, signals and measures": ("coupling.results",),
     "Sweeps and batches": ("coupling.sweeps",),
     "Identification": ("coupling.inference",),

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origi
 import numpy as np
 from pydantic import Discriminator, Field, create_model
 
-from coupling.schemes.scheme import Scheme
+from coupling.black_box import Scheme
 from hertzlink import _described as _described  # for what they describe
 from hertzlink._rooms import ROOMS
 from hertzlink.cases.entry_paths import Path

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, create_model
 
 from coupling.cosimulation import CoSimulation
-from coupling.schemes.halving import Adaptive
+from coupling.plan import Adaptive
 from hertzlink.cases import plates as _plates  # noqa: F401  for its tables
 from hertzlink.cases.bodies import Body, Nothing, Reduce, structure_tables
 from hertzlink.cases.chains import ChainPart, chain_table

@@ -15,7 +15,7 @@ from structures.units import handy
 UNITS = {"impedance": "N s/m", "region": "m"}
 """Units of numbers that are no parameter of what is described."""
 
-LEFT_OUT = ("beads", "section", "steps", "substeps", "shorter_pulses")
+LEFT_OUT = ("beads", "section", "steps", "shorter_pulses")
 """What the table does not show; the full input is below it."""
 
 MOST_ITEMS = 12

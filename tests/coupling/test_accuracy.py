@@ -43,7 +43,7 @@ def finest() -> dict[str, tuple[float, float, float]]:
     found = {}
     for name, structure in STRUCTURES.items():
         time = hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31), structure).interface.contact_time
-        found[name] = ratios(name, "default", window=time / 640, dt=time / 5120, substeps=1)
+        found[name] = ratios(name, "default", window=time / 640, dt=time / 5120)
     return found
 
 
@@ -73,7 +73,7 @@ def test_what_is_given_is_kept() -> None:
     chain = hl.Chain([BEAD] * 5, BEAD, 0.31)
     plans = [hl.CoSimulation(chain, None, accuracy=name).plan(2e-4) for name in PROMISED]
     assert plans[0].length > 2.0 * plans[1].length > 4.0 * plans[2].length
-    own = [hl.CoSimulation(chain, None, window=1e-6, dt=1e-8, substeps=1, accuracy=name) for name in PROMISED]
+    own = [hl.CoSimulation(chain, None, window=1e-6, dt=1e-8, accuracy=name) for name in PROMISED]
     assert {one.plan(2e-4).length for one in own} == {1e-6}
     assert {one.chain.steps(1e-6) for one in own} == {100}
 

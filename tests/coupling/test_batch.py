@@ -62,7 +62,7 @@ def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
         (3, WALL, 3e-4, None),
     ):
         runs = [
-            hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, speed), facing, None, dt, dt, substeps=dt and 1)
+            hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, speed), facing, None, dt, dt)
             for speed, dt in ((0.05, None), (0.5, None), (3.0, None), (0.4, 4e-6))
         ]
         frames, plans = [], [run.plan(until, 4e-6) for run in runs]

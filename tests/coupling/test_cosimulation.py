@@ -14,7 +14,7 @@ import xarray as xr
 from scipy import sparse
 
 import hertzlink as hl
-from coupling.compiled_run import check_finite
+from coupling.interface import check_finite
 from coupling.kernels import loop
 from coupling.kernels.newton import predict
 from coupling.kernels.records import NODE, TOTALS, TRIED, WINDOW, Run
@@ -56,7 +56,7 @@ def test_momentum_passes_into_a_free_rod(reduced: bool) -> None:
         everywhere = np.zeros(rod.size)
         everywhere[rigid] = 1.0 / rod.contact[rigid]
     window = 5e-7
-    simulation = hl.CoSimulation(CHAIN, rod, window=window, substeps=1)
+    simulation = hl.CoSimulation(CHAIN, rod, window=window)
     run = simulation.run(1500 * window, save_every=window)
     beads = (run.velocity.values * simulation.chain.mass).sum(axis=1)
     impulse = run.interface_impulse.values
@@ -118,32 +118,19 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
 }
 
 
-HOW: dict[str, dict[str, Any]] = {
-    "": {}, "adaptive": {"window": hl.Adaptive(1e-4)}
-}  # fmt: skip
-
 LONG_TO_COMPILE = ("chains of three kinds",)
 
 
 @pytest.mark.parametrize(
-    ("name", "how"),
-    [
-        pytest.param(name, HOW[how], id=f"{name}-{how}", marks=[pytest.mark.thorough] * (name in LONG_TO_COMPILE))
-        for name in IN_MODES
-        for how in HOW
-        # Adaptive windows are another loop around the same agreement: one for each number of contacts.
-        if how != "adaptive" or name not in (*LONG_TO_COMPILE, "a chain between two structures")
-    ],
+    "name", [pytest.param(name, marks=[pytest.mark.thorough] * (name in LONG_TO_COMPILE)) for name in IN_MODES]
 )
-def test_any_number_of_chains_goes_through_the_compiled_loop(
-    name: str, how: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_any_number_of_chains_goes_through_the_compiled_loop(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Structures move by their modes, chains by Newton's method in compiled code; window by window nothing differs.
 
     The sums of both loops round differently, which a chain magnifies; nothing differs by more than 1e-8.
     """
     chain, structure, *behind = IN_MODES[name]
-    simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None, **how)
+    simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None)
     compiled = simulation.run(until=2e-4)
     monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
     monkeypatch.setattr(loop, "run_windows", None)
@@ -155,14 +142,14 @@ def test_any_number_of_chains_goes_through_the_compiled_loop(
             continue
         size = scale if compiled[one].attrs["units"] == "J" else float(abs(other[one]).max())
         assert compiled[one].values == pytest.approx(other[one].values, rel=0.0, abs=1e-8 * size, nan_ok=True), one
-    assert compiled.substeps.equals(other.substeps)
+    assert compiled.windows.equals(other.windows)
 
 
 @pytest.mark.parametrize("save_every", [None, 1e-6])
 def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     save_every: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The halves are of the same order, so the results stay, and one saved time counts one substep more."""
+    """The halves are of the same order, so the results stay, and one saved time counts one window more."""
 
     def failing(*given: Any) -> tuple[int, int, float]:
         *before, (first, last, stride, row) = given
@@ -177,8 +164,8 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     whole = simulation.run(2e-4, save_every)
     monkeypatch.setattr(loop, "run_windows", failing)
     halved = simulation.run(2e-4, save_every)
-    assert (halved.substeps - whole.substeps).values.nonzero()[0].tolist() == [100 // int(whole.substeps[1])]
-    assert halved.substeps.sum() == whole.substeps.sum() + 1
+    assert (halved.windows - whole.windows).values.nonzero()[0].tolist() == [100 // int(whole.windows[1])]
+    assert halved.windows.sum() == whole.windows.sum() + 1
     check_same(whole, halved, 1e-5)
     assert hl.energy_error(halved) == pytest.approx(hl.energy_error(whole), rel=0.1)
     monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-1][0], 1.0))
@@ -293,7 +280,7 @@ def test_window_converges_with_order_two() -> None:
     """Against tiny windows, at a fixed and small step of the chain."""
 
     def displacement(window: float) -> float:
-        simulation = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"], window=window, dt=1e-8, substeps=1)
+        simulation = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"], window=window, dt=1e-8)
         return float(simulation.run(until=4.8e-4).surface_displacement[-1])
 
     exact = displacement(1e-7)
@@ -304,7 +291,7 @@ def test_window_converges_with_order_two() -> None:
 def test_amplitude_ratio_settles_with_the_window() -> None:
     reduced = hl.reduce(PLATE, until=1.2e-3)
     ratios = [
-        hl.amplitude_ratio(hl.CoSimulation(CHAIN, reduced, window=window, substeps=1).run(1.2e-3), sensor=7).item()
+        hl.amplitude_ratio(hl.CoSimulation(CHAIN, reduced, window=window).run(1.2e-3), sensor=7).item()
         for window in (4e-6, 2e-6, 5e-7)
     ]
     assert ratios[0] == pytest.approx(ratios[2], rel=5e-3)
@@ -337,12 +324,12 @@ def test_results_carry_their_input_and_go_to_netcdf(tmp_path) -> None:  # type: 
 
 def test_coarse_windows_are_warned_of() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="window = 20 µs: is coarse compared with a contact"):
-        run = hl.CoSimulation(CHAIN, None, window=2e-5, substeps=1).run(until=1e-4)
+        run = hl.CoSimulation(CHAIN, None, window=2e-5).run(until=1e-4)
     assert "window = 20 µs: is coarse" in run.attrs["warnings"]
 
 
 def test_a_run_ends_with_the_last_whole_window() -> None:
-    run = hl.CoSimulation(CHAIN, None, window=3e-6, substeps=1).run(until=1e-5)
+    run = hl.CoSimulation(CHAIN, None, window=3e-6).run(until=1e-5)
     assert run.time.values == pytest.approx([0.0, 3e-6, 6e-6, 9e-6])
 
 
@@ -410,7 +397,7 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
 
 
 def test_no_agreement_names_window_time_and_residual() -> None:
-    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s long: residual .* N after 1 iterations"):
+    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s long: residual .* N after 1 trial"):
         hl.CoSimulation(CHAIN, Spring(), scheme=hl.Aitken(largest_count=1), window=1e-6).run(until=4e-4)
 
 
@@ -446,15 +433,13 @@ def test_bad_simulations(keywords: dict[str, object], message: str) -> None:
 
 
 def test_bad_runs() -> None:
-    simulation = hl.CoSimulation(CHAIN, None, window=1e-6, substeps=1)
+    simulation = hl.CoSimulation(CHAIN, None, window=1e-6)
     for until in (0.0, -1.0, float("nan")):
         with pytest.raises(ValueError, match="until = "):
             simulation.run(until)
     with pytest.raises(ValueError, match=r"window = 1e-06: must not be longer than the run, until = 5e-07 s"):
         simulation.run(5e-7)
-    with pytest.raises(
-        ValueError, match="save_every = 5e-07: must not be shorter than a substep of the window, 1e-06 s"
-    ):
+    with pytest.raises(ValueError, match="save_every = 5e-07: must not be shorter than the window, 1e-06 s"):
         simulation.run(1e-3, save_every=5e-7)
     with pytest.raises(ValueError, match=r"save_every = 0\.002: must not be longer than the run"):
         simulation.run(1e-3, save_every=2e-3)

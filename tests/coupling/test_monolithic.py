@@ -113,7 +113,7 @@ def test_the_cosimulation_converges_to_the_reference_at_second_order(name: str) 
     assert energy_error(reference) < 1e-8
     found = []
     for window in (2e-6, 1e-6, 5e-7):
-        run = hl.CoSimulation(struck, structure, window=window, dt=2.5e-9, substeps=1).run(until=8e-4, save_every=2e-6)
+        run = hl.CoSimulation(struck, structure, window=window, dt=2.5e-9).run(until=8e-4, save_every=2e-6)
         found.append(hl.amplitude_ratio(run, SENSOR).item())
     errors = np.array(found) - hl.amplitude_ratio(reference, SENSOR).item()
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(2.0, abs=0.2)

@@ -63,7 +63,7 @@ def exact_ar() -> float:
 
 
 WINDOWS: tuple[dict[str, Any], ...] = (
-    {}, {"accuracy": "screening"}, {"window": 0.5e-6}, {"window": 2e-6, "substeps": 4}
+    {}, {"accuracy": "screening"}, {"window": 0.5e-6}
 )  # fmt: skip
 
 
@@ -121,7 +121,7 @@ SMALL_PLATE = hl.reduce(PLATE.at(*AT), UNTIL)
         (lambda: on(ROD), {MESH: "rod"}),
         (lambda: on(hl.reduce(ROD, UNTIL, 0.1, largest=8)), {MESH: "rod"}),
         (lambda: on(OWN), {MESH: "structure of a user"}),
-        (lambda: on(Spring(), scheme=hl.Explicit(), window=4e-6, substeps=1), {MESH: "solver"}),
+        (lambda: on(Spring(), scheme=hl.Explicit(), window=4e-6), {MESH: "solver"}),
         (lambda: on(SMALL_PLATE), {MESH: "Kirchhoff plate", REDUCTION: "Kirchhoff plate"}),
     ],
     ids=["nothing", "infinite plate", "rod", "reduced rod", "matrices", "solver", "reduced plate"],

@@ -239,7 +239,7 @@ def configuration(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def cosimulation() -> xr.Dataset:
-    return hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, substeps=1).run(8e-4)
+    return hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW).run(8e-4)
 
 
 def check_same(run: xr.Dataset, expected: xr.Dataset, tolerance: float) -> None:
@@ -269,9 +269,7 @@ def test_shorter_steps_than_the_window_of_precice_change_nothing(double: type[Do
     """A quarter of the window or less: the same line of the surface, the same impulse over the window."""
     dt = WINDOW / 60
     run = hl.run_in_precice(CHAIN, configuration, SURFACE, window=0.26e-6, dt=dt)
-    expected = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, dt=dt, substeps=1).run(
-        8e-4
-    )
+    expected = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, dt=dt).run(8e-4)
     assert np.diff(run.time.values) == pytest.approx(WINDOW / 4, rel=1e-6)
     check_same(run.isel(time=slice(None, None, 4)), expected, 1e-7)
 

@@ -55,7 +55,7 @@ def test_a_run_without_findings_warns_of_nothing(good: xr.Dataset) -> None:
 
 def test_energy_that_the_steps_make_or_lose() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="energy: ") as caught:
-        run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), WALL, dt=4e-6, window=4e-6, substeps=1).run(3e-4)
+        run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), WALL, dt=4e-6, window=4e-6).run(3e-4)
     error = hl.energy_error(run)
     assert error > 1e-3
     (finding,) = found(run, "energy")

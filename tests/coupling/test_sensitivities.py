@@ -75,7 +75,7 @@ def test_a_measure_of_the_users_own_and_its_units():
 def loaded(preload=5.0, radius=4.76e-3):
     bead = hl.Sphere(radius, hl.STEEL_440C)
     chain = hl.Chain([bead] * 10, bead, SPEED, preload=preload)
-    return hl.CoSimulation(chain, hl.half_space(hl.PTFE), hl.Condensed(tolerance=1e-13), 4e-7, 4e-8, substeps=1)
+    return hl.CoSimulation(chain, hl.half_space(hl.PTFE), hl.Condensed(tolerance=1e-13), 4e-7, 4e-8)
 
 
 def speeds(runs):

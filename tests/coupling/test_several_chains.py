@@ -64,8 +64,7 @@ class System(NamedTuple):
         return self.chain if isinstance(self.chain, list) else [self.chain]
 
     def run(self, scheme: Any = None, window: float | None = None) -> xr.Dataset:
-        one = None if window is None else 1
-        simulation = hl.CoSimulation(self.chain, self.facing, scheme, window, substeps=one, behind=self.behind)
+        simulation = hl.CoSimulation(self.chain, self.facing, scheme, window, behind=self.behind)
         return simulation.run(UNTIL, save_every=1e-6 if window is None else 2e-6)
 
 
@@ -462,7 +461,7 @@ def test_one_chain_on_one_of_two_points_is_as_on_a_structure_with_that_one(schem
 
 @pytest.mark.thorough
 def test_a_dashpot_that_closes_on_a_light_tip_does_not_stop_an_explicit_run() -> None:
-    """The force jumps there, however short the substep."""
+    """The force jumps there, however short the window."""
     chain, tip = hl.Chain([BEAD] * 10, BEAD, 0.31, dissipation=LOSS), oscillator(0.7, 5e6)
     found, expected = (
         hl.CoSimulation(chain, tip, scheme).run(UNTIL, save_every=1e-6) for scheme in (hl.Explicit(), hl.Condensed())

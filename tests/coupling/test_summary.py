@@ -58,9 +58,9 @@ def test_the_summary_is_that_of_the_run(name: str, caplog: pytest.LogCaptureFixt
     with caplog.at_level(logging.INFO, "hertzlink"):
         run = RUNS[name]().run(UNTIL)
     (report,) = [record.getMessage() for record in caplog.records if record.levelno == logging.INFO]
-    substeps, energy = int(run.substeps.sum()), float(run.impact_energy)
+    windows, energy = int(run.windows.sum()), float(run.impact_energy)
     assert report.startswith(
-        f"0.00016 s in {substeps} substeps, {float(run.evaluations.sum()) / substeps:.3g} chain windows"
+        f"0.00016 s in {windows} windows, each tried {float(run.evaluations.sum()) / windows:.3g} times"
     )
     into, lost = (float(run[what][-1].sum()) / energy for what in ("interface_work", "dissipated_energy"))
     assert report.endswith(f"into structures {into:.3g}, lost in chains {lost:.3g}")
