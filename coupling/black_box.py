@@ -214,8 +214,8 @@ class Newton:
             far = abs(moved) > self.still
             self.slope[far] = np.minimum((answer - self.last[1])[far] / moved[far], 0.0)
         self.last = surface, answer
-        change: Vector = np.linalg.solve(np.eye(len(residual)) - self.slope[:, None] * self.compliance, residual)
-        return change
+        matrix = np.eye(len(residual)) - self.slope[:, None] * self.compliance
+        return np.asarray(np.linalg.solve(matrix, residual))
 
 
 class Relaxed:
@@ -331,12 +331,12 @@ class Loop:
         for count in range(1, scheme.largest_count + 1):
             surface, ends = np.empty(interface.size), []
             for body, now, seats in zip(interface.structures, begin, interface.of_structure, strict=True):
-                forces = np.where(seats < 0, 0.0, force[seats])
+                pushes = np.where(seats < 0, 0.0, force[seats])
                 if linear:
-                    end = body.pushed(now, forces, length)
+                    end = body.pushed(now, pushes, length)
                     places = body.read(end)
                 else:
-                    end, places = body.move(now, forces, length)
+                    end, places = body.move(now, pushes, length)
                 surface[seats[seats >= 0]] = places[seats >= 0]
                 ends.append(end)
             target = self.predicted_surface(length) if scheme.parallel else surface

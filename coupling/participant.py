@@ -156,12 +156,11 @@ class CheckedParticipant:
         """Raise a ValueError where a window, or the next one, gives another result the second time."""
         ends = [self.move(state, forces, window) for _ in range(2)]
         after = [self.move(end, forces, window) for end, _ in ends]
-        for (_, one), (_, other), when in (
-            (*ends, "from one state, force and window"), (*after, "after a window and its repetition")
-        ):  # fmt: skip
+        when = ("from one state, force and window", "after a window and its repetition")
+        for ((_, one), (_, other)), words in zip((ends, after), when, strict=True):
             if np.any(one != other):
                 raise ValueError(
-                    f"{self.name}.advance is not repeatable: {when} it returned {self._as_given(one)!r} m and then "
+                    f"{self.name}.advance is not repeatable: {words} it returned {self._as_given(one)!r} m and then "
                     f"{self._as_given(other)!r} m; return a new state that holds all that changes, or use the scheme "
                     "Explicit(tolerance=None)"
                 )
