@@ -141,13 +141,13 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
 @cli.command()
 def info() -> None:
     """Show the versions, threads and folders of this installation."""
-    from numba import config, get_num_threads
+    from numba import get_num_threads
+
+    from structures.kernels.compiling import FOLDER
 
     for package, version in versions().items():
         click.echo(f"{package:14s} {version}")
     click.echo(f"{'processes':14s} {joblib.cpu_count()}")
     click.echo(f"{'threads':14s} {get_num_threads()} (numba)")
     click.echo(f"{'installed in':14s} {Path(__file__).resolve().parent.parent}")
-    click.echo(
-        f"{'kernel cache':14s} {getattr(config, 'CACHE_DIR', '') or '__pycache__, in the folders of the kernels'}"
-    )
+    click.echo(f"{'kernel cache':14s} {FOLDER}")

@@ -1,14 +1,11 @@
 """The manual of extensions: each example is one file, and runs as it stands."""
 
-import pickle
 import re
 import runpy
-import sys
 from hashlib import sha256
 from pathlib import Path
 
 import matplotlib
-import numba
 import numpy as np
 import pytest
 import xarray as xr
@@ -20,8 +17,6 @@ from hertzlink.cases.case import read
 from hertzlink.cases.running import task_of
 from hertzlink.explore.sliders import sliders_of, start_of
 from structures import described
-from structures.described import registered
-from structures.kernels.kernel_key import key_of
 
 PAGE = (Path(__file__).parent.parent / "docs" / "extending.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"^## (.+?)\n.*?^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE))
@@ -105,18 +100,6 @@ def test_results_name_the_file_of_its_code(cantilever: Path) -> None:
     assert command("run", "case.toml", "--with", "mine.py") == 0
     first, *_ = (cantilever / "case" / "case.toml").read_text("utf-8").splitlines()
     assert first == f"# --with mine.py, SHA-256 {sha256((cantilever / 'mine.py').read_bytes()).hexdigest()}"
-
-
-def test_kernels_of_a_piece_in_such_a_file_are_stored(cantilever: Path) -> None:
-    """Another process finds the class by its name, so that nothing is compiled anew."""
-    code = "import numpy as np\nfrom typing import NamedTuple\nclass Piece(NamedTuple):\n    stiffness: float\n"
-    mine = cantilever / "mine.py"
-    mine.write_text(code + mine.read_text("utf-8"), encoding="utf-8")
-    with_parts.load([mine])
-    module = sys.modules[next(one.target.__module__ for one in registered() if one.kind == "cantilever")]
-    piece = module.Piece
-    assert pickle.loads(pickle.dumps(piece)) is piece
-    assert key_of((numba.typeof(piece(1.0)),)) is not None
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from coupling.kernels.loop import OK, move_on
 from coupling.kernels.recorders import record
 from coupling.kernels.records import Records, Run
-from structures.kernels.kernel_cache import entry, inner
+from structures.kernels.compiling import entry, inner
 from structures.structure import Vector
 
 TOO_LONG = 3

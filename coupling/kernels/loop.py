@@ -6,7 +6,7 @@ from coupling.kernels.newton import agree
 from coupling.kernels.recorders import reads_structure, record
 from coupling.kernels.records import REMEMBERED
 from structures.kernels.arrays import copy
-from structures.kernels.kernel_cache import entry, inner
+from structures.kernels.compiling import entry, inner
 from structures.kernels.linear import follow, push, read
 from structures.structure import Vector
 
@@ -67,7 +67,7 @@ def move_on(
     return problem, done, residual
 
 
-run_windows = entry(move_on.py_func)
+run_windows = entry(move_on)
 """`move_on` for Python. A kernel around it would take as long to compile as the loop: Numba unpacks each array."""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from coupling.kernels.records import REMEMBERED
 from particles.kernels.motion import advance, reach
 from structures.kernels.arrays import copy, solve
-from structures.kernels.kernel_cache import inner
+from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 

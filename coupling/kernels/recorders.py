@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from coupling.kernels.records import Records, record_type
 from particles.kernels.motion import contact_forces, deepen, energies
 from structures.kernels.arrays import copy
-from structures.kernels.kernel_cache import entry, inner
+from structures.kernels.compiling import entry, inner
 from structures.kernels.linear import energies_of_structure
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector

@@ -27,7 +27,7 @@ from coupling.results.schema import unit_of
 from coupling.sweeps.store import Failure, Point, Store
 from structures.caution import collected
 from structures.checks import instance, short
-from structures.kernels import kernel_cache
+from structures.kernels import compiling
 from structures.units import readable
 
 IDLE_TIME = 30
@@ -254,7 +254,7 @@ def end_with(owner: int) -> None:
         return
     # They compile the same kernels at the same time; one of them says so.
     if not current_process().name.endswith("-1"):
-        kernel_cache.stop()
+        compiling.log.setLevel(logging.ERROR)
     if os.getppid() != owner:
         os._exit(1)
     threading.Thread(target=watch, name="hertzlink-end-with-parent", daemon=True).start()

@@ -12,7 +12,7 @@ from particles.kernels.laws import (
     overlap_on_spring,
     slope,
 )
-from structures.kernels.kernel_cache import inner
+from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

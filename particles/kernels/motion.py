@@ -27,7 +27,7 @@ from particles.kernels.losses import (
     press,
 )
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
-from structures.kernels.kernel_cache import entry, inner
+from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -308,7 +308,5 @@ def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tup
     return kinetic, potential + energy_of_loads(chain.drive, y)
 
 
-advance_chain, forces_of_chain, energies_of_chain = map(
-    entry, (advance.py_func, contact_forces.py_func, energies.py_func)
-)
+advance_chain, forces_of_chain, energies_of_chain = map(entry, (advance, contact_forces, energies))
 """The same for Python."""

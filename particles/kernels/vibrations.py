@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from particles.kernels.laws import energy, force, overlap_on_spring, slope, with_memory
 from particles.kernels.losses import drag_rate, force_and_loss, force_with_loss, overlap_at
-from structures.kernels.kernel_cache import inner
+from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

@@ -1,6 +1,6 @@
 """Small compiled functions of arrays."""
 
-from structures.kernels.kernel_cache import inner
+from structures.kernels.compiling import inner
 from structures.structure import Vector
 
 

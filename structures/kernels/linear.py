@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from structures.kernels.arrays import dot
-from structures.kernels.kernel_cache import inner
+from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 

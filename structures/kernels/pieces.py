@@ -11,9 +11,9 @@ from typing import Any
 from numba import NumbaError, float64, int64, njit, typeof
 from numba.extending import overload
 
-Function = Callable[..., Any]
+from structures.kernels.compiling import OPTIONS
 
-OPTIONS: Any = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+Function = Callable[..., Any]
 
 
 def by_type(function: Function, small: bool = True) -> Function:
@@ -89,7 +89,7 @@ def for_each(function: Function) -> Function:
 
     def each(entries: Any, first: int, *more: Any) -> None:
         for number, entry in enumerate(entries):
-            function.py_func(entry, first + number, *more)  # type: ignore[attr-defined]
+            function(entry, first + number, *more)
 
     def choose(entries: Any, first: int, *more: Any) -> None:
         def last(entries: Any, first: int, *more: Any) -> None:

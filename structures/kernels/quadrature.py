@@ -1,6 +1,6 @@
 """Few points with weights that integrate polynomials as many do: Gauss's quadrature of a sum."""
 
-from structures.kernels.kernel_cache import entry
+from structures.kernels.compiling import entry
 from structures.structure import Vector
 
 LANES = 4

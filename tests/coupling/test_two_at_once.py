@@ -157,7 +157,7 @@ def test_a_process_whose_parent_ended_before_the_watch_ends_at_once(monkeypatch:
         raise Ended(code)
 
     monkeypatch.setattr(os, "_exit", leave)
-    monkeypatch.setattr(processes.kernel_cache, "stop", lambda: None)
+    monkeypatch.setattr(processes.compiling.log, "level", 0)
     for name, ends in (("LokyProcess-2", True), ("MainProcess", False)):
         monkeypatch.setattr(processes, "current_process", lambda name=name: SimpleNamespace(name=name))
         with pytest.raises(Ended) if ends else nullcontext():
