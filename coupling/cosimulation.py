@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from typing import Annotated, Any
 
 import xarray as xr
@@ -12,6 +13,7 @@ from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, p
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
 from coupling.results.findings import warn
+from coupling.results.provenance import folded
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from coupling.run_loop import Work, is_compiled
 from particles.chain import Chain
@@ -169,7 +171,7 @@ class CoSimulation:
         warn(findings)
         plan = self.plan(until, save_every)
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
-        inputs = {**self.describe(), "until": until, **plan.describe(self.interface, self.window)}
+        inputs = {**self._described, "until": until, **plan.describe(self.interface, self.window)}
         frames = Frames(self.interface, plan.rows, selection)
         Work(self.interface, self.scheme, self.window, plan, frames).do()
         findings += checked([self.interface], [frames], plan.interval)[0]
@@ -262,6 +264,11 @@ class CoSimulation:
         """Return the full input as plain data."""
         asked = {} if self.most_steps == MOST_OF_A_RUN else {"most_steps": self.most_steps}
         return {**self.interface.describe(), "scheme": repr(self.scheme), **asked}
+
+    @cached_property
+    def _described(self) -> dict[str, Any]:
+        """What `describe` returns, as a result holds it: nothing of it changes from run to run."""
+        return folded(self.describe())  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return f"CoSimulation({self.interface.in_words()}; {self.scheme!r})"
