@@ -501,3 +501,23 @@ def test_a_signal_during_compiled_code_is_an_exception(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == "True True\n"
+
+
+def test_results_of_equal_shape_share_no_numbers() -> None:
+    """What a user changes in one result appears in no other; centres and preload are those of the own chain."""
+    small, large = hl.Sphere(3e-3, hl.STEEL_440C), hl.Sphere(5e-3, hl.STEEL_440C)
+    first, second = (
+        hl.CoSimulation(hl.Chain([*beads], small, 0.2, gravity=9.81), hl.half_space(hl.PTFE))
+        for beads in ((small, large, small), (large, small, small))
+    )
+    run, untouched = first.run(2e-4, 1e-6), first.run(2e-4, 1e-6)
+    xr.testing.assert_identical(run, untouched)
+    run.centre.values[:] = 0.0
+    run.static_force.values[:] = 0.0
+    run.velocity.values[:] = 0.0
+    run.velocity.attrs["units"] = "mm/s"
+    run.attrs["input"] = ""
+    xr.testing.assert_identical(first.run(2e-4, 1e-6), untouched)
+    other = second.run(2e-4, 1e-6)
+    assert other.centre.values.tolist() == second.chain.chain.centres.tolist() != untouched.centre.values.tolist()
+    assert other.static_force.values.tolist() == second.chain.static_force.tolist()
