@@ -79,14 +79,14 @@ def timed(work: Callable[Given, Result], *given: Given.args, **named: Given.kwar
 def warm_up(structure: hl.Structure, window: float) -> None:
     """Compile the kernels of both kinds of run, or load compiled ones."""
     hl.CoSimulation(CHAIN, hl.reduce(structure, UNTIL, tolerance=0.5), window=window).run(window)
-    hl.CoSimulation(CHAIN, structure, window=window).run(window)
+    hl.CoSimulation(CHAIN, structure, window=window, reduce=False).run(window)
 
 
 def full_order_run(
     chain: hl.Chain, structure: hl.Structure, window: float, windows: int, sensor: int, short: int | None = None
 ) -> FullOrder:
     """The run, or one of `short` windows extrapolated to all of them."""
-    simulation = hl.CoSimulation(chain, structure, window=window)
+    simulation = hl.CoSimulation(chain, structure, window=window, reduce=False)
     factorisation, _ = timed(simulation.structure.step, window)
     seconds, run = timed(simulation.run, (short or windows) * window)
     if short is not None:

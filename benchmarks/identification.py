@@ -172,7 +172,7 @@ def cases(chosen: list[str]) -> dict[str, Case]:
 def clean(case: Case) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     """Times, and the forces without noise: with a gain, and later than they are."""
     made = case.build(**case.values) if case.signal is None else case.signal()
-    run = made.reduced(UNTIL).run(UNTIL, save_every=2.5e-7)
+    run = made.run(UNTIL, save_every=2.5e-7)
     time = np.arange(0.0, LEAD + UNTIL, STEP)
     forces, gain = {}, GAIN if "gain" in case.nuisances else 1.0
     for sensor in case.sensors:

@@ -18,14 +18,15 @@ from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, check
 from coupling.run_loop import Work, is_compiled
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed, positive
+from structures.checks import instance, listed
 from structures.described import checked_call
+from structures.fineness import Fineness, fineness
 from structures.html_table import html_table
 from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, Quantity
-from structures.reduction import reduce
+from structures.reduction import reduce as reduce_structure
 from structures.structure import Structure
-from structures.unmeshed import as_struck, is_left_out
+from structures.unmeshed import as_struck
 
 log = logging.getLogger("hertzlink.cosimulation")
 
@@ -56,6 +57,9 @@ class CoSimulation:
     most_steps : float
         Steps of beads, summed over them, above which a run is refused before it begins. The default, 1e9, takes some
         minutes, and is mostly exceeded by a time in another unit.
+    reduce : bool
+        Whether linear structures that the compiled engine cannot take, those of more than 300 unknowns that are not in
+        their modes, are reduced for the length of the run, as by `hl.reduce`. Else they are moved whole, in Python.
 
     Raises
     ------
@@ -87,6 +91,7 @@ class CoSimulation:
         behind: Facing | Sequence[Facing] = None,
         accuracy: HowFine = "default",
         most_steps: Annotated[float, Quantity("", "a number of steps of beads", "1e10")] = MOST_OF_A_RUN,
+        reduce: bool = True,
     ) -> None:
         several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
         if several:
@@ -104,13 +109,14 @@ class CoSimulation:
             raise ValueError(
                 f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own ({boxes[0].name})"
             )
-        self.window = window
+        self.window, self.reduces = window, reduce
+        self._reduced: tuple[float, Fineness, CoSimulation] | None = None
         if dt is not None and isinstance(window, float) and dt > window:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
         self._given: dict[str, Any] = {
             "chain": chains if several else chains[0], "structure": facing if several else facing[0], "scheme": scheme,
             "window": window, "dt": dt, "behind": back if several else back[0], "accuracy": accuracy,
-            "most_steps": most_steps,
+            "most_steps": most_steps, "reduce": reduce,
         }  # fmt: skip
 
     @property
@@ -165,6 +171,13 @@ class CoSimulation:
         FloatingPointError
             If the state of a body is no longer finite.
         """
+        if (whole := self.for_run(until)) is not self:
+            return whole.run(until, save_every, sensors)
+        if isinstance(self.window, Adaptive) and not is_compiled(self.interface, self.scheme):
+            raise ValueError(
+                f"window = {self.window!r}: needs the compiled engine, so the scheme Condensed() and small or reduced "
+                "structures; give a window in s, or none"
+            )
         shortest = min(len(one.chain.beads) for one in self.interface.chains)
         selection = None if sensors is None else kept_at(sensors, shortest)
         findings = check_before(self.interface.chains, until)
@@ -186,11 +199,6 @@ class CoSimulation:
         Nor does a run of more steps than `most_steps`.
         """
         check_effort(self.interface.chains, until, self.most_steps)
-        if isinstance(self.window, Adaptive) and not is_compiled(self.interface, self.scheme):
-            raise ValueError(
-                f"window = {self.window!r}: needs the compiled engine, so the scheme Condensed() and small or reduced "
-                "structures; give a window in s, or none"
-            )
         return plan_run(self.interface, self.scheme, self.window, until, save_every, self.accuracy.windows)
 
     @property
@@ -228,42 +236,40 @@ class CoSimulation:
             raise ValueError(f"{unknown[0]}: is no argument of CoSimulation; must be one of {', '.join(self._given)}")
         return CoSimulation(**{**self._given, **changes})
 
-    def reduced(self, until: float, **changes: Any) -> "CoSimulation":
-        """Return the same co-simulation with each linear structure that is large replaced by its reduction.
+    def for_run(self, until: float) -> "CoSimulation":
+        """Return the co-simulation of which a run up to `until`, s, consists: large structures are reduced.
 
-        Parameters
-        ----------
-        until : float
-            Length of the longest run, s.
-        **changes
-            Other arguments, as in `replace`.
-
-        Returns
-        -------
-        CoSimulation
-            With structures of `reduce(structure, until)`. Small structures, and a user's participants, stay.
-
-        Examples
-        --------
-        >>> import hertzlink as hl
-        >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-        >>> plate = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-        >>> run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), plate.at(0.1, 0.1))
-        >>> run.structure.structure.size > 1000, run.reduced(until=1e-3).structure.structure.size < 100
-        (True, True)
+        They are kept for later runs that are no longer. Raises ValueError as `plan` and `hl.reduce` do.
         """
-        until = positive("until", until, "s")
-        # Those that are small have been examined, and keep their modes.
-        by_identity = {
-            id(body.structure): body for body in self.interface.structures if isinstance(body, MovingStructure)
-        }
-        ends = {name: _with_reduced(self._given[name], until, by_identity) for name in ("structure", "behind")}
-        return self.replace(**ends, **changes)
+        if not self.reduces or not any(map(_is_large, self.interface.structures)):
+            return self
+        if self._reduced is None or self._reduced[0] < until or self._reduced[1] != fineness():
+            check_effort(self.interface.chains, until, self.most_steps)
+            bodies = {}
+            for body in self.interface.structures:
+                if isinstance(body, MovingStructure):
+                    large = _is_large(body)
+                    bodies[id(body.structure)] = (
+                        MovingStructure(reduce_structure(body.structure, until)) if large else body
+                    )
+
+            def smaller(facing: Any) -> Any:
+                if isinstance(facing, list):
+                    return [smaller(one) for one in facing]
+                if isinstance(facing, ContactPoint):
+                    return ContactPoint(smaller(facing.structure), facing.number)
+                struck = as_struck(facing) if isinstance(facing, Structure) else getattr(facing, "structure", None)
+                return bodies.get(id(struck), facing)
+
+            made = self.replace(**{name: smaller(self._given[name]) for name in ("structure", "behind")})
+            self._reduced = made._reduced = until, fineness(), made
+        return self._reduced[2]
 
     def describe(self) -> dict[str, Any]:
         """Return the full input as plain data."""
         asked = {} if self.most_steps == MOST_OF_A_RUN else {"most_steps": self.most_steps}
-        return {**self.interface.describe(), "scheme": repr(self.scheme), **asked}
+        whole = {} if self.reduces else {"reduce": False}
+        return {**self.interface.describe(), "scheme": repr(self.scheme), **asked, **whole}
 
     @cached_property
     def _described(self) -> dict[str, Any]:
@@ -286,16 +292,8 @@ class CoSimulation:
         return html_table("CoSimulation", rows)
 
 
-def _with_reduced(facing: Any, until: float, by_identity: dict[int, MovingStructure]) -> Any:
-    """Return what chains face, with large structures reduced, each once. by_identity: structures by their id."""
-    if isinstance(facing, list):
-        return [_with_reduced(structure, until, by_identity) for structure in facing]
-    if isinstance(facing, ContactPoint):
-        return ContactPoint(_with_reduced(facing.structure, until, by_identity), facing.number)
-    if not isinstance(facing, Structure) or is_left_out(facing):
-        return facing
-    facing = as_struck(facing)
-    moving = by_identity[id(facing)]
-    if facing.size and not moving.compact:
-        moving = by_identity[id(facing)] = MovingStructure(reduce(facing, until))
-    return moving
+def _is_large(body: Any) -> bool:
+    """Return whether a structure is one that nobody reduced and that the compiled engine cannot take."""
+    if type(body) is not MovingStructure or not body.size or "reduction" in body.structure.origin:
+        return False
+    return not body.compact

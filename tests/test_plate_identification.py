@@ -110,7 +110,7 @@ def damped(thickness: float, away: float) -> hl.CoSimulation:
     ("build", "serves"),
     [
         (on_plate, True),
-        (lambda thickness, away: on_plate(thickness, away).reduced(1e-4), True),
+        (lambda thickness, away: on_plate(thickness, away).for_run(1e-4), True),
         (damped, False),
         (lambda thickness, away: hl.CoSimulation(on_plate(thickness, away).chain.chain, hl.half_space(hl.PTFE)), False),
         (lambda thickness, away: on_plate(2e-3, 0.04, thickness + away), False),

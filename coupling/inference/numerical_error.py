@@ -188,7 +188,7 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
     check_build(build, parameters, names="parameters")
-    usual = _built(build, parameters)
+    usual = _built(build, until, parameters)
     last = len(usual.chain.chain.beads)
     if sensor > last:
         raise ValueError(f"sensor = {sensor}: must be a bead from 1 to {last}, counted from the struck end")
@@ -197,11 +197,11 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     with collected() as said:
         values = _measured(run, sensor)
     with collected():
-        finer_reduction, reduction_factor, of_reduction = _finer(REDUCTION, usual, build, parameters)
-        finer_mesh, mesh_factor, of_mesh = _finer(MESH, usual, build, parameters)
+        finer_reduction, reduction_factor, of_reduction = _finer(REDUCTION, usual, build, until, parameters)
+        finer_mesh, mesh_factor, of_mesh = _finer(MESH, usual, build, until, parameters)
         plan = usual.plan(until)
         shorter = _measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
-        again = usual if finer_mesh is finer_reduction else _built(build, parameters)
+        again = usual if finer_mesh is finer_reduction else _built(build, until, parameters)
         *of_finer, repeated = (
             values if other is usual else _measured(other.run(until, sensors=saved), sensor)
             for other in (finer_mesh, finer_reduction, again)
@@ -238,10 +238,12 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
 
 
-def _built(build: Callable[..., CoSimulation], parameters: Mapping[str, Any], **factors: Any) -> CoSimulation:
-    """Return what a builder makes, with finer cells or reductions."""
+def _built(
+    build: Callable[..., CoSimulation], until: float, parameters: Mapping[str, Any], **factors: Any
+) -> CoSimulation:
+    """Return what a builder makes for a run up to `until`, s, with finer cells or reductions."""
     with finer(**factors):
-        built = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation")
+        built = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation").for_run(until)
     if len(built.interface.chains) > 1:
         raise ValueError(f"build(...) = {built!r}: must be the CoSimulation of one chain")
     return built
@@ -261,7 +263,7 @@ def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
 
 
 def _finer(
-    source: str, usual: CoSimulation, build: Callable[..., CoSimulation], parameters: Mapping[str, Any]
+    source: str, usual: CoSimulation, build: Callable[..., CoSimulation], until: float, parameters: Mapping[str, Any]
 ) -> tuple[CoSimulation, float, str]:
     """Return a simulation with one source refined, the factor that makes the change an error, and what was refined.
 
@@ -272,7 +274,7 @@ def _finer(
         return usual, 0.0, "none"
     factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
     try:
-        fine = _built(build, parameters, **factors)
+        fine = _built(build, until, parameters, **factors)
     except ValueError as error:  # too many cells: those of the user are near the limit
         return usual, nan, f"not estimated; {error}"
     for i in having:

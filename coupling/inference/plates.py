@@ -471,7 +471,7 @@ class PlateFit:
         """Return the trace, with some values moved by these multiples of STEP."""
         values = {name: value * (1.0 + STEP * steps.get(name, 0.0)) for name, value in self.values.items()}
         with collected():
-            return self._read(self.build(**values).reduced(self.search.until))
+            return self._read(self.build(**values))
 
     def _read(self, simulation: CoSimulation) -> Vector:
         """Return what the sensors read, sensors × times, N."""

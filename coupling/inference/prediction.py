@@ -195,7 +195,7 @@ class Prediction:
             self.progress.advance()
         if len(simulation.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
-        return simulation.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))
+        return (simulation.replace(accuracy=ACCURACY) if self._quick else simulation).for_run(self.until)
 
     def traces(self, places: Sequence[Vector]) -> Vector:
         """Return the forces at the sensors, N, runs × sensors × times; NaN for a run that fails."""

@@ -91,10 +91,12 @@ def sensitivities(
     values = _checked_parameters(build, parameters)
     function("measure", measure or waves_at, 1, "a function of a Dataset of runs")
     simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation")
+    until = positive("until", until, "s")
+    simulation = simulation.for_run(until)
     check_differentiable(simulation)
     if sensors is None:
         raise ValueError("sensors = None: must be numbers of beads, such as [7]")
-    plan = simulation.plan(positive("until", until, "s"), save_every)
+    plan = simulation.plan(until, save_every)
     with collected() as said:
         run = simulation.run(until, save_every, sensors=sensors)
     rates = differences(build, values, simulation, plan, run)
@@ -124,7 +126,7 @@ def check_differentiable(simulation: CoSimulation) -> None:
     if not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
             f"build(...) = {simulation!r}: has no derivatives; it needs Condensed(), and structures that are "
-            "linear and small (use reduce)"
+            "linear and small or reduced"
         )
     if len(simulation.interface.chains) > 1:
         raise ValueError(f"build(...) = {simulation!r}: has several chains; must have one")

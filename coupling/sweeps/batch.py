@@ -158,7 +158,7 @@ def batch(
     # Of a function the first run stands for all.
     first = [*family.known.values()][: 1 if family.build else None]
     for simulation in first:
-        _plan(simulation, until, interval)
+        _plan(simulation.for_run(until), until, interval)
     before = check_before([simulation.chain for simulation in first], until)
     warn(before)
     before = [*said, *before]
@@ -469,7 +469,7 @@ class _Rows:
     def _ready(self, i: int, place: int) -> "_Ready":
         """Build a run. place: among those that are done together."""
         family, until, interval, _, selection, earlier = self.part
-        simulation = family.make(i)
+        simulation = family.make(i).for_run(until)
         interface = simulation.interface
         plan = _plan(simulation, until, interval)
         findings = check_before(interface.chains, until) if family.build else []

@@ -27,9 +27,9 @@ class Budget:
     units: dict[str, str]
 
     def __call__(self, **values: float) -> CoSimulation:
-        """Return the co-simulation with other values, reduced."""
+        """Return the co-simulation with other values."""
         changed = self.case.changed({self.paths[key]: float(value) for key, value in values.items()})
-        return changed.simulation().reduced(self.case.until)
+        return changed.simulation()
 
     def of_sensor(self, sensor: int, findings: Collection[str] = ()) -> Uncertainty:
         """Return the budget of AR and TOF at a sensor, without the findings that the run has already."""

@@ -40,6 +40,7 @@ class RunPart(Declared):
 
     named_so = "RunPart"
     without = ("self", "chain", "structure", "behind")
+    apart = ("reduce",)
 
     # Positive before any structure is built for it.
     until: Annotated[Duration, Field(gt=0.0)]
@@ -52,7 +53,7 @@ class RunPart(Declared):
 
     def make(self, world: World) -> Data:
         """Return the arguments of CoSimulation."""
-        arguments = self.arguments(world)
+        arguments = self.arguments(world) | {"reduce": self.reduce is not False}
         if self.adaptive is not None:
             if self.window is not None:
                 raise Fault(("adaptive",), "sets the windows; leave out window")
