@@ -417,7 +417,7 @@ def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None
 
 
 def _warn_of_doubts(waves: Waves, sensor: int, wanted: int) -> None:
-    """Warn once of all runs in which a small change of a parameter would make another pulse one of the wanted waves."""
+    """Warn once of all runs in which AR and TOF of the wanted waves may mislead."""
     names = ("incident", *WAVES)
     doubts = [
         f"the {names[place]} wave {note}" if note.startswith(("has", "is")) else note
@@ -427,7 +427,7 @@ def _warn_of_doubts(waves: Waves, sensor: int, wanted: int) -> None:
     ]
     if doubts:
         several = f" (in {len(doubts)} of {len(waves.found)} runs)" if len(waves.found) > 1 else ""
-        caution(f"wave at bead {sensor}: {doubts[0]}; a small change may give another AR and TOF{several}")
+        caution(f"wave at bead {sensor}: {doubts[0]}{several}")
 
 
 def _warn_of_short_record(reading: Reading, sensor: int, waves: Waves, wanted: int) -> None:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from math import ceil, floor, isfinite, log10, nan
 
-from coupling.results.wave_finder import Found
+from coupling.results.wave_finder import WAVE_LENGTH, Found
 from structures.caution import caution
 from structures.checks import count_of
 from structures.structure import Vector
@@ -15,9 +15,6 @@ PUSH = 3.0
 
 RECORD = "the record "
 """With these words a reason begins that a longer record removes."""
-
-WAVE_LENGTH = 5
-"""Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733)."""
 
 TAIL = 0.01
 """A push on the structure ends where it falls below this part of its greatest force."""

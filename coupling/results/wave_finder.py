@@ -42,8 +42,13 @@ EARLIEST = 0.85
 """A wave from the structure takes at least this part of the time that F^(−1/6) predicts. In 200 random chains 99 % of
 those that were followed contact by contact take 0.92 and more, those turned back inside the chain 0.8 and less."""
 
+WAVE_LENGTH = 5
+"""Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733)."""
+
 DOUBTFUL = 0.05
 """Part by which a pulse may differ from a limit before a small change of a parameter makes it another wave."""
+
+ANOTHER = "; a small change may give another AR and TOF"
 
 NEAR = 4
 """Samples on either side of a peak through which a cubic spline places it."""
@@ -107,7 +112,7 @@ class Waves(NamedTuple):
 class Found(NamedTuple):
     """The waves over a bead in one run, as samples of its force's peaks: the incident one first.
 
-    notes: why a small change may make another wave of each, empty where none does. travel: time of the incident wave
+    notes: why the AR and TOF of each may mislead, empty where they do not. travel: time of the incident wave
     from the bead to the structure, s; leaves: when the push on the structure ends, s, NaN where nothing pushes it; cut:
     whether the record ends within a wave that comes back.
     """
@@ -164,7 +169,11 @@ def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> 
     passed = power[: end + 1].clip(0.0).cumsum()
     lasts = float(np.ptp(time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]))
     coming = Coming(time, force, back, incident, there, travel, travel / hops, lasts, float(traces.preload[run]))
-    waves, notes, cut = waves_that_return(coming, (begin, end), smallest, float(towards[: there + 1].max()))
+    greatest = float(towards[: there + 1].max())
+    waves, notes, cut = waves_that_return(coming, (begin, end), smallest, greatest)
+    # Nearer to the structure each incident wave meets its own reflection.
+    if len(waves) > 1 and hops > WAVE_LENGTH and towards[incident : there + hops * width // 2].min() > TAIL * greatest:
+        notes[1] = "is met by a push that goes on: forces add up, and AR is no ratio of two waves; take a shorter push"
     ended = wall[there:] <= FIRST_WAVE**2 * push
     return Found(waves, notes, travel, float(time[there + ended.argmax() if ended.any() else -1]), cut)
 
@@ -212,9 +221,11 @@ def waves_that_return(
         ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
         if relative < EARLIEST:
             if len(samples) == 1 and not ends_open and relative > (1.0 - DOUBTFUL) * EARLIEST:
-                notes[0] = f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it"
+                notes[0] = (
+                    f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it{ANOTHER}"
+                )
             continue
-        cut = cut or ends_open
+        cut = cut or bool(own[-1] == force.size - 1)
         if sample == force.size - 1:
             continue
         part = max(part, float(force[samples[-1]]) / amplitude)
@@ -224,14 +235,14 @@ def waves_that_return(
             windows[-1] = windows[-1][0], end
         else:
             early = len(samples) == 1 and relative < (1.0 + DOUBTFUL) * EARLIEST
-            notes.append("is hardly late enough to have come from the structure" if early else "")
+            notes.append(f"is hardly late enough to have come from the structure{ANOTHER}" if early else "")
             samples.append(sample)
             windows.append((begin, end))
         last = float(time[sample])
     for place, (begin, end) in enumerate(windows):
         peaks = time[begin + tops(force[begin : end + 1], (1.0 - DOUBTFUL) * force[samples[place]])]
         if peaks.size > 1:
-            notes[place] = f"has peaks of nearly the same height, {1e6 * float(np.ptp(peaks)):.3g} µs apart"
+            notes[place] = f"has peaks of nearly the same height, {1e6 * float(np.ptp(peaks)):.3g} µs apart{ANOTHER}"
     return samples, notes, cut
 
 

@@ -120,6 +120,13 @@ def test_a_record_that_ends_between_waves_says_nothing_of_a_second(run: xr.Datas
             assert "no second one above 1 %" in hl.reflections(upto(run, until), 7).secondary.reason
 
 
+def test_a_record_that_ends_after_a_peak_is_not_within_a_wave(run: xr.Dataset) -> None:
+    """The primary wave is there, and falls; of a second one nothing is seen."""
+    arrives = hl.reflections(run, 7).primary.arrival
+    for after in (2e-6, 5e-6, 10e-6, 15e-6):
+        assert "within a wave" not in hl.reflections(upto(run, arrives + after), 7).secondary.reason
+
+
 def test_a_wave_that_was_taken_is_no_short_record(damped: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

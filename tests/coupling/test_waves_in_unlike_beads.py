@@ -110,3 +110,23 @@ def test_what_heavier_beads_turn_back_is_not_the_incident_wave() -> None:
     run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(8e-4)
     arrivals = [hl.reflections(run, sensor).incident.arrival for sensor in range(8, 16)]
     assert (np.diff(arrivals) > 0.0).all()
+
+
+DRIVES: dict[str, hl.PushedBead | hl.Piston] = {
+    "step": hl.PushedBead([0.0, 20e-6], [0.0, 50.0]),
+    "piston": hl.Piston([0.0, 1e-3], [0.0, 1e-4]),
+    "pulse": hl.PushedBead([0.0, 20e-6, 40e-6], [0.0, 50.0, 0.0]),
+    "short piston": hl.Piston([0.0, 20e-6], [0.0, 4e-6]),
+}
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_push_that_goes_on_is_warned_of(drive: str) -> None:
+    """What comes back is added to it; a push that has ended is silent."""
+    run = hl.CoSimulation(hl.Chain([STEEL] * 20, DRIVES[drive]), hl.half_space(hl.STEEL_440C)).run(8e-4)
+    for sensor in (7, 10, 13):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            ratio = hl.reflections(run, sensor).primary.amplitude_ratio
+        assert ["a push that goes on" in str(one.message) for one in caught] == [True] * (ratio > 1.1)
+        assert (ratio > 1.1) == (drive in ("step", "piston"))
