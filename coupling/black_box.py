@@ -85,6 +85,12 @@ class Condensed(Scheme):
     At the end of a window the surfaces are at w_free + C F̄, where the compliance C is known beforehand. Newton's method
     with C and a secant slope for each contact finds F̄ from repeated chain windows, which are cheap. The interface
     creates no energy: the surface moves linearly, and the mean force of the chain's own steps drives the structure.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Condensed()
+    Condensed(tolerance=1e-11)
     """
 
     tolerance: Tolerance = 1e-11
@@ -162,6 +168,12 @@ class Aitken(Iterated):
     References
     ----------
     Küttler and Wall, Comput. Mech. 43 (2008) 61, section 3.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Aitken(tolerance=1e-10)
+    Aitken(tolerance=1e-10, relaxation=0.5, largest_count=50)
     """
 
 
