@@ -74,7 +74,7 @@ class OwnForm(NamedTuple):
     coefficient: Any
 
     @staticmethod
-    def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
+    def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
         return max(elastic + loss.coefficient[i] * rate, 0.0)
 
 

@@ -419,10 +419,9 @@ class Loop:
             node["surface"][i], node["force"][i], window[i] = surface, force, (time - length / 2.0, length)
         chain = np.array([(state.lost, state.driven) for state in self.chains], CHAIN)
         totals = np.array([(len(self.past), self.tried, self.windows, self.residual)], TOTALS)
-        position, velocity = (np.concatenate(parts) for parts in list(zip(*self.chains, strict=True))[:2])
-        run = Run(position, velocity, none, self.contact, chain, node, window, totals)
-        models, work = tuple(moving.model for moving in interface.chains), np.zeros((WORK_ROWS, position.size))
-        record_row(frames.saved, row, self.time, run, models, Elsewhere(), interface.begin, work)
+        run = Run(*interface.together(self.chains), none, self.contact, chain, node, window, totals)
+        work = np.zeros((WORK_ROWS, interface.coordinates))
+        record_row(frames.saved, row, self.time, run, interface.model, Elsewhere(), work)
         if row % frames.ledger.every:
             return
         self.tried, self.windows, self.residual = 0, 0, 0.0

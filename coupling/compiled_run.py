@@ -1,7 +1,6 @@
 """The compiled window loop of a run: its pieces, its state, and windows that fail or are too long."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,10 +9,9 @@ from coupling.black_box import MOST_HALVINGS, MOST_TRIALS, STILL, Condensed, Not
 from coupling.interface import Interface, check_finite
 from coupling.kernels import loop
 from coupling.kernels.adaptive import GROWS_BELOW, Adaptation, adapt, bend_of_last
-from coupling.kernels.newton import Contacts, OneContact
-from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
+from coupling.kernels.newton import Contacts
+from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
-from coupling.results.schema import FIRST
 from particles.kernels.motion import WORK_ROWS
 from structures.kernels.linear import joined
 from structures.structure import Vector
@@ -86,7 +84,6 @@ class Engine:
         """Windows of the plan that are one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
         self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
-        self.chains = tuple(chain.model for chain in interface.chains)
         self.finest = interface.contact_time / FINEST
         self.windows = windows or StructureWindows()
         self._lengths: dict[float, tuple[Any, Any]] = {}
@@ -96,24 +93,19 @@ class Engine:
     def work_space(self) -> Trial:
         """Return the work space."""
         state = self.of_length(self.length)[0].response.shape[1]
-        coordinates, contacts, chains = self.interface.begin[-1, 0], self.interface.size, len(self.chains)
+        coordinates, contacts, chains = self.interface.coordinates, self.interface.size, len(self.interface.chains)
+        of_contacts, of_chains = np.zeros((6, contacts)), np.zeros((2, chains))
         return Trial(
-            np.zeros(coordinates),
-            np.zeros(coordinates),
-            np.zeros(state),
-            np.zeros(contacts, TRIED),
-            np.zeros(chains, CHAIN),
-            np.zeros((WORK_ROWS, coordinates)),
-            np.zeros((4 + contacts, contacts)),
-        )
+            np.zeros(coordinates), np.zeros(coordinates), np.zeros(state),
+            of_contacts[0], of_contacts[1], of_contacts[2], of_contacts[3], of_contacts[4], of_contacts[5],
+            of_chains[0], of_chains[1], np.zeros((WORK_ROWS, coordinates)), np.zeros((4 + contacts, contacts)),
+        )  # fmt: skip
 
     def start(self) -> Run:
         """Return the run at time zero, in static equilibrium."""
-        starts = [chain.start() for chain in self.interface.chains]
-        contacts, chains = self.interface.size, len(starts)
+        contacts, chains = self.interface.size, len(self.interface.chains)
         return Run(
-            np.concatenate([state.position for state in starts]),
-            np.concatenate([state.velocity for state in starts]),
+            *self.interface.together([chain.start() for chain in self.interface.chains]),
             np.zeros(self.trial.free.size),
             np.zeros(contacts, CONTACT),
             np.zeros(chains, CHAIN),
@@ -182,7 +174,7 @@ class Engine:
         adaptation = Adaptation(
             self.before, interface.static, interface.indentation_scale, self.adaptive or 0.0, finest, whole
         )
-        pieces = run, self.chains, structure, contacts, self.search, self.recorder, self.trial, interface.begin
+        pieces = run, interface.model, structure, contacts, self.search, self.recorder, self.trial
         windows = done, last * whole, self.stride, length, error
         problem, done, error = adapt(*pieces, adaptation, windows)
         if problem == loop.NON_FINITE:
@@ -196,34 +188,26 @@ class Engine:
 
     def _check_finite(self, time: float) -> None:
         """Raise a FloatingPointError that names what the last trial made infinite."""
-        trial, ends = self.trial, pairwise(self.interface.begin[:, 0])
-        chains = [(trial.y[first:last], trial.v[first:last]) for first, last in ends]
-        check_finite(self.interface, chains, trial.contact["surface"], time)
+        trial = self.trial
+        chains = [(trial.y[place], trial.v[place]) for place in self.interface.places]
+        check_finite(self.interface, chains, trial.surface, time)
 
     def save(self, run: Run, done: int) -> None:
         """Save the end of a whole window in its row."""
         self._move(run, self.length, (done + 1, done, 0, done // self.stride))
 
     def _move(self, run: Run, length: float, windows: tuple[int, int, int, int]) -> Any:
-        pieces = run, self.chains, *self.of_length(length), self.search, self.recorder, self.trial
-        return loop.run_windows(*pieces, self.interface.begin, length, windows)
+        pieces = run, self.interface.model, *self.of_length(length), self.search, self.recorder, self.trial
+        return loop.run_windows(*pieces, length, windows)
 
     def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
             structure, compliance = self.windows.of(self.interface, self.interface.structures, length)
-            steps = np.array([chain.steps(length / self.joined) * self.joined for chain in self.interface.chains])
-            self._lengths[length] = structure, self.contacts(compliance, steps)
+            steps = [chain.steps(length / self.joined) * self.joined for chain in self.interface.chains]
+            contacts = Contacts(self.interface.static, compliance, np.array(steps), not compliance.any())
+            self._lengths[length] = structure, contacts
         return self._lengths[length]
-
-    def contacts(self, compliance: Vector, steps: Vector) -> Any:
-        """Return the contacts as a piece."""
-        interface = self.interface
-        if interface.size == 1 and interface.contacts[0].end != FIRST:
-            return OneContact(interface.static, compliance, steps)
-        behind = np.array([contact.end == FIRST for contact in interface.contacts])
-        rigid = not compliance.any()
-        return Contacts(interface.static, compliance, steps, behind, interface.begin, rigid)
 
 
 def error_of(run: Run, interface: Interface) -> float:

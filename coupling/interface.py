@@ -1,6 +1,7 @@
 """Which chain faces what: the contacts of a co-simulation."""
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -9,7 +10,8 @@ from coupling.participant import CheckedParticipant, Participant
 from coupling.results.schema import FIRST, LAST, Contact
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
-from particles.moving import MovingChain
+from particles.joined import coordinates, joined
+from particles.moving import ChainState, MovingChain
 from structures.checks import count_of, has_members
 from structures.described import described
 from structures.moving import MovingStructure
@@ -106,12 +108,13 @@ class Interface:
             )
             for number, chain in enumerate(chains)
         )
-        sizes = [
-            (chain.rest.size, len(seats), chain.mass.size)
-            for chain, seats in zip(self.chains, self.of_chain, strict=True)
-        ]
-        self.begin = np.array([(0, 0, 0), *sizes]).cumsum(axis=0)
-        """Where the coordinates, the contacts with structures, and the bodies of each chain begin."""
+        alone = len(self.chains) == 1
+        self.model = self.chains[0].model if alone else joined(self.chains)
+        """All chains as the compiled loops take them."""
+        self.places, self.coordinates = coordinates(self.chains, self.model)
+        """Where the coordinates of each chain are among those of all, and the number of all."""
+        self.bodies = [slice(*ends) for ends in pairwise(self.model.first.tolist())]
+        """The bodies of each chain among those of all."""
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
         self.force_scale = max(chain.force_scale for chain in self.chains)
         self.indentation_scale = max(chain.indentation_scale for chain in self.chains)
@@ -146,6 +149,15 @@ class Interface:
         if isinstance(structure, MovingStructure):
             return f"{count_of(beads, 'bead')} on {structure.structure.origin.get('kind', 'structure')}"
         return f"{count_of(beads, 'bead')} on {structure.name}"
+
+    def together(self, states: Sequence[ChainState]) -> tuple[Vector, Vector]:
+        """Return the positions and the velocities of all chains, one after the other."""
+        if len(states) == 1:
+            return states[0].position, states[0].velocity
+        y, v = np.zeros((2, self.coordinates))
+        for place, state in zip(self.places, states, strict=True):
+            y[place], v[place] = state.position, state.velocity
+        return y, v
 
     def _seat(self, where: str, facing: Any, chain: Chain) -> tuple[int, int]:
         """Return the place of what an end of a chain faces among the structures, and the number of its point."""

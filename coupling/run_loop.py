@@ -34,9 +34,8 @@ class Work(NamedTuple):
             else:
                 run_windows(self.interface, self.scheme, self.frames, self.plan.length, self.plan.stride)
         except NumbaError:
-            for chain in self.interface.chains:
-                check_compiled(chain.model.law, ("force", "slope", "energy"), 1)
-                check_compiled(chain.model.loss, ("force_with_loss",), 4)
+            check_compiled(self.interface.model.law, ("force", "slope", "energy"), 1)
+            check_compiled(self.interface.model.loss, ("with_loss",), 4)
             raise
 
 

@@ -5,6 +5,7 @@ pull. The drag and the thesis's form of the power law act on single bodies and d
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import fields
 from inspect import getattr_static
 from math import cos, cosh
@@ -12,7 +13,7 @@ from typing import Annotated, Any, cast
 
 import numpy as np
 
-from particles.kernels.losses import BodyLoss, ContactLoss, Drag
+from particles.kernels.losses import BodyLoss, Losses, MixedLoss, NoLoss
 from structures.checks import count_of, finite, short
 from structures.described import described
 from structures.quantities import OneOf, Quantity, Time
@@ -34,7 +35,7 @@ class Dissipation(ABC):
     A subclass gives the coefficients c, and names the form of the force. With the approach rate δ̇ and the elastic force
     F, a closed contact has the force c δ̇^α ("dashpot"), c F′ δ̇^α ("tangent") or c √((F′ + F/δ)/2) δ̇^α ("secant").
     "bodies" is the thesis's equation 4.1, and "drag" a force c m v on each body. A form of your own is a NamedTuple
-    with the static method `force_with_loss`, see docs/extending.md. Its first field is `coefficient`; the others have
+    with the static method `with_loss`, see docs/extending.md. Its first field is `coefficient`; the others have
     the names of the loss's numbers.
 
     Attributes
@@ -98,17 +99,36 @@ class _Even(Dissipation):
         return np.full_like(mass, getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
 
 
-def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
-    """Return the loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
-    coefficients, piece = coefficients_of(loss, mass), cast(Any, loss.piece)
-    if piece == "drag":
-        return Drag(coefficients)
-    if piece == "bodies":
-        return BodyLoss(coefficients, loss.exponent, present.astype(float))
-    coefficients = np.where(present, coefficients, 0.0)
-    if piece in CONTACT_PIECES:
-        return ContactLoss(coefficients, loss.exponent, CONTACT_PIECES.index(piece))
-    return piece(coefficients, *(getattr(loss, name) for name in piece._fields[1:]))
+def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: Vector, free: Vector) -> Any:
+    """Return the losses of chains as a piece of the compiled loops.
+
+    losses: that of each chain, with the reduced masses of its contacts. present, free: of all chains, whether there is
+    a contact, and whether the body behind it moves freely.
+    """
+    if not any(loss for loss, _ in losses):
+        return NoLoss()
+    begin = np.cumsum([0, *(mass.size for _, mass in losses)])
+    built_in = Losses(np.zeros(begin[-1]), np.ones(begin[-1]), np.zeros(begin[-1], np.int64), np.zeros(begin[-1]))
+    owns = dict[Any, tuple[Vector, Vector]]()
+    for (loss, mass), place in zip(losses, map(slice, begin[:-1], begin[1:]), strict=True):
+        if loss is None:
+            continue
+        coefficients, piece = coefficients_of(loss, mass), cast(Any, loss.piece)
+        at_contacts, on_bodies = np.where(present[place], coefficients, 0.0), np.where(free[place], coefficients, 0.0)
+        if piece == "drag":
+            built_in.rate[place] = on_bodies
+        elif piece in CONTACT_PIECES:
+            built_in.coefficient[place], built_in.exponent[place] = at_contacts, loss.exponent
+            built_in.form[place] = CONTACT_PIECES.index(piece)
+        else:
+            fields = loss.exponent if piece == "bodies" else tuple(getattr(loss, name) for name in piece._fields[1:])
+            numbers, where = owns.setdefault((piece, fields), (np.zeros(begin[-1]), np.zeros(begin[-1], bool)))
+            numbers[place], where[place] = (on_bodies if piece == "bodies" else at_contacts), True
+    joined: Any = built_in
+    for (piece, fields), (numbers, where) in owns.items():
+        own = BodyLoss(numbers, np.full_like(numbers, fields)) if piece == "bodies" else piece(numbers, *fields)
+        joined = own if where.all() else MixedLoss(own, joined, where)
+    return joined
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
@@ -144,9 +164,9 @@ def _of_masses(name: str, answer: Any, mass: Vector, why: str) -> Vector:
 
 def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
     """Raise a ValueError for a piece of a user's own that the compiled loops cannot take."""
-    method = "force_with_loss(loss, i, elastic, slope, overlap, rate)"
+    method = "with_loss(loss, i, elastic, slope, overlap, rate)"
     fields = getattr(piece, "_fields", ()) if isinstance(piece, type) else ()
-    if not fields or not isinstance(getattr_static(piece, "force_with_loss", None), staticmethod):
+    if not fields or not isinstance(getattr_static(piece, "with_loss", None), staticmethod):
         raise ValueError(
             f"{name}.piece = {short(piece)}: must be one of {', '.join(PIECES)}, or a NamedTuple with the static "
             f"method {method}"

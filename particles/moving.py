@@ -13,11 +13,11 @@ from scipy.special import gamma
 from particles import contacts, statics
 from particles.bead import Bead
 from particles.chain import Chain, reduced_masses
-from particles.dissipation import fastest_rate, kernel_loss
+from particles.dissipation import fastest_rate
+from particles.joined import joined
 from particles.kernels import motion as kernels
-from particles.kernels.drives import FREE, MOVED, Driven, Free
-from particles.kernels.losses import BodyLoss, NoLoss
-from particles.kernels.vibrations import Rigid
+from particles.kernels.losses import NoLoss
+from particles.kernels.vibrations import Vibrating
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, PowerLaw, unchanging
 from particles.laws.yielding import YieldingContact
@@ -370,67 +370,36 @@ class MovingChain:
         displacement and the force are arrays of two numbers, the last end's first; displacements are positive away
         from the chain, so backwards for the surface behind.
         """
-        y, v = state.position.copy(), state.velocity.copy()
-        start, end = motion
-        if self.behind is not None:
-            (start, start_behind), (end, end_behind) = motion
-            y[0], v[0] = self.rest[0] - start_behind, (start_behind - end_behind) / window
-        force, force_behind, lost, driven = kernels.advance_chain(
-            self.model, y, v, self.work_space(), state.time, window, start, end, self.steps(window)
-        )
-        moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
+        y, v = np.empty_like(state.position), np.empty_like(state.velocity)
+        start, end = (np.array(place, dtype=float, ndmin=1) for place in motion)
+        answer, lost, driven = np.zeros(start.size), np.zeros(1), np.zeros(1)
+        kernels.advance_chains(
+            self.model, state.position, state.velocity, y, v, self.work_space(), state.time, window, start, end,
+            np.array([self.steps(window)]), False, answer, lost, driven,
+        )  # fmt: skip
+        moved = ChainState(y, v, state.lost + lost[0], state.time + window, state.driven + driven[0])
         if self.behind is None:
-            return moved, force - float(self.static_force[-1])
-        y[0] = self.rest[0] - end_behind
-        return moved, np.array([force, force_behind]) - self.static_force[[-1, 0]]
+            return moved, float(answer[0] - self.static_force[-1])
+        return moved, answer - self.static_force[[-1, 0]]
 
     def work_space(self) -> Vector:
         """Return the rows of numbers that the compiled loops write to."""
         return np.zeros((kernels.WORK_ROWS, self.rest.size))
 
     @fact
-    def model(self) -> kernels.ChainModel:
+    def model(self) -> kernels.Chains:
         """The chain as the compiled loops take it."""
-        chain, drive = self.chain, self.chain.excitation.drive
-        preload = statics.dead_load(chain, self.behind is not None)
-        piece: Any = Free()
-        if drive.kind != FREE or preload > 0.0 or drive.spring > 0.0:
-            history = np.array(drive.history, dtype=float)
-            if drive.kind == MOVED:
-                history[1] += self.rest[0]
-            end = float(self.rest[0] + drive.left) if drive.spring else 0.0
-            piece = Driven(drive.kind, history, preload, drive.spring, end, self.laws[0] is None)
-        present = np.array([law is not None for law in self.laws])
-        loss = NoLoss() if chain.dissipation is None else kernel_loss(chain.dissipation, self.reduced_mass, present)
-        free = np.isfinite(self.mass)
-        return kernels.ChainModel(
-            self._scheme(loss),
-            self._law,
-            loss,
-            piece,
-            self._vibrations,
-            1.0 / self.mass,
-            np.where(free, chain.gravity_along, 0.0),
-            (float(self.behind_flexibility), float(self.flexibility)),
-            float(self.rest[0]),
-            not self.rest[: self.mass.size].any(),
-        )
-
-    @cached_property
-    def _law(self) -> Any:
-        """The contact laws as a piece; the memory of contacts that yield lies in the state."""
-        if self.yielding is not None:
-            return contacts.kernel_yielding(self.yielding, self.stiffness)
-        return contacts.kernel_laws(self.local_laws)
+        return joined([self])
 
     @property
-    def _vibrations(self) -> Any:
-        """The vibrations of the bodies as a piece."""
-        return Rigid()
+    def dead_load(self) -> float:
+        """What presses on the first bead where nothing there bears the preload, N."""
+        return statics.dead_load(self.chain, self.behind is not None)
 
-    def _scheme(self, loss: Any) -> Any:
-        """Return the steps in time as a piece."""
-        return kernels.DampedVerlet() if isinstance(loss, BodyLoss) else kernels.Verlet()
+    @property
+    def vibrating(self) -> Vibrating | None:
+        """The vibrations of the bodies as a piece; None where they are rigid."""
+        return None
 
     def steps(self, window: float) -> int:
         """Return the steps in a window."""
@@ -472,7 +441,7 @@ class MovingChain:
     @property
     def force_by_approach(self) -> bool:
         """True if the force of a contact depends on the approach of its two bodies alone."""
-        return isinstance(self.model.loss, NoLoss) and self.yielding is None and isinstance(self._vibrations, Rigid)
+        return isinstance(self.model.loss, NoLoss) and self.yielding is None and self.vibrating is None
 
     @fact
     def pairs(self) -> tuple[contacts.Pair | None, ...]:

@@ -16,7 +16,6 @@ from coupling.cosimulation import CoSimulation
 from coupling.plan import Plan
 from coupling.recording.frames import kept_at
 from coupling.sweeps.batch import records
-from particles.kernels.losses import Drag, NoLoss
 from structures.caution import collected
 from structures.structure import Vector
 from structures.units import readable
@@ -101,7 +100,8 @@ def differences(
 
 def jumps(simulation: CoSimulation) -> bool:
     """Return whether a run jumps with a parameter, as losses begin at the first step after a contact closes."""
-    return not isinstance(simulation.chain.model.loss, NoLoss | Drag)
+    loss = simulation.chain.chain.dissipation
+    return loss is not None and loss.piece != "drag"
 
 
 def _near(

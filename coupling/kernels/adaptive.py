@@ -77,7 +77,7 @@ def copy_run(source: Run, target: Run) -> None:
 
 @entry
 def adapt(
-    run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
+    run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any,
     adaptation: Adaptation, windows: tuple[int, int, int, float, float],
 ) -> tuple[int, int, float]:  # fmt: skip
     """Move a run on over windows of one length, in place, until another length suits better.
@@ -93,7 +93,7 @@ def adapt(
     while done < last:
         copy_run(run, adaptation.before)
         problem, _, _ = move_on(
-            run, chains, structure, contacts, search, recorder, trial, begin, window, (done + 1, done + 1, 0, -1)
+            run, chains, structure, contacts, search, recorder, trial, window, (done + 1, done + 1, 0, -1)
         )
         bent = bend_in_loop(run.node, run.window, run.totals, adaptation.static) / adaptation.indentation_scale
         if problem == OK and not adaptation.finest and bent > adaptation.tolerance:
@@ -106,7 +106,7 @@ def adapt(
             return problem, done, error
         done, error = done + 1, bent
         if done % (whole * stride) == 0:
-            record(recorder, done // (whole * stride), done * window, run, chains, structure, begin, trial.work)
+            record(recorder, done // (whole * stride), done * window, run, chains, structure, trial.work)
         # Windows double in pairs only, so that saved times stay ends of windows.
         if whole > 1 and done % 2 == 0 and error < GROWS_BELOW * adaptation.tolerance:
             break

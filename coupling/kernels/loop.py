@@ -16,8 +16,8 @@ OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
 
 @inner()
 def move_on(
-    run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
-    window: float, windows: tuple[int, int, int, int],
+    run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, window: float,
+    windows: tuple[int, int, int, int],
 ) -> tuple[int, int, float]:  # fmt: skip
     """Move a run on over windows, in place.
 
@@ -32,8 +32,8 @@ def move_on(
     for i in range(run.body.size):
         touched = touched or run.body[i] != 0.0
         trial.free[i] = 0.0
-    for k in range(trial.contact.size):
-        trial.contact[k].at_rest = 0.0
+    for k in range(trial.force.size):
+        trial.at_rest[k] = 0.0
     for done in range(windows[0] - 1, windows[1] + 1):
         row = windows[3]
         if done >= windows[0]:
@@ -41,8 +41,8 @@ def move_on(
             moved = touched
             if moved:
                 follow(structure, run.contact, state, free)
-                for k in range(trial.contact.size):
-                    trial.contact[k].at_rest = read(structure, k, free)
+                for k in range(trial.force.size):
+                    trial.at_rest[k] = read(structure, k, free)
             tried, residual = agree(contacts, run, chains, search, (done - 1) * window, window, trial)
             run.totals[0].tried += tried
             if not finite(trial):
@@ -52,9 +52,9 @@ def move_on(
                 break
             copy(trial.y, run.y)
             copy(trial.v, run.v)
-            for k in range(trial.contact.size):
-                touched = touched or trial.contact[k].force != 0.0
-                run.contact[k].pending = trial.contact[k].force
+            for k in range(trial.force.size):
+                touched = touched or trial.force[k] != 0.0
+                run.contact[k].pending = trial.force[k]
             if moved:
                 state, free = free, state
             keep_ledger(run, trial, done * window, window, residual)
@@ -62,7 +62,7 @@ def move_on(
             if reads_structure(recorder, row):
                 settle(structure, run, state)
                 state, free = run.body, trial.free
-            record(recorder, row, done * window, run, chains, structure, begin, trial.work)
+            record(recorder, row, done * window, run, chains, structure, trial.work)
     settle(structure, run, state)
     return problem, done, residual
 
@@ -88,8 +88,8 @@ def finite(trial: Any) -> bool:
     total = 0.0
     for i in range(trial.y.size):
         total += 0.0 * trial.y[i] + 0.0 * trial.v[i]
-    for k in range(trial.contact.size):
-        total += 0.0 * trial.contact[k].surface
+    for k in range(trial.surface.size):
+        total += 0.0 * trial.surface[k]
     return total == 0.0
 
 
@@ -98,20 +98,20 @@ def keep_ledger(run: Any, trial: Any, time: float, window: float, residual: floa
     """Count works, impulses and losses of a window that ended, and remember its surfaces and forces."""
     totals = run.totals[0]
     for c in range(run.chain.size):
-        run.chain[c].lost += trial.chain[c].lost
-        run.chain[c].driven += trial.chain[c].driven
+        run.chain[c].lost += trial.lost[c]
+        run.chain[c].driven += trial.driven[c]
     for i in range(REMEMBERED - 1, 0, -1):
         run.window[i].middle, run.window[i].length = run.window[i - 1].middle, run.window[i - 1].length
-        for k in range(trial.contact.size):
+        for k in range(trial.force.size):
             run.node[i, k].surface, run.node[i, k].force = run.node[i - 1, k].surface, run.node[i - 1, k].force
     run.window[0].middle, run.window[0].length = time - window / 2.0, window
-    for k in range(trial.contact.size):
-        contact, tried = run.contact[k], trial.contact[k]
-        run.node[0, k].surface, run.node[0, k].force = tried.surface, tried.answer
-        contact.work += tried.force * (tried.surface - contact.surface)
-        contact.given += tried.work
-        contact.impulse += tried.force * window
-        contact.surface = tried.surface
+    for k in range(trial.force.size):
+        contact, way = run.contact[k], trial.surface[k] - run.contact[k].surface
+        run.node[0, k].surface, run.node[0, k].force = trial.surface[k], trial.answer[k]
+        contact.work += trial.force[k] * way
+        contact.given += trial.work_given[k]
+        contact.impulse += trial.force[k] * window
+        contact.surface = trial.surface[k]
     totals.windows += 1
     if totals.remembered < REMEMBERED:
         totals.remembered += 1

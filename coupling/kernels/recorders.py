@@ -3,22 +3,17 @@
 from typing import Any, NamedTuple
 
 from coupling.kernels.records import Records, record_type
-from particles.kernels.motion import contact_forces, deepen, energies
+from particles.kernels.motion import contact_forces, energies
 from structures.kernels.arrays import copy
 from structures.kernels.compiling import entry, inner
 from structures.kernels.linear import energies_of_structure
-from structures.kernels.pieces import by_type, for_each
+from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
 
 @by_type
-def record(
-    recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
-) -> None:
-    """Put the state at time t, s, into the row of a saved time.
-
-    begin: C + 1 rows, the first coordinate, the first contact and the first body of each chain. work: of chains.
-    """
+def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
+    """Put the state at time t, s, into the row of a saved time. work: of chains."""
     raise NotImplementedError
 
 
@@ -42,54 +37,42 @@ TIME_FRAME = record_type("evaluations", "windows", "residual")
 
 
 class Sensors(NamedTuple):
-    """The forces of some contacts and the velocities of some bodies, chain after chain."""
+    """The forces of some contacts and the velocities of some bodies."""
 
     contact: Vector
-    """The numbers of the contacts in their chains, counted from zero."""
+    """The numbers of the contacts among those of all chains, counted from zero."""
     body: Vector
     """The numbers of the bodies; behind those of all bodies come those of modes and arms."""
-    begin: Vector
-    """C + 1 rows: where the contacts and the bodies of each chain begin among them."""
     force: Vector
     """Saved times × contacts, N."""
     velocity: Vector
     """Saved times × bodies, m/s."""
     deepest: Vector
-    """The greatest approach of each contact of all chains at a saved time so far, m."""
+    """The greatest approach of each contact at a saved time so far, m."""
     highest: Vector
     """K: the greatest displacement of each surface at a saved time so far, m, without sign."""
+    rates: Vector
+    """2 × K, work space: displacements of the surfaces, m, and their velocities."""
 
     @staticmethod
     def reads_structure(recorder: Any, row: int) -> bool:
         return False
 
     @staticmethod
-    def record(
-        recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
-    ) -> None:
-        record_sensors(chains, 0, recorder, row, t, run, begin, work)
-        for k in range(run.contact.size):
-            if abs(run.contact[k].surface) > recorder.highest[k]:
-                recorder.highest[k] = abs(run.contact[k].surface)
-
-
-@inner()
-def record_sensors_of(
-    chain: Any, c: int, recorder: Any, row: int, t: float, run: Any, begin: Vector, work: Vector
-) -> None:
-    """Fill forces and velocities of chain c."""
-    first, last, k, columns, end = begin[c, 0], begin[c + 1, 0], begin[c, 1], recorder.begin[c], recorder.begin[c + 1]
-    y, v, surface, rate = run.y[first:last], run.v[first:last], run.contact[k].surface, 0.0
-    if run.totals[0].remembered > 0:
-        rate = (surface - run.node[1, k].surface) / run.window[0].length
-    contacts, forces = recorder.contact[columns[0] : end[0]], recorder.force[row, columns[0] : end[0]]
-    contact_forces(chain, y, v, t, surface, rate, contacts, forces, work[:, first:last])
-    for j in range(columns[1], end[1]):
-        recorder.velocity[row, j] = v[recorder.body[j]]
-    deepen(y, surface, recorder.deepest[begin[c, 2] : begin[c + 1, 2]])
-
-
-record_sensors = for_each(record_sensors_of)
+    def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
+        surface, rate = recorder.rates
+        for k in range(surface.size):
+            surface[k], rate[k] = run.contact[k].surface, 0.0
+            if run.totals[0].remembered > 0:
+                rate[k] = (surface[k] - run.node[1, k].surface) / run.window[0].length
+            recorder.highest[k] = max(recorder.highest[k], abs(surface[k]))
+        contact_forces(chains, run.y, run.v, t, surface, rate, recorder.contact, recorder.force[row], work)
+        for j in range(recorder.body.size):
+            recorder.velocity[row, j] = run.v[recorder.body[j]]
+        for i in range(recorder.deepest.size):
+            k = chains.wall[i]
+            approach = run.y[i] - (run.y[i + 1] if k < 0 else surface[k])
+            recorder.deepest[i] = approach if approach > recorder.deepest[i] else recorder.deepest[i]
 
 
 class Ledger(NamedTuple):
@@ -120,19 +103,20 @@ class SensorsAndLedger(NamedTuple):
         return row % recorder.ledger.every == 0
 
     @staticmethod
-    def record(
-        recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
-    ) -> None:
-        record(recorder.sensors, row, t, run, chains, structure, begin, work)
+    def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
+        record(recorder.sensors, row, t, run, chains, structure, work)
         if reads_structure(recorder, row):
-            enter(recorder.ledger, row // recorder.ledger.every, run, chains, structure, begin, work)
+            enter(recorder.ledger, row // recorder.ledger.every, run, chains, structure, work)
 
 
 @inner()
-def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector) -> None:
+def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, work: Vector) -> None:
     """Fill a row of the ledger."""
     copy(run.y, ledger.position[row])
-    enter_chains(chains, 0, ledger, row, run, begin, work)
+    for c in range(ledger.chain.shape[0]):
+        frame, wall = ledger.chain[c, row], run.contact[chains.wall[chains.first[c + 1] - 1]].surface
+        frame.kinetic, frame.potential = energies(chains, c, run.y, run.v, wall, work)
+        frame.lost, frame.driven = run.chain[c].lost, run.chain[c].driven
     for s in range(ledger.structure.shape[0]):
         frame = ledger.structure[s, row]
         frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
@@ -145,16 +129,6 @@ def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, begin: V
     totals.tried, totals.windows, totals.residual = 0, 0, 0.0
 
 
-@inner()
-def enter_chain(chain: Any, c: int, ledger: Any, row: int, run: Any, begin: Vector, work: Vector) -> None:
-    """Fill the energies of chain c."""
-    first, last, frame = begin[c, 0], begin[c + 1, 0], ledger.chain[c, row]
-    y, v, surface = run.y[first:last], run.v[first:last], run.contact[begin[c, 1]].surface
-    frame.kinetic, frame.potential = energies(chain, y, v, surface, work[:, first:last])
-    frame.lost, frame.driven = run.chain[c].lost, run.chain[c].driven
-
-
-enter_chains = for_each(enter_chain)
 record_row = entry(SensorsAndLedger.record)
 """`record` for Python."""
 

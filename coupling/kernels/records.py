@@ -1,8 +1,4 @@
-"""The state of a run in the compiled loop, and the work space of a window.
-
-Numbers that belong to a contact, a chain, a window or a saved time are records with named fields: few arrays compile
-faster than many.
-"""
+"""The state of a run in the compiled loop, and the work space of a window."""
 
 from typing import Any, NamedTuple, TypeAlias
 
@@ -12,7 +8,7 @@ from numpy.typing import NDArray
 from structures.structure import Vector
 
 Records: TypeAlias = NDArray[Any]
-"""An array of records with named fields."""
+"""An array of records with named fields: few arrays compile faster than many."""
 
 REMEMBERED = 3
 """Windows whose forces predict those of the next one."""
@@ -40,10 +36,6 @@ WINDOW = record_type("middle", "length")
 TOTALS = np.dtype([*((name, np.int64) for name in ("remembered", "tried", "windows")), ("residual", float)])
 """Windows remembered; since the last saved time trials of windows, windows, and the greatest residual (N)."""
 
-TRIED = record_type("at_rest", "force", "answer", "surface", "work")
-"""Of a contact in a window: the surface where no force acts (m); the mean force above the static one on the structure,
-and that which the chain answers (N); the surface at the end (m); the work of the answer (J)."""
-
 
 class Run(NamedTuple):
     """The state of a run at the end of a window: arrays that the loop changes in place. K contacts, C chains."""
@@ -66,20 +58,30 @@ class Run(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """Work space of a window, and what its last trial gave."""
+    """What the last trial of a window gave, and work space."""
 
     y: Vector
     v: Vector
     free: Vector
     """State of the structures at the window's end where no force acts."""
-    contact: Records
-    """K records TRIED."""
-    chain: Records
-    """C records CHAIN."""
+    at_rest: Vector
+    """K: the surfaces there, m."""
+    start: Vector
+    """K: the surfaces at the window's begin, m."""
+    surface: Vector
+    """K: at its end."""
+    force: Vector
+    """K: the mean force on the structure, and that which the chain answers, N."""
+    answer: Vector
+    work_given: Vector
+    """K: the work of the answer, J."""
+    lost: Vector
+    """C: the energy that a chain lost, and the work of its drive, J."""
+    driven: Vector
     work: Vector
     """Rows of work space of chains."""
     rows: Vector
-    """Rows of K numbers of work space."""
+    """4 + K rows of K numbers of work space."""
 
 
 class Search(NamedTuple):

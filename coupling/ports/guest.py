@@ -6,7 +6,7 @@ import numpy as np
 
 from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
-from particles.kernels.motion import forces_of_chain
+from particles.kernels.motion import forces_of_chains
 from particles.moving import ChainState, MovingChain
 from structures.checks import finite, instance, positive
 from structures.structure import Vector
@@ -60,8 +60,8 @@ def advance(moving: MovingChain, state: GuestState, surface: float, window: floa
 
 def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate: float) -> Vector:
     force, (position, velocity, _, time, _) = np.zeros(moving.mass.size), state
-    contacts, work = np.arange(force.size), moving.work_space()
-    forces_of_chain(moving.model, position, velocity, time, surface, rate, contacts, force, work)
+    contacts, work, places = np.arange(force.size), moving.work_space(), np.array([[surface], [rate]])
+    forces_of_chains(moving.model, position, velocity, time, *places, contacts, force, work)
     dynamic: Vector = force - moving.static_force
     dynamic[abs(dynamic) <= ROUNDING * moving.force_scale] = 0.0
     return dynamic

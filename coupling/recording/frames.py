@@ -1,7 +1,6 @@
 """The arrays that a run fills at its saved times."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -101,48 +100,58 @@ class Frames:
     need: see `checked_contacts`; all contacts where losses, yield or vibrations prevent their peaks from being known by
     their deepest approach.
 
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. chains:
-    the parts of each chain.
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known.
     """
 
     def __init__(self, interface: Interface, rows: int, selection: Kept | None = None) -> None:
         self.rows, self.kept = rows, selection
-        columns = [_columns(chain, selection) for chain in interface.chains]
-        begin = np.cumsum([(0, 0), *((len(part.contacts), len(part.bodies)) for part in columns)], axis=0)
-        (contacts, bodies), (coordinates, places, all_contacts) = begin[-1], interface.begin[-1]
+        self.columns = [_columns(chain, selection) for chain in interface.chains]
+        numbers = np.arange(interface.coordinates)
+        contacts = [numbers[place][part.contacts] for place, part in zip(interface.places, self.columns, strict=True)]
+        bodies = [numbers[place][part.bodies] for place, part in zip(interface.places, self.columns, strict=True)]
         every = 1 if selection is None else max(rows - 1, 1)
-        entries, chains, structures = (rows - 1) // every + 1, len(interface.chains), len(interface.structures)
+        entries, size = (rows - 1) // every + 1, interface.size
         self.sensors = Sensors(
-            np.array([i for part in columns for i in part.contacts]),
-            np.array([i for part in columns for i in part.bodies]),
-            begin,
-            np.zeros((rows, contacts)),
-            np.zeros((rows, bodies)),
-            np.full(all_contacts, -np.inf),
-            np.zeros(interface.size),
+            np.concatenate(contacts),
+            np.concatenate(bodies),
+            np.zeros((rows, sum(map(len, contacts)))),
+            np.zeros((rows, sum(map(len, bodies)))),
+            np.full(interface.bodies[-1].stop, -np.inf),
+            np.zeros(size),
+            np.zeros((2, size)),
         )
         self.ledger = Ledger(
             every,
-            np.zeros((entries, coordinates)),
-            np.zeros((chains, entries), CHAIN_FRAME),
-            np.zeros((places, entries), CONTACT_FRAME),
-            np.zeros((structures, entries), STRUCTURE_FRAME),
+            np.zeros((entries, interface.coordinates)),
+            np.zeros((len(interface.chains), entries), CHAIN_FRAME),
+            np.zeros((size, entries), CONTACT_FRAME),
+            np.zeros((len(interface.structures), entries), STRUCTURE_FRAME),
             np.zeros(entries, TIME_FRAME),
         )
-        self.saved = SensorsAndLedger(self.sensors, self.ledger)
-        self.chains = [
-            ChainFrames(
-                *part,
-                self.sensors.force[:, contact:next_contact],
-                self.sensors.velocity[:, body:next_body],
-                self.sensors.deepest[first:last],
-                self.ledger.position[:, place:end],
-                energy,
+        self.saved, self.places, self.bodies = (
+            SensorsAndLedger(self.sensors, self.ledger),
+            interface.places,
+            interface.bodies,
+        )
+
+    @property
+    def chains(self) -> list[ChainFrames]:
+        """The parts of each chain."""
+        found, contact, body = [], 0, 0
+        for number, part in enumerate(self.columns):
+            contacts, bodies = contact + len(part.contacts), body + len(part.bodies)
+            found.append(
+                ChainFrames(
+                    *part,
+                    self.sensors.force[:, contact:contacts],
+                    self.sensors.velocity[:, body:bodies],
+                    self.sensors.deepest[self.bodies[number]],
+                    self.ledger.position[:, self.places[number]],
+                    self.ledger.chain[number],
+                )
             )
-            for part, ((contact, body), (next_contact, next_body)), ((place, _, first), (end, _, last)), energy in zip(
-                columns, pairwise(begin), pairwise(interface.begin), self.ledger.chain, strict=True
-            )
-        ]
+            contact, body = contacts, bodies
+        return found
 
     def clear(self) -> "Frames":
         """Forget an earlier run but for its rows, which the next one overwrites."""

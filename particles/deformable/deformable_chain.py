@@ -16,7 +16,6 @@ from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
-from particles.kernels.motion import DampedVerlet, Verlet
 from particles.kernels.vibrations import Vibrating
 from particles.laws.axisymmetric import computed_law
 from particles.laws.axisymmetric_mesh import body_of
@@ -193,12 +192,9 @@ class MovingDeformableChain(MovingChain):
         return tuple(local)
 
     @property
-    def _vibrations(self) -> Any:
-        return super()._vibrations if self.chain.modes == 1 else self.vibrations
-
-    def _scheme(self, loss: Any) -> Any:
-        scheme = super()._scheme(loss)
-        return DampedVerlet() if isinstance(scheme, Verlet) and self.chain.modes > 1 else scheme
+    def vibrating(self) -> Vibrating | None:
+        """The vibrations of the bodies as a piece; None where they are rigid."""
+        return None if self.chain.modes == 1 else self.vibrations
 
     @cached_property
     def damping_time(self) -> float:

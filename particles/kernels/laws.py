@@ -15,10 +15,6 @@ NEGLIGIBLE = 1e-60
 NEVER = 1e300
 """m, the overlap at which a contact yields that does not."""
 
-NOT_NEGATIVE = 0x7FFF_FFFF
-"""A mask of an index. It says to the compiler that no index counts from the end of an array: else the pass over the
-bodies would have no vector instructions, and take three times as long."""
-
 BUCKETS, LOWEST, OCTAVES = 32, -60, 57
 """Cubics in an octave of the overlap, and where tables begin and end: 2^-60 m to 2^-3 m."""
 
@@ -55,7 +51,7 @@ def elastic_overlap(law: Any, i: int, overlap: float) -> float:
 
 @by_type
 def with_memory(law: Any, y: Vector) -> Any:
-    """Return the law with what its contacts remember, which lies behind the positions."""
+    """Return the law with what its contacts remember, which lies at the end of the coordinates."""
     return law
 
 
@@ -66,14 +62,14 @@ def force_of_step(law: Any, i: int, overlap: float) -> float:
 
 
 @by_type
-def copy_limits(law: Any, limits: Vector) -> None:
-    """Copy the overlaps beyond which contacts yield further."""
+def copy_limits(law: Any, limits: Vector, first: int, last: int) -> None:
+    """Copy the overlaps beyond which the contacts from first to last yield further."""
     return None
 
 
 @by_type
-def lost_to_yielding(law: Any, limits: Vector) -> float:
-    """Return the energy that contacts lost by yielding since these were their limits, J."""
+def lost_to_yielding(law: Any, limits: Vector, first: int, last: int) -> float:
+    """Return the energy that these contacts lost by yielding since these were their limits, J."""
     return 0.0
 
 
@@ -244,14 +240,34 @@ class Mixed(NamedTuple):
             return overlap_on_spring(law.own, i, approach, flexibility)
         return overlap_on_spring(law.others, i, approach, flexibility)
 
+    @staticmethod
+    def elastic_overlap(law: Any, i: int, overlap: float) -> float:
+        return elastic_overlap(law.own, i, overlap) if law.is_own[i] else elastic_overlap(law.others, i, overlap)
+
+    @staticmethod
+    def with_memory(law: Any, y: Vector) -> Any:
+        return Mixed(with_memory(law.own, y), with_memory(law.others, y), law.is_own)
+
+    @staticmethod
+    def force_of_step(law: Any, i: int, overlap: float) -> float:
+        return force_of_step(law.own, i, overlap) if law.is_own[i] else force_of_step(law.others, i, overlap)
+
+    @staticmethod
+    def copy_limits(law: Any, limits: Vector, first: int, last: int) -> None:
+        copy_limits(law.own, limits, first, last)
+
+    @staticmethod
+    def lost_to_yielding(law: Any, limits: Vector, first: int, last: int) -> float:
+        return lost_to_yielding(law.own, limits, first, last)
+
 
 class Yielding(NamedTuple):
     """Contacts that yield; see particles.laws.yielding.
 
     A contact follows Hertz's law up to the overlap at which it yields, then a loading curve. Unloaded, it follows
     Hertz's law again, with another stiffness and from the dent on that is left. Both depend on the largest overlap so
-    far. What it remembers lies behind the positions: N + 1 overlaps (m) beyond which the contacts yield further, then
-    N + 1 of these stiffnesses (N/m^1.5), then N + 1 dents (m).
+    far. What contacts remember lies at the end of the coordinates: overlaps (m) beyond which they yield further, then
+    these stiffnesses (N/m^1.5), then dents (m).
     """
 
     stiffness: Vector
@@ -272,10 +288,10 @@ class Yielding(NamedTuple):
 
     @staticmethod
     def with_memory(law: Any, y: Vector) -> Any:
-        n = law.begin.size
+        n, end = law.begin.size, y.size
         return Yielding(
             law.stiffness, law.begin, law.yield_force, law.loading, law.indentation, law.rows,
-            y[n : 2 * n], y[2 * n : 3 * n], y[3 * n : 4 * n],
+            y[end - 3 * n : end - 2 * n], y[end - 2 * n : end - n], y[end - n : end],
         )  # fmt: skip
 
     @staticmethod
@@ -308,14 +324,14 @@ class Yielding(NamedTuple):
         return float(hertz(law.hard[i], overlap - law.dent[i]))
 
     @staticmethod
-    def copy_limits(law: Any, limits: Vector) -> None:
-        for i in range(law.limit.size):
+    def copy_limits(law: Any, limits: Vector, first: int, last: int) -> None:
+        for i in range(first, last + 1):
             limits[i] = law.limit[i]
 
     @staticmethod
-    def lost_to_yielding(law: Any, limits: Vector) -> float:
+    def lost_to_yielding(law: Any, limits: Vector, first: int, last: int) -> float:
         lost = 0.0
-        for i in range(law.limit.size):
+        for i in range(first, last + 1):
             if law.limit[i] > limits[i]:
                 lost += max(plastic_work(law, i, law.limit[i]) - plastic_work(law, i, limits[i]), 0.0)
         return lost

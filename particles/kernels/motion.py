@@ -1,31 +1,18 @@
-"""A chain as the compiled loops take it, and its steps in time."""
+"""All chains of a run as the compiled loops take them, and their steps in time."""
 
 from typing import Any, NamedTuple
 
 from particles.kernels.drives import (
     drives,
     energy_of_loads,
-    move_first,
+    mean_rate,
     moves,
     outer_forces,
     place_and_speed,
-    replaces_contact,
+    pushes,
 )
-from particles.kernels.laws import NOT_NEGATIVE, copy_limits, force_of_step, lost_to_yielding, with_memory
-from particles.kernels.losses import (
-    Approach,
-    Bodies,
-    Pace,
-    begin_losses,
-    energy_lost,
-    flying,
-    lose_on_bodies,
-    loses,
-    move_between,
-    move_body,
-    overlap_at,
-    press,
-)
+from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, with_memory
+from particles.kernels.losses import drag, force_and_loss, force_on_body, loses, overlap_at
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
 from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
@@ -34,279 +21,374 @@ from structures.structure import Vector
 WORK_ROWS = 9
 """Rows of work space, each as long as the coordinates."""
 
+NOT_NEGATIVE = 0x7FFF_FFFF
+"""A mask of an index. It says to the compiler that no index counts from the end of an array: else the pass over the
+bodies would have no vector instructions, and take three times as long."""
 
-class ChainModel(NamedTuple):
-    """All of a chain that does not change during a run. Its first five fields are pieces."""
 
-    scheme: Any
+class Chains(NamedTuple):
+    """All of some chains that does not change during a run; the first five fields are pieces.
+
+    The B bodies of all chains lie one after the other, and contact i is the one ahead of body i.
+    """
+
+    stepper: Any
     """Verlet or DampedVerlet."""
     law: Any
     loss: Any
     drive: Any
     vibrations: Any
     inverse_mass: Vector
-    """N + 1, 1/kg; zero for a body with a prescribed motion."""
+    """B, 1/kg; zero for a body with a prescribed motion."""
     gravity: Vector
-    """N + 1, along the chain, m/s²; zero for such a body."""
-    springs: tuple[float, float]
-    """Flexibility of the structure behind the chain and of that at its end, m/N: massless springs at the contacts."""
-    rest: float
-    """m, where body 0 is at rest."""
-    quiet: bool
-    """Whether bodies ahead of a wave are at rest at zero: the chain bears no static load."""
-
-
-class Span(NamedTuple):
-    """The steps of a window."""
-
-    t: float
-    """When it begins, s."""
-    wall: float
-    """Displacement of the surface then, m."""
-    rate: float
-    """Velocity of the surface, m/s."""
-    dt: float
-    """Length of a step, s."""
-    steps: int
-    first: int
-    """0 moves all bodies. Else only body `first` and those ahead of it are moved, see `reach`: they begin where the
-    last window with 0 began, and the body behind `first` follows its positions in that window. The work space holds
-    both."""
+    """B, along the chain, m/s²; zero for such a body."""
+    wall: Vector
+    """B: the surface that a body faces; −1 where it faces the next body."""
+    spring: Vector
+    """B: flexibility of a massless spring at each contact, m/N, zero between beads."""
+    present: Vector
+    """B: whether there is a contact."""
+    first: Vector
+    """C + 1: body 0 of each chain, and B."""
+    behind: Vector
+    """C: the surface that has the place of body 0; −1 where none has."""
+    rest: Vector
+    """C, m: where body 0 is at rest."""
+    quiet: Vector
+    """C: whether bodies ahead of a wave are at rest at zero: the chain bears no static load."""
+    modes: int
+    """Of each body; zero where all are rigid."""
+    parts: int
+    """Parts of the coordinates that move: 1 bodies, 2 and modes, 3 and Maxwell arms."""
 
 
 @by_type
-def integrate(
-    scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
-) -> tuple[float, float, float, float]:
-    """Move a chain on over a Span; return the impulses on structure and body 0, the loss and the drive's work.
+def move(
+    stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
+    start: float, end: float, again: bool,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Move chain c on by one window from time t in place, while the surface goes straight from start to end, m.
 
-    It becomes a part of its caller, for a call passes 44 numbers.
+    again: whether only the bodies within `reach` are moved, from where the last window with False began.
+
+    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
+    the drive's work, J. It becomes a part of its caller, for a call would pass some hundred numbers.
     """
     raise NotImplementedError
 
 
 @by_type
-def bodies_per_step(scheme: Any) -> int:
-    """Return by how many bodies a step passes on the motion of the surface; 0 where it reaches all at once."""
-    return 0
+def reach(stepper: Any, chains: Any, c: int, y: Vector, steps: int) -> int:
+    """Return the first body that the motion of the surface can reach within a window; body 0 for all."""
+    return int(chains.first[c])
 
 
 @inner(forceinline=True)
-def reach(chain: Any, y: Vector, steps: int) -> int:
-    """Return the first body that the motion of the surface can reach within a window; 0 for all.
-
-    All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks;
-    its velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that
-    all are moved again, and a drive moves the first two bodies together.
-    """
-    bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * (steps + loses(chain.loss))
-    first, least = bodies - passed, 2 if drives(chain.drive) else 1
-    return first if passed > 0 and first >= least and bodies == y.size else 0
+def press(chains: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
+    """Return the force of contact i at an approach that it really has, N, and the power that its loss takes, W."""
+    overlap = overlap_at(law, i, approach, flexibility)
+    if not loses(chains.loss):
+        return force_of_step(law, i, overlap), 0.0
+    total, power = force_and_loss(law, chains.loss, i, overlap, rate, flexibility)
+    force_of_step(law, i, overlap)
+    return total, power
 
 
-@inner()
-def advance(
-    chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int,
-    first: int = 0,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Move y, v on by one window from time t in place, see `integrate`.
+@inner(forceinline=True)
+def move_body(
+    chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float, kick: float,
+    drift: float,
+) -> None:  # fmt: skip
+    """Move a body on by the sum of its contact forces: the velocity by the time `kick`, the position by `drift`."""
+    acceleration = chains.inverse_mass[i] * force + chains.gravity[i]
+    if loses(chains.loss) and chains.inverse_mass[i] > 0.0:
+        slowing = drag(chains.loss, i) * ahead[i]
+        acceleration -= slowing
+        lost[i] += kick * slowing * ahead[i] / chains.inverse_mass[i]
+    speed = v[i] + kick * acceleration
+    if loses(chains.loss):
+        ahead[i] = speed + 0.5 * dt * acceleration
+    v[i] = speed
+    y[i] += drift * speed
 
-    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
-    the drive's work, J.
-    """
-    span = Span(t, wall, (wall_end - wall) / window, window / steps, steps, first)
-    ahead, behind, lost, driven = integrate(chain.scheme, chain, y, v, work, span)
-    return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
+
+@inner(forceinline=True)
+def flying(chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
+    """Return the first body that does not keep its velocity over a window because its contacts stay open."""
+    last = chains.first[c + 1] - 1
+    for i in range(chains.first[c], last):
+        approach, change = y[i] - y[i + 1], window * (v[i] - v[i + 1])
+        if chains.gravity[i] != 0.0 or drag(chains.loss, i) != 0.0 or approach >= 0.0 or approach + change >= 0.0:
+            return i
+    return int(last)
 
 
 class Verlet(NamedTuple):
     """Velocity Verlet for forces between neighbours, its inner half-kicks joined; second order.
 
-    Losses depend on the velocities that the last accelerations predict for the end of a step.
+    Losses depend on the velocities that the last accelerations predict for the end of a step, `ahead`.
     """
 
     @staticmethod
-    def bodies_per_step(scheme: Any) -> int:
-        """Return one: neighbours act on each other."""
-        return 1
+    def reach(stepper: Any, chains: Any, c: int, y: Vector, steps: int) -> int:
+        """Neighbours act on each other, so a step passes on the motion of the surface by one body.
+
+        All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1
+        kicks; its velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to
+        them, so that all are moved again, and a drive moves the first two bodies together.
+        """
+        begin, end = chains.first[c], chains.first[c + 1]
+        first, least = end - steps - int(loses(chains.loss)), begin + (2 if drives(chains.drive) else 1)
+        return int(first if first >= least and chains.inverse_mass.size == y.size else begin)
 
     @staticmethod
-    def integrate(
-        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
-    ) -> tuple[float, float, float, float]:
+    def move(
+        stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
+        start: float, end: float, again: bool,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Move the bodies on in one pass a step, which the compiler turns into vector instructions without losses."""
-        t, wall, rate, dt, steps, first = span
-        law, loss, drive, last = with_memory(chain.law, y), chain.loss, chain.drive, chain.inverse_mass.size - 1
-        past, limits, kept_y, kept_v, past_ahead = work[0], work[1], work[2], work[3], work[6]
-        bodies, reached = Bodies(y, v, work[4], work[5]), reach(chain, y, steps)
-        if first > 0:
+        law, loss, drive = with_memory(chains.law, y), chains.loss, chains.drive
+        striker, last, dt, rate = chains.first[c], chains.first[c + 1] - 1, window / steps, (end - start) / window
+        past, limits, kept_y, kept_v, ahead = work[0], work[1], work[2], work[3], work[4]
+        lost, past_ahead, flown = work[5], work[6], work[7]
+        reached = reach(stepper, chains, c, y, steps)
+        first = reached if again else striker
+        if first > striker:
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 y[i], v[i] = kept_y[i], kept_v[i]
         else:
-            copy_limits(law, limits)
-            for i in range(reached & NOT_NEGATIVE, (last + 1 if reached > 0 else 0) & NOT_NEGATIVE):
-                kept_y[i], kept_v[i] = y[i], v[i]
-        begin_losses(loss, bodies, first, last)
-        if loses(loss) and moves(drive):
-            bodies.ahead[0] = place_and_speed(drive, t)[1]
+            copy_limits(law, limits, striker, last)
+            if reached > striker:
+                for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+                    kept_y[i], kept_v[i] = y[i], v[i]
+        if loses(loss):
+            for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+                ahead[i], lost[i] = v[i], 0.0
+            if moves(drive, c):
+                ahead[striker] = place_and_speed(drive, c, t)[1]
         # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
-        if first == 0:
-            work[7, 0] = 0 if drives(drive) else flying(loss, chain, bodies, steps * dt)
-        rear = max(first, int(work[7, 0]))
+        if first == striker:
+            flown[striker] = striker if drives(drive) else flying(chains, c, y, v, window)
+        rear = max(first, int(flown[striker]))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
-        front, source = last, 0 if moves(drive) else 1
-        quiet = chain.quiet and not (wall < 0.0 or wall + steps * dt * rate < 0.0)
-        while quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
+        front, source = last, striker if moves(drive, c) else striker + 1
+        quiet = chains.quiet[c] and not (start < 0.0 or end < 0.0)
+        while quiet and front > striker and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
         for step in range(steps + 1):
-            pace = Pace(dt, dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0)
+            kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
             # Before the pass: after it, the scalar load would wait for the pass's vector stores.
-            approach = Approach(y[last] - (wall + step * dt * rate), bodies.ahead[last] - rate)
-            wall_force = press(loss, law, last, approach, chain.springs[1], bodies.lost, pace.kick)
-            impulse += pace.kick * wall_force
+            approach = y[last] - (start + step * dt * rate)
+            wall_force, power = press(chains, law, last, approach, ahead[last] - rate, chains.spring[last])
+            if loses(loss):
+                lost[last] += kick * power
+            impulse += kick * wall_force
             while rear > first and y[rear - 1] >= y[rear]:
                 rear -= 1
-            behind, begin, end = 0.0, rear, front + 1 if front < last else last
-            if first > 0 and rear == first:
-                approach = Approach(past[step] - y[first], past_ahead[step] - bodies.ahead[first])
-                behind = press(loss, law, first - 1, approach, 0.0, work[8], 0.0)
-            elif reached > 0 and first == 0:
-                past[step] = y[reached - 1]
+            behind, begin, stop = 0.0, rear, front + 1 if front < last else last
+            if first > striker and rear == first:
+                behind, _ = press(
+                    chains, law, first - 1, past[striker + step] - y[first], past_ahead[striker + step] - ahead[first],
+                    0.0,
+                )  # fmt: skip
+            elif reached > striker and first == striker:
+                past[striker + step] = y[reached - 1]
                 if loses(loss):
-                    past_ahead[step] = bodies.ahead[reached - 1]
+                    past_ahead[striker + step] = ahead[reached - 1]
             push, before = 0.0, 0.0
-            if drives(drive) and first == 0:
-                before = dt * v[source] if step > 0 else 0.0
-                contact, on_bead, push = move_first(drive, law, chain, bodies, t + step * dt, pace)
-                impulse_behind += pace.kick * contact
-                behind, begin = contact + on_bead, 1
+            if drives(drive) and first == striker:
+                now, before = t + step * dt, dt * v[source] if step > 0 else 0.0
+                approach, closing = y[striker] - y[striker + 1], ahead[striker] - ahead[striker + 1]
+                contact, power = press(chains, law, striker, approach, closing, chains.spring[striker])
+                if loses(loss):
+                    lost[striker] += kick * power
+                on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
+                if moves(drive, c):
+                    v[striker], push = mean_rate(drive, c, now, drift), contact
+                    y[striker] += drift * v[striker]
+                    ahead[striker] = place_and_speed(drive, c, now + drift)[1]
+                else:
+                    move_body(chains, striker, y, v, ahead, lost, on_striker - contact, dt, kick, drift)
+                impulse_behind += kick * contact
+                behind, begin = contact + on_bead, striker + 1
             for i in range(first & NOT_NEGATIVE, rear & NOT_NEGATIVE):
-                y[i] += pace.drift * v[i]
-            behind = move_between(loss, law, chain, bodies, behind, pace, begin, end)
-            move_body(loss, chain, bodies, end, behind - wall_force, pace)
-            front = end if v[end] != 0.0 else front
+                y[i] += drift * v[i]
+            for i in range(begin & NOT_NEGATIVE, stop & NOT_NEGATIVE):
+                contact, power = press(chains, law, i, y[i] - y[i + 1], ahead[i] - ahead[i + 1], 0.0)
+                if loses(loss):
+                    lost[i] += kick * power
+                move_body(chains, i, y, v, ahead, lost, behind - contact, dt, kick, drift)
+                behind = contact
+            move_body(chains, stop, y, v, ahead, lost, behind - wall_force, dt, kick, drift)
+            front = stop if v[stop] != 0.0 else front
             if drives(drive):
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
-                driven += 0.5 * push * (before + pace.drift * v[source])
-        return impulse, impulse_behind, energy_lost(loss, bodies, last) + lost_to_yielding(law, limits), driven
+                driven += 0.5 * push * (before + drift * v[source])
+        taken = lost_to_yielding(law, limits, striker, last)
+        if loses(loss):
+            for i in range(striker, last + 1):
+                taken += lost[i]
+        return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, taken, driven
+
+
+@inner(forceinline=True)
+def span(chains: Any, c: int, part: int) -> tuple[int, int]:
+    """Return the first coordinate of a part of chain c, and that after its last one: of bodies, modes or arms."""
+    begin, end = chains.first[c], chains.first[c + 1]
+    if part == 0:
+        return begin, end
+    bodies, modes = chains.inverse_mass.size, chains.modes
+    before = bodies + (part - 1) * bodies * modes
+    return before + begin * modes, before + end * modes
 
 
 @inner()
 def accelerations(
-    chain: Any, law: Any, y: Vector, v: Vector, wall: float, rate: float, on_striker: float, on_bead: float, a: Vector,
-    work: Vector,
+    chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, outer: tuple[float, float],
+    a: Vector, work: Vector,
 ) -> float:  # fmt: skip
     """Put accelerations into `a` and contact forces into the first row of `work`; return the power of losses, W.
 
-    on_striker, on_bead: forces on body 0 and bead 1 from outside, N. work: three rows.
+    outer: forces on body 0 and bead 1 from outside, N. work: three rows.
     """
-    bodies = chain.inverse_mass.size
-    forces = work[0, :bodies]
-    power = forces_between(chain.vibrations, law, chain.loss, chain.springs, y, v, wall, rate, forces, work[1:])
-    behind = 0.0
-    for i in range(bodies):
-        a[i] = chain.inverse_mass[i] * (behind - forces[i]) + chain.gravity[i]
-        behind = forces[i]
-    a[0] += chain.inverse_mass[0] * on_striker
-    a[1] += chain.inverse_mass[1] * on_bead
-    power += lose_on_bodies(chain.loss, y, v, wall, rate, chain.inverse_mass, a)
-    return power + accelerate_modes(chain.vibrations, y, v, chain.loss, forces, a)
-
-
-@inner()
-def remember(chain: Any, law: Any, y: Vector, wall: float) -> None:
-    """Let contacts that yield remember the overlaps that they have now."""
-    last = chain.inverse_mass.size - 1
-    for i in range(last + 1):
-        overlap, spring = y[i] - (y[i + 1] if i < last else wall), 0.0
-        if i == last or i == 0:
-            spring = chain.springs[1 if i == last else 0]
-        force_of_step(law, i, overlap_at(law, i, overlap, spring))
+    forces, alone, loss = work[0], work[2], chains.loss
+    striker, last = chains.first[c], chains.first[c + 1] - 1
+    power = forces_between(chains.vibrations, chains, law, c, y, v, wall, rate, forces, work[1:])
+    behind, closing_behind, taken = 0.0, 0.0, 0.0
+    for i in range(striker, last + 1):
+        a[i] = chains.inverse_mass[i] * (behind - forces[i]) + chains.gravity[i]
+        if chains.inverse_mass[i] > 0.0 and drag(loss, i) != 0.0:
+            a[i] -= drag(loss, i) * v[i]
+            power += drag(loss, i) * v[i] * v[i] / chains.inverse_mass[i]
+        ahead, speed_ahead = (y[i + 1], v[i + 1]) if i < last else (wall, rate)
+        closing = v[i] - speed_ahead if chains.present[i] and y[i] >= ahead else 0.0
+        alone[i] = force_on_body(loss, i, closing_behind, closing)
+        taken -= alone[i] * v[i]
+        behind, closing_behind = forces[i], closing
+    a[striker] += chains.inverse_mass[striker] * outer[0]
+    a[striker + 1] += chains.inverse_mass[striker + 1] * outer[1]
+    # In a chain that moves as a whole such a force could feed energy; then it is left out.
+    if taken > 0.0:
+        power += taken
+        for i in range(striker, last + 1):
+            a[i] += chains.inverse_mass[i] * alone[i]
+    return power + accelerate_modes(chains.vibrations, chains, c, y, v, forces, a)
 
 
 class DampedVerlet(NamedTuple):
     """The same for beads that vibrate, and for a loss that depends on both contacts of a body."""
 
     @staticmethod
-    def integrate(
-        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
-    ) -> tuple[float, float, float, float]:
-        t, wall, rate, dt, steps, _ = span
-        drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
+    def move(
+        stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
+        start: float, end: float, again: bool,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
+        drive, law = chains.drive, with_memory(chains.law, y)
+        striker, last, dt, rate = chains.first[c], chains.first[c + 1] - 1, window / steps, (end - start) / window
         forces, a, half, limits = work[0], work[3], work[4], work[5]
-        copy_limits(law, limits)
-        on_striker, on_bead, push = 0.0, 0.0, 0.0
+        copy_limits(law, limits, striker, last)
+        outer, push = (0.0, 0.0), 0.0
         impulse, impulse_behind, lost, driven = 0.0, 0.0, 0.0, 0.0
-        for i in range(last + 1):
+        for i in range(striker, last + 1):
             forces[i] = 0.0
         for step in range(steps + 1):
-            now, weight = t + step * dt, dt if 0 < step < steps else 0.5 * dt
-            place, before = y[0], forces[0]
-            if step > 0:
-                for i in range(y.size):
+            now, weight, wall = t + step * dt, dt if 0 < step < steps else 0.5 * dt, start + step * dt * rate
+            place, before = y[striker], forces[striker]
+            for part in range(chains.parts if step > 0 else 0):
+                begin, stop = span(chains, c, part)
+                for i in range(begin, stop):
                     half[i] = v[i] + 0.5 * dt * a[i]
                     v[i] = half[i] + 0.5 * dt * a[i]
                     y[i] += dt * half[i]
             if drives(drive):
-                if moves(drive):
-                    y[0], v[0] = place_and_speed(drive, now)
-                    half[0] = v[0]
-                on_striker, on_bead, push = outer_forces(drive, y[0], now)
-            wall_now = wall + step * dt * rate
-            lost += weight * accelerations(chain, law, y, v, wall_now, rate, on_striker, on_bead, a, work)
-            remember(chain, law, y, wall_now)
-            if step > 0:
-                for i in range(y.size):
+                if moves(drive, c):
+                    y[striker], v[striker] = place_and_speed(drive, c, now)
+                    half[striker] = v[striker]
+                on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
+                outer = on_striker, on_bead
+            lost += weight * accelerations(chains, law, c, y, v, wall, rate, outer, a, work)
+            for i in range(striker, last + 1):
+                approach = y[i] - (y[i + 1] if i < last else wall)
+                force_of_step(law, i, overlap_at(law, i, approach, chains.spring[i]))
+            for part in range(chains.parts if step > 0 else 0):
+                begin, stop = span(chains, c, part)
+                for i in range(begin, stop):
                     v[i] = half[i] + 0.5 * dt * a[i]
             impulse += weight * forces[last]
-            impulse_behind += weight * forces[0]
-            driven += weight * push * v[1]
-            if moves(drive) and step > 0:
+            impulse_behind += weight * forces[striker]
+            driven += weight * push * v[striker + 1]
+            if moves(drive, c) and step > 0:
                 # By its way, not its speed, which may jump at the history's ends.
-                driven += 0.5 * (before + forces[0]) * (y[0] - place)
-        return impulse, impulse_behind, lost + lost_to_yielding(law, limits), driven
+                driven += 0.5 * (before + forces[striker]) * (y[striker] - place)
+        lost += lost_to_yielding(law, limits, striker, last)
+        return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, lost, driven
 
 
 @inner()
 def contact_forces(
-    chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, contacts: Vector, forces: Vector, work: Vector
-) -> None:
+    chains: Any, y: Vector, v: Vector, t: float, surface: Vector, rate: Vector, contacts: Vector, forces: Vector,
+    work: Vector,
+) -> None:  # fmt: skip
     """Put the forces of the contacts with these numbers into `forces`, N.
 
-    A force history stands for contact 1 where there is none.
+    surface, rate: displacements of the surfaces, m, and their velocities. A force history stands for contact 1 where
+    there is none.
     """
-    forces_of_some(chain.vibrations, chain, y, v, wall, rate, contacts, forces, work)
-    if replaces_contact(chain.drive):
-        for j in range(contacts.size):
-            if contacts[j] == 0:
-                forces[j] = outer_forces(chain.drive, y[0], t)[2]
+    forces_of_some(chains.vibrations, chains, y, v, surface, rate, contacts, forces, work)
+    if drives(chains.drive):
+        for c in range(chains.behind.size):
+            striker = chains.first[c]
+            for j in range(contacts.size):
+                if contacts[j] == striker and pushes(chains.drive, c) and not chains.present[striker]:
+                    forces[j] = outer_forces(chains.drive, c, y[striker], t)[2]
 
 
 @inner()
-def deepen(y: Vector, wall: float, deepest: Vector) -> None:
-    """Let the greatest approach of each contact so far, m, grow to the present one."""
-    last = deepest.size - 1
-    for i in range(last):
-        approach = y[i] - y[i + 1]
-        deepest[i] = approach if approach > deepest[i] else deepest[i]
-    deepest[last] = max(deepest[last], y[last] - wall)
-
-
-@inner()
-def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
-    """Return the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
-    bodies, law = chain.inverse_mass.size, with_memory(chain.law, y)
-    forces = work[0, :bodies]
-    for i in range(bodies):
+def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
+    """Return of chain c the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
+    striker, last, law, forces = chains.first[c], chains.first[c + 1] - 1, with_memory(chains.law, y), work[0]
+    for i in range(striker, last + 1):
         forces[i] = 0.0
-    kinetic, potential = energies_between(chain.vibrations, law, chain.springs, y, v, wall, forces, work[1:])
-    for i in range(bodies):
-        if chain.inverse_mass[i] > 0.0:
-            kinetic += 0.5 * v[i] * v[i] / chain.inverse_mass[i]
-            potential -= chain.gravity[i] * y[i] / chain.inverse_mass[i]
-    return kinetic, potential + energy_of_loads(chain.drive, y)
+    kinetic, potential = energies_between(chains.vibrations, chains, law, c, y, v, wall, forces, work[1:])
+    for i in range(striker, last + 1):
+        if chains.inverse_mass[i] > 0.0:
+            kinetic += 0.5 * v[i] * v[i] / chains.inverse_mass[i]
+            potential -= chains.gravity[i] * y[i] / chains.inverse_mass[i]
+    return kinetic, potential + energy_of_loads(chains.drive, c, y[striker], y[striker + 1])
 
 
-advance_chain, forces_of_chain, energies_of_chain = map(entry, (advance, contact_forces, energies))
+@inner()
+def advance(
+    chains: Any, y0: Vector, v0: Vector, y: Vector, v: Vector, work: Vector, t: float, window: float, start: Vector,
+    end: Vector, steps: Vector, again: bool, answer: Vector, lost: Vector, driven: Vector,
+) -> None:  # fmt: skip
+    """Put the end of a window that began with y0, v0 into y, v, while each surface goes straight from start to end, m.
+
+    steps: of each chain. again: whether the window differs from the one before by the end of the surfaces alone; then
+    only the bodies that these can reach are moved. Fills the mean forces on the surfaces, N, and of each chain the
+    energy lost and the work of the drive, J.
+    """
+    bodies = chains.inverse_mass.size
+    for i in range(0 if not again else bodies, y.size):
+        y[i], v[i] = y0[i], v0[i]
+    for c in range(chains.behind.size):
+        striker, stop, behind = chains.first[c], chains.first[c + 1], chains.behind[c]
+        wall = chains.wall[stop - 1]
+        whole = not again or reach(chains.stepper, chains, c, y, steps[c]) == striker
+        for i in range(striker, stop if again and whole else striker):
+            y[i], v[i] = y0[i], v0[i]
+        if behind >= 0:
+            y[striker], v[striker] = chains.rest[c] - start[behind], (start[behind] - end[behind]) / window
+        ahead, rear, lost[c], work_of_drive = move(
+            chains.stepper, chains, c, y, v, work, t, window, steps[c], start[wall], end[wall], again
+        )
+        answer[wall] = ahead
+        if whole:
+            driven[c] = work_of_drive
+        if behind >= 0:
+            y[striker], answer[behind] = chains.rest[c] - end[behind], rear
+
+
+advance_chains, forces_of_chains, energies_of_chain = map(entry, (advance, contact_forces, energies))
 """The same for Python."""

@@ -73,38 +73,6 @@ def by_type(function: Function, small: bool = True) -> Function:
     return call
 
 
-def for_each(function: Function) -> Function:
-    """Return a function that calls another one for each entry of a tuple, whose types may differ.
-
-    Parameters
-    ----------
-    function : callable
-        A compiled function of an entry, its number and more.
-
-    Returns
-    -------
-    callable
-        A function of the tuple, the number of its first entry, and the same more, for compiled code.
-    """
-
-    def each(entries: Any, first: int, *more: Any) -> None:
-        for number, entry in enumerate(entries):
-            function(entry, first + number, *more)
-
-    def choose(entries: Any, first: int, *more: Any) -> None:
-        def last(entries: Any, first: int, *more: Any) -> None:
-            function(entries[0], first, *more)
-
-        def rest(entries: Any, first: int, *more: Any) -> None:
-            function(entries[0], first, *more)
-            each(entries[1:], first + 1, *more)
-
-        return last if len(entries) == 1 else rest  # type: ignore[return-value]
-
-    overload(each, OPTIONS)(choose)
-    return each
-
-
 def check_compiled(piece: Any, names: Sequence[str], numbers: int) -> None:
     """Compile the functions of a piece alone, and of pieces in it; raise a ValueError that names the one that fails.
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import hertzlink as hl
 from particles.kernels.laws import Hertz, overlap_on_spring
-from particles.kernels.motion import forces_of_chain
+from particles.kernels.motion import forces_of_chains
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -62,7 +62,7 @@ def test_equal_laws_of_many_objects_are_one_law() -> None:
     moving, forces = hl.stepping.MovingChain(by_turns, hl.Surface(hl.STEEL_440C)), np.zeros(7)
     position, velocity = moving.start()[:2]
     work = moving.work_space()
-    forces_of_chain.py_func(moving.model, position, velocity, 0.0, 0.0, 0.0, np.arange(7), forces, work)
+    forces_of_chains(moving.model, position, velocity, 0.0, *np.zeros((2, 1)), np.arange(7), forces, work)
     assert forces[1:] == pytest.approx(np.full(6, 2.0), rel=1e-9)
 
 
@@ -201,8 +201,8 @@ def test_the_share_of_a_spring_behind_hertz_is_exact(softness: float, approach: 
 def test_bodies_ahead_of_the_wave_are_left_out_only_where_nothing_moves_them(surface: float) -> None:
     """Neither by the wave nor by a surface that comes back, which presses the last bead before the wave is there."""
     fast, full = (hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C)) for _ in range(2))
-    assert fast.model.quiet
-    full.__dict__["model"] = full.model._replace(quiet=False)
+    assert fast.model.quiet.all()
+    full.__dict__["model"] = full.model._replace(quiet=np.array([False]))
     state, other = fast.start(), full.start()
     for k in range(8):
         motion = k * surface, (k + 1) * surface

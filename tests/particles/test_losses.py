@@ -248,8 +248,8 @@ def test_the_pass_without_losses_is_the_general_one(law: hl.ContactLaw | None, f
     """An impact, contacts closing and opening, a surface that moves; with weight, so that no body rests at zero."""
     chain = hl.Chain([STEEL, SMALL, STEEL, LARGE, STEEL, SMALL], STEEL, 0.5, 9.81, law=law)
     fast, general = (hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
-    assert isinstance(fast.model.scheme, Verlet)
-    general.__dict__["model"] = general.model._replace(scheme=DampedVerlet())
+    assert isinstance(fast.model.stepper, Verlet)
+    general.__dict__["model"] = general.model._replace(stepper=DampedVerlet())
     state, opened = fast.start(), False
     other = state
     for k in range(120):
@@ -282,8 +282,8 @@ def test_bodies_that_touch_nothing_fly_on_until_something_touches_them(loss: str
     rng, met = np.random.default_rng(3), 0
     row = hl.Chain([STEEL, SMALL, STEEL, LARGE, STEEL, SMALL], STEEL, 0.5, dissipation=PASS_LOSSES[loss])
     fast, general = (hl.stepping.MovingChain(row, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
-    assert isinstance(fast.model.scheme, Verlet)
-    general.__dict__["model"] = general.model._replace(scheme=DampedVerlet())
+    assert isinstance(fast.model.stepper, Verlet)
+    general.__dict__["model"] = general.model._replace(stepper=DampedVerlet())
     for _ in range(30):
         gaps = 4e-6 * rng.random(7) - 0.4e-6
         state = other = ChainState(np.append(np.cumsum(gaps[:-1]), 0.0) - gaps.sum(), 0.6 * rng.random(7) - 0.3)

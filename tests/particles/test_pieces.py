@@ -12,8 +12,8 @@ from scipy.integrate import quad
 from test_losses import PASS_LOSSES
 
 import hertzlink as hl
-from particles.kernels import drives, laws, losses, vibrations
-from particles.kernels.motion import Span, Verlet, advance, reach
+from particles.kernels import drives, laws, losses
+from particles.kernels.motion import Verlet, advance, reach
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 
@@ -76,7 +76,7 @@ def test_a_contact_that_yields() -> None:
     piece, limits = yielding(), np.zeros(3)
     begin, after = float(piece.begin[1]), 4.0 * float(piece.begin[1])
     assert laws.force(piece, 1, 0.5 * begin) == pytest.approx(piece.stiffness[1] * (0.5 * begin) ** 1.5, rel=1e-12)
-    laws.copy_limits(piece, limits)
+    laws.copy_limits(piece, limits, 0, 2)
     loading = quad(lambda d: laws.force(piece, 1, d), 0.0, after, points=[begin], epsabs=0.0, epsrel=1e-10)[0]
     peak = laws.force_of_step(piece, 1, after)
     assert (piece.limit[1], laws.force(piece, 1, after)) == (after, pytest.approx(peak, rel=1e-12))
@@ -90,7 +90,7 @@ def test_a_contact_that_yields() -> None:
         assert laws.elastic_overlap(piece, 1, overlap) == pytest.approx(elastic, rel=1e-12)
     assert laws.force(piece, 1, dent) == 0.0
     given_back = laws.energy(piece, 1, after)
-    assert laws.lost_to_yielding(piece, limits) == pytest.approx(loading - given_back, rel=1e-6)
+    assert laws.lost_to_yielding(piece, limits, 0, 2) == pytest.approx(loading - given_back, rel=1e-6)
     assert laws.force(piece, 0, begin) == pytest.approx(piece.yield_force[0], rel=1e-9)
     own = laws.overlap_on_spring(piece, 1, 2.0 * after, 1e-8)
     assert own + 1e-8 * laws.force(piece, 1, own) == pytest.approx(2.0 * after, rel=1e-12)
@@ -99,8 +99,8 @@ def test_a_contact_that_yields() -> None:
 COEFFICIENTS = np.array([0.0, 7.0])
 
 
-def contact_loss(form: int, exponent: float = 1.0) -> losses.ContactLoss:
-    return losses.ContactLoss(COEFFICIENTS, exponent, form)
+def contact_loss(form: int, exponent: float = 1.0) -> losses.Losses:
+    return losses.Losses(COEFFICIENTS, np.full(2, exponent), np.full(2, form), np.zeros(2))
 
 
 LOSSES: dict[str, tuple[Any, Any]] = {
@@ -118,93 +118,53 @@ def test_the_force_with_a_loss(name: str, rate: float) -> None:
     """The force never pulls; a contact without loss keeps its elastic force."""
     piece, formula = LOSSES[name]
     given = 40.0, 6e6, 1e-5, rate
-    assert losses.force_with_loss(piece, 1, *given) == pytest.approx(max(formula(*given), 0.0), rel=1e-12)
-    assert losses.force_with_loss(piece, 0, *given) == 40.0
-    assert losses.drag_rate(piece, 1) == 0.0
+    assert losses.with_loss(piece, 1, *given) == pytest.approx(max(formula(*given), 0.0), rel=1e-12)
+    assert losses.with_loss(piece, 0, *given) == 40.0
+    assert losses.drag(piece, 1) == 0.0
 
 
-def test_losses_of_single_bodies() -> None:
-    """A drag c m v, and γ s|δ̇ₙ − δ̇ₙ₊₁|^α of equation 4.1 where contacts are closed; with the power that they take."""
-    y, v, inverse_mass = np.array([2e-6, 1e-6, 0.0]), np.array([0.5, 0.2, -0.1]), np.array([0.0, 50.0, 25.0])
-    a = np.zeros(3)
-    drag = losses.Drag(np.array([3.0, 4.0, 5.0]))
-    assert losses.lose_on_bodies(drag, y, v, 0.0, 0.0, inverse_mass, a) == pytest.approx(
-        4.0 * 0.2**2 / 50 + 5.0 * 0.1**2 / 25
-    )
-    assert a == pytest.approx([0.0, -0.8, 0.5])
-    assert losses.drag_rate(drag, 2) == 5.0
-    assert losses.drag(drag, 1, 0.2, 50.0) == pytest.approx((0.8, 0.8 * 0.2 / 50.0))
-    assert losses.drag(drag, 0, 0.5, 0.0) == (0.0, 0.0)
-    body, a = losses.BodyLoss(np.array([2.0] * 3), 1.5, np.ones(3)), np.zeros(3)
-    # The approach rates are 0.3 and 0.3 behind and ahead of bead 1; 0.3 and −0.1 of bead 2, which touches the wall.
-    force = 2.0 * (0.3 + 0.1) ** 1.5
-    power = losses.lose_on_bodies(body, y, v, 0.0, 0.0, inverse_mass, a)
-    assert a == pytest.approx([0.0, 0.0, 25.0 * force])
-    assert power == pytest.approx(force * 0.1)
-    forward = np.array([0.5, 0.2, 0.1])  # by which the force would feed energy to bead 2
-    assert losses.lose_on_bodies(body, y, forward, 0.0, 0.2, inverse_mass, np.zeros(3)) == 0.0
+def test_a_force_on_single_bodies() -> None:
+    """γ s|δ̇ₙ − δ̇ₙ₊₁|^α of equation 4.1."""
+    body = losses.BodyLoss(np.array([2.0] * 3), np.full(3, 1.5))
+    assert losses.force_on_body(body, 2, 0.3, -0.1) == pytest.approx(2.0 * (0.3 + 0.1) ** 1.5)
+    assert losses.force_on_body(body, 2, -0.1, 0.3) == pytest.approx(-2.0 * (0.3 + 0.1) ** 1.5)
+    assert losses.force_on_body(body, 1, 0.3, 0.3) == 0.0
 
 
 def test_drives() -> None:
     """A history is cubic between its times and constant outside; a spring pushes body 0 to its end, a load bead 1."""
     time = np.linspace(0.0, 1e-3, 9)
     history = np.array([time, np.sin(pi * time / 1e-3), pi / 1e-3 * np.cos(pi * time / 1e-3)])
-    pushed = drives.Driven(drives.PUSHED, history, 2.0, 1e6, 3e-6, True)
+    # Behind another chain, which nothing drives.
+    none, before = np.zeros((3, 1)), np.array([0, 1, 10])
+    pushed = drives.Driven(
+        np.array([drives.FREE, drives.PUSHED]),
+        before,
+        np.hstack([none, history]),
+        *np.array([[0, 2], [0, 1e6], [0, 3e-6]]),
+    )
     for t in (0.0, 2.2e-4, 9.9e-4):
-        assert drives.outer_forces(pushed, 1e-6, t) == pytest.approx(
+        assert drives.outer_forces(pushed, 1, 1e-6, t) == pytest.approx(
             (2.0, 2.0 + np.sin(pi * t / 1e-3), np.sin(pi * t / 1e-3)), abs=1e-4
         )
-    assert drives.outer_forces(pushed, 4e-6, 2e-3) == pytest.approx((0.0, 2.0, 0.0), abs=1e-12)
-    assert drives.energy_of_loads(pushed, np.array([1e-6, 1e-6])) == pytest.approx(0.5e6 * 4e-12 - 2e-6)
-    moved = pushed._replace(kind=drives.MOVED)
-    place, rate = drives.place_and_speed(moved, 2.2e-4)
+    assert drives.outer_forces(pushed, 1, 4e-6, 2e-3) == pytest.approx((0.0, 2.0, 0.0), abs=1e-12)
+    assert drives.energy_of_loads(pushed, 1, 1e-6, 1e-6) == pytest.approx(0.5e6 * 4e-12 - 2e-6)
+    moved = pushed._replace(kind=np.array([drives.FREE, drives.MOVED]))
+    place, rate = drives.place_and_speed(moved, 1, 2.2e-4)
     assert place == pytest.approx(np.sin(0.22 * pi), abs=1e-4)
     assert rate == pytest.approx(pi / 1e-3 * np.cos(0.22 * pi), rel=1e-3)
-    assert drives.mean_rate(moved, 2e-4, 1e-5) == pytest.approx(
-        (drives.place_and_speed(moved, 2.1e-4)[0] - drives.place_and_speed(moved, 2e-4)[0]) / 1e-5
+    assert drives.mean_rate(moved, 1, 2e-4, 1e-5) == pytest.approx(
+        (drives.place_and_speed(moved, 1, 2.1e-4)[0] - drives.place_and_speed(moved, 1, 2e-4)[0]) / 1e-5
     )
-    assert (drives.moves(moved), drives.moves(pushed), drives.drives(drives.Free())) == (True, False, False)
-    assert (drives.replaces_contact(pushed), drives.replaces_contact(moved)) == (True, False)
-
-
-def test_rigid_bodies() -> None:
-    """Forces, the power of losses and the energy of a chain with springs at both ends."""
-    law, loss = laws.Hertz(np.array([1e10, 2e10, 3e10])), losses.ContactLoss(np.full(3, 5.0), 1.0, losses.DASHPOT)
-    y, v, forces, work = np.array([3e-6, 2e-6, 1e-6]), np.array([0.3, 0.1, 0.2]), np.zeros(3), np.zeros((2, 3))
-    approach, rate, springs = np.array([1e-6, 1e-6, 0.5e-6]), np.array([0.2, -0.1, 0.2]), (2e-9, 3e-8)
-    own = [laws.overlap_on_spring(law, i, approach[i], f) for i, f in enumerate((springs[0], 0.0, springs[1]))]
-    power = vibrations.forces_between(vibrations.Rigid(), law, loss, springs, y, v, 0.5e-6, 0.0, forces, work)
-    elastic = law.stiffness * np.power(own, 1.5)
-    share = 1.0 / (1.0 + np.array([springs[0], 0.0, springs[1]]) * 1.5 * law.stiffness * np.sqrt(own))
-    assert forces == pytest.approx(elastic + share * 5.0 * share * rate, rel=1e-12)
-    assert power == pytest.approx(((forces - elastic) * rate).sum(), rel=1e-12)
-    kinetic, stored = vibrations.energies_between(vibrations.Rigid(), law, springs, y, v, 0.5e-6, forces, work)
-    assert kinetic == 0.0
-    assert stored == pytest.approx(
-        (0.4 * law.stiffness * np.power(own, 2.5)).sum()
-        + 0.5 * springs[0] * elastic[0] ** 2
-        + 0.5 * springs[1] * elastic[2] ** 2
-    )
-
-
-def test_modes_under_a_drag() -> None:
-    """q″ = −ω² q − c q′ under no force, and the drag takes c q′² of each mode."""
-    no_arms, shape = np.zeros((0, 2)), np.full((3, 2), 0.3)
-    squares = np.array([[1e10, 4e10]] * 3)
-    modal = vibrations.Vibrating(squares, shape, shape, np.zeros(3), no_arms, no_arms, no_arms)
-    y, v, a = np.linspace(0.0, 8e-9, 9), np.linspace(0.0, 0.8, 9), np.zeros(9)
-    drag = losses.Drag(np.array([3e5, 4e5, 5e5]))
-    power = vibrations.accelerate_modes(modal, y, v, drag, np.zeros(3), a)
-    rates = np.repeat(drag.coefficient, 2)
-    assert a[3:] == pytest.approx(-squares.ravel() * y[3:] - rates * v[3:], rel=1e-12)
-    assert power == pytest.approx((rates * v[3:] ** 2).sum(), rel=1e-12)
+    assert (drives.moves(moved, 1), drives.moves(pushed, 1), drives.drives(drives.Free())) == (True, False, False)
+    assert [drives.pushes(one, c) for one in (pushed, moved) for c in (0, 1)] == [False, True, False, False]
 
 
 class Other(NamedTuple):
     """No piece of a law and of a loss: what the tests of errors need."""
 
     hardness: Any
-    force = slope = energy = force_with_loss = staticmethod(lambda *given: 0.0)
+    force = slope = energy = with_loss = staticmethod(lambda *given: 0.0)
 
 
 class Cone(NamedTuple):
@@ -241,7 +201,7 @@ class Soft(NamedTuple):
     drag: float
 
     @staticmethod
-    def force_with_loss(loss, i, elastic, slope, overlap, rate):  # type: ignore[no-untyped-def]
+    def with_loss(loss, i, elastic, slope, overlap, rate):  # type: ignore[no-untyped-def]
         return max(elastic + loss.coefficient[i] * rate / (1.0 + abs(rate) / loss.drag), 0.0)
 
 
@@ -329,7 +289,7 @@ def test_a_field_that_the_law_lacks_is_named() -> None:
 @pytest.mark.parametrize(
     ("members", "message"),
     [
-        ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of dashpot, .* method force_with_loss\(loss"),
+        ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of dashpot, .* method with_loss\(loss"),
         ({"drag": "x"}, r"Own\.drag, a field of its piece Soft, = 'x': must be a finite number"),
         ({"piece": Other}, r"Own\.piece = Other: its first field must be coefficient, not hardness"),
     ],
@@ -350,10 +310,9 @@ def test_a_piece_that_numba_cannot_compile_is_named() -> None:
 def test_the_pass_over_the_beads_has_vector_instructions() -> None:
     chain = hl.stepping.MovingChain(hl.Chain([STEEL] * 8, STEEL, 0.4), WALL.surface)
     state, work = chain.start(), chain.work_space()
-    types = [typeof(one) for one in (chain.model, state.position, state.velocity, work)]
-    span = typeof(Span(0.0, 0.0, 0.0, 1e-7, 3, 0))
-    kernel = njit(Verlet.integrate)
-    kernel.compile((typeof(Verlet()), *types, span))
+    types = [typeof(one) for one in (0, state.position, state.velocity, work, 0.0, 1e-6, 3, 0.0, 0.0, False)]
+    kernel = njit(Verlet.move)
+    kernel.compile((typeof(Verlet()), typeof(chain.model), *types))
     assert "sqrtpd" in "".join(kernel.inspect_asm().values())
 
 
@@ -371,18 +330,20 @@ def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(
     speeds = -speeds if slowest > 0.0 else speeds
     places[6:] = places[6] - 4e-6 * np.arange(3.0)
 
-    def moved(wall: float, first: int, *trial: Vector) -> tuple[Vector, Vector, tuple[float, float]]:
-        y, v, work = trial
-        y[first:], v[first:] = places[first:], speeds[first:]
-        force, _, lost, _ = advance(chain.model, y, v, work, 0.0, window, -1e-6, wall, steps, first)
-        return y, v, (force, lost)
+    def moved(wall: float, again: bool, y: Vector, v: Vector, work: Vector) -> tuple[Vector, Vector, Vector]:
+        found, surface = np.zeros(3), np.array([-1e-6])
+        advance(
+            chain.model, places, speeds, y, v, work, 0.0, window, surface, np.array([wall]), np.array([steps]), again,
+            found[:1], found[1:2], found[2:],
+        )  # fmt: skip
+        return y, v, found
 
     trial = np.zeros(9), np.zeros(9), chain.work_space()
-    moved(-4e-5, 0, *trial)
-    first = reach(chain.model, trial[0], steps)
+    moved(-4e-5, False, *trial)
+    first = reach(chain.model.stepper, chain.model, 0, trial[0], steps)
     assert first == 9 - steps - (loss != "none")
-    again = moved(1e-5, first, *trial)
-    whole = moved(1e-5, 0, np.zeros(9), np.zeros(9), chain.work_space())
+    again = moved(1e-5, True, *trial)
+    whole = moved(1e-5, False, np.zeros(9), np.zeros(9), chain.work_space())
     assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))
 
 

@@ -65,7 +65,7 @@ def free_mode(loss: hl.damping.Viscous, until: float, steps: int) -> tuple[compl
 
 
 def _energies(side: MovingDeformableChain, state: ChainState) -> tuple[float, float]:
-    kinetic, potential = energies_of_chain(side.model, state.position, state.velocity, 0.0, side.work_space())
+    kinetic, potential = energies_of_chain(side.model, 0, state.position, state.velocity, 0.0, side.work_space())
     return float(kinetic), float(potential)
 
 
