@@ -172,7 +172,7 @@ def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> 
     greatest = float(towards[: there + 1].max())
     waves, notes, cut = waves_that_return(coming, (begin, end), smallest, greatest)
     # Nearer to the structure each incident wave meets its own reflection.
-    if len(waves) > 1 and hops > WAVE_LENGTH and towards[incident : there + hops * width // 2].min() > TAIL * greatest:
+    if len(waves) > 1 and hops > WAVE_LENGTH and towards[first : there + hops * width // 2].min() > TAIL * greatest:
         notes[1] = "is met by a push that goes on: forces add up, and AR is no ratio of two waves; take a shorter push"
     ended = wall[there:] <= FIRST_WAVE**2 * push
     return Found(waves, notes, travel, float(time[there + ended.argmax() if ended.any() else -1]), cut)
@@ -219,8 +219,9 @@ def waves_that_return(
         arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
         relative = float(time[arrives] - time[there] + coming.hop) / (coming.travel * weaker ** (-1.0 / 6.0))
         ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
-        if relative < EARLIEST:
-            if len(samples) == 1 and not ends_open and relative > (1.0 - DOUBTFUL) * EARLIEST:
+        # What follows the primary wave may have run in its wake, faster than by its own strength.
+        if len(samples) == 1 and relative < EARLIEST:
+            if not ends_open and relative > (1.0 - DOUBTFUL) * EARLIEST:
                 notes[0] = (
                     f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it{ANOTHER}"
                 )

@@ -105,6 +105,14 @@ def test_no_wave_is_its_own_reflection() -> None:
         assert not primary or primary.time_of_flight > 10e-6
 
 
+def test_a_weak_wave_in_the_wake_of_the_primary_one_counts() -> None:
+    """Under gravity a hard wall sends a second wave of 2 %, which is sooner back than one of its strength alone."""
+    chain = hl.Chain([BEAD] * 20, BEAD, hl.drop_speed(0.01), gravity=9.81)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(0.8e-3)
+    assert hl.amplitude_ratio(run, 7, "secondary") == pytest.approx(0.021, abs=1e-3)
+    assert hl.time_of_flight(run, 7, "secondary") == pytest.approx(575e-6, abs=2e-6)
+
+
 def test_small_peaks_are_not_reported_even_from_below_zero() -> None:
     run = signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0), (-2.0, 6.6e-4, 1.0), (1.9, 7e-4, -1.0), static=0.0)
     secondary = hl.reflections(run, sensor=1, smallest=0.1).secondary

@@ -300,7 +300,7 @@ def test_a_plate_that_moves_by_more_than_half_its_thickness() -> None:
 
 @pytest.mark.thorough
 def test_a_push_that_is_too_short_for_the_reduction() -> None:
-    """Beads of 2 mm on a thin plate: made for 25 µs it loses the secondary wave, made for their push it does not."""
+    """Beads of 2 mm on a thin plate: made for 25 µs the secondary wave is 2 % off, made for their push it is right."""
     bead = hl.Sphere(1e-3, HARD)
     chain, full = hl.Chain([bead] * 14, bead, 0.4), plate(1e-3, 160e3)
     with pytest.warns(hl.HertzlinkWarning, match="reduction: "):
@@ -312,8 +312,8 @@ def test_a_push_that_is_too_short_for_the_reduction() -> None:
     exact = hl.CoSimulation(chain, hl.reduce(full, 3e-4, 1e-6)).run(3e-4)
     assert not found(fine, "reduction")
     second = [hl.amplitude_ratio(run, 7, "secondary").item() for run in (coarse, fine, exact)]
-    assert second[0] != pytest.approx(second[2], rel=0.1)
-    assert second[1] == pytest.approx(second[2], rel=0.01)
+    assert second[0] != pytest.approx(second[2], rel=0.01)
+    assert second[1] == pytest.approx(second[2], rel=0.002)
 
 
 def half_plane(frequency: float) -> hl.Structure:

@@ -111,7 +111,7 @@ def test_heavy_beads_have_a_lower_bound(quick: xr.Dataset) -> None:
     assert np.isnan(heavy.critical_distance[:2]).all()
     assert np.isinf(heavy.bracket.sel(end="high")[:2]).all()
     row = next(row for row in study.table(quick) if row.quantity == "critical distance, D 19.05, t 2.29")
-    assert row.computed == "> 60"
+    assert row.computed == "> 100"
     light = next(row for row in study.table(quick) if row.quantity == "critical distance, D 4.76, t 4.83")
     low, high = quick.sel(diameter=4.76e-3, thickness=4.83e-3, within=0.02).bracket.values * 1e3
     assert light.computed == f"{low:.0f} to {high:.0f}"
