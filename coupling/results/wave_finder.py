@@ -173,7 +173,10 @@ def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> 
     waves, notes, cut = waves_that_return(coming, (begin, end), smallest, greatest)
     # Nearer to the structure each incident wave meets its own reflection.
     if len(waves) > 1 and hops > WAVE_LENGTH and towards[first : there + hops * width // 2].min() > TAIL * greatest:
-        notes[1] = "is met by a push that goes on: forces add up, and AR is no ratio of two waves; take a shorter push"
+        notes[1] = (
+            "is met by a push that goes on: forces add up, and AR is no ratio of two waves; push for a shorter time or "
+            "take a bead farther from the structure"
+        )
     ended = wall[there:] <= FIRST_WAVE**2 * push
     return Found(waves, notes, travel, float(time[there + ended.argmax() if ended.any() else -1]), cut)
 
