@@ -13,10 +13,10 @@ import numpy as np
 
 from coupling.interface import Interface, check_finite
 from coupling.kernels.recorders import Elsewhere, record_row
-from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run
+from coupling.kernels.records import CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run
 from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
-from particles.kernels.motion import WORK_ROWS
+from particles.kernels.motion import MOVED, WORK_ROWS
 from structures.checks import count_of
 from structures.described import described
 from structures.moving import MovingStructure
@@ -417,17 +417,17 @@ class Loop:
         node, window = np.zeros((REMEMBERED, size), NODE), np.zeros(REMEMBERED, WINDOW)
         for i, (time, length, surface, force) in enumerate(reversed(self.past)):
             node["surface"][i], node["force"][i], window[i] = surface, force, (time - length / 2.0, length)
-        chain = np.array([(state.lost, state.driven) for state in self.chains], CHAIN)
+        chain = np.array([(state.lost, state.driven) for state in self.chains], MOVED)
         totals = np.array([(len(self.past), self.tried, self.windows, self.residual)], TOTALS)
         run = Run(*interface.together(self.chains), none, self.contact, chain, node, window, totals)
         work = np.zeros((WORK_ROWS, interface.coordinates))
         record_row(frames.saved, row, self.time, run, interface.model, Elsewhere(), work)
-        if row % frames.ledger.every:
+        if row % frames.saved.every:
             return
         self.tried, self.windows, self.residual = 0, 0, 0.0
-        for structure, state, frame in zip(interface.structures, self.structures, frames.ledger.structure, strict=True):
+        for structure, state, frame in zip(interface.structures, self.structures, frames.saved.structure, strict=True):
             known = isinstance(structure, MovingStructure)
-            frame[row // frames.ledger.every] = (*structure.energies(state), 0.0) if known else (nan, nan, nan)
+            frame[row // frames.saved.every] = (*structure.energies(state), 0.0) if known else (nan, nan, nan)
 
 
 def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:

@@ -10,9 +10,10 @@ from coupling.interface import Interface, check_finite
 from coupling.kernels import loop
 from coupling.kernels.adaptive import GROWS_BELOW, Adaptation, adapt, bend_of_last
 from coupling.kernels.newton import Contacts
-from coupling.kernels.records import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run, Search, Trial
+from coupling.kernels.records import CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
-from particles.kernels.motion import WORK_ROWS
+from particles.joined import pace_of
+from particles.kernels.motion import MOVED, TRIED, WORK_ROWS
 from structures.kernels.linear import joined
 from structures.structure import Vector
 
@@ -94,11 +95,9 @@ class Engine:
         """Return the work space."""
         state = self.of_length(self.length)[0].response.shape[1]
         coordinates, contacts, chains = self.interface.coordinates, self.interface.size, len(self.interface.chains)
-        of_contacts, of_chains = np.zeros((6, contacts)), np.zeros((2, chains))
         return Trial(
-            np.zeros(coordinates), np.zeros(coordinates), np.zeros(state),
-            of_contacts[0], of_contacts[1], of_contacts[2], of_contacts[3], of_contacts[4], of_contacts[5],
-            of_chains[0], of_chains[1], np.zeros((WORK_ROWS, coordinates)), np.zeros((4 + contacts, contacts)),
+            np.zeros(coordinates), np.zeros(coordinates), np.zeros(state), np.zeros(contacts, TRIED),
+            np.zeros(chains, MOVED), np.zeros((WORK_ROWS, coordinates)), np.zeros((4 + contacts, contacts)),
         )  # fmt: skip
 
     def start(self) -> Run:
@@ -108,7 +107,7 @@ class Engine:
             *self.interface.together([chain.start() for chain in self.interface.chains]),
             np.zeros(self.trial.free.size),
             np.zeros(contacts, CONTACT),
-            np.zeros(chains, CHAIN),
+            np.zeros(chains, MOVED),
             np.zeros((REMEMBERED, contacts), NODE),
             np.zeros(REMEMBERED, WINDOW),
             np.zeros(1, TOTALS),
@@ -190,7 +189,7 @@ class Engine:
         """Raise a FloatingPointError that names what the last trial made infinite."""
         trial = self.trial
         chains = [(trial.y[place], trial.v[place]) for place in self.interface.places]
-        check_finite(self.interface, chains, trial.surface, time)
+        check_finite(self.interface, chains, trial.contact["surface"], time)
 
     def save(self, run: Run, done: int) -> None:
         """Save the end of a whole window in its row."""
@@ -205,7 +204,8 @@ class Engine:
         if length not in self._lengths:
             structure, compliance = self.windows.of(self.interface, self.interface.structures, length)
             steps = [chain.steps(length / self.joined) * self.joined for chain in self.interface.chains]
-            contacts = Contacts(self.interface.static, compliance, np.array(steps), not compliance.any())
+            pace = pace_of(self.interface.model, steps, self.interface.coordinates)
+            contacts = Contacts(self.interface.static, compliance, pace, not compliance.any())
             self._lengths[length] = structure, contacts
         return self._lengths[length]
 

@@ -1,7 +1,6 @@
 """Which chain faces what: the contacts of a co-simulation."""
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -113,7 +112,7 @@ class Interface:
         """All chains as the compiled loops take them."""
         self.places, self.coordinates = coordinates(self.chains, self.model)
         """Where the coordinates of each chain are among those of all, and the number of all."""
-        self.bodies = [slice(*ends) for ends in pairwise(self.model.first.tolist())]
+        self.bodies = [slice(striker, last + 1) for striker, last, *_ in self.model.ends.tolist()]
         """The bodies of each chain among those of all."""
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
         self.force_scale = max(chain.force_scale for chain in self.chains)

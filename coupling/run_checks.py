@@ -127,7 +127,7 @@ def checked(interfaces: Sequence[Interface], frames: Sequence[Frames], interval:
             laws[run] += remarks
             findings[run] += deep
     times = interval * np.arange(frames[0].rows, dtype=float)
-    highest = np.array([run.sensors.highest for run in frames])
+    highest = np.array([run.saved.surface[2] for run in frames])
     found = [*_of_energy(interfaces, frames)]
     for number, motion in enumerate(motions):
         where = "mid chain" if len(motions) == 1 else f"the middle of chain {number}"
@@ -168,7 +168,7 @@ def _of_passivity(work: Vector, scale: float) -> list[str]:
 def _of_energy(interfaces: Sequence[Interface], frames: Sequence[Frames]) -> Found:
     """Yield a finding if a run created or lost energy, as in `energy_error`, with the part of the run that did."""
     first, scale = interfaces[0], np.array([interface.impact_energy for interface in interfaces])
-    structure, contact = (_stacked([getattr(run.ledger, name) for run in frames]) for name in ("structure", "contact"))
+    structure, contact = (_stacked([getattr(run.saved, name) for run in frames]) for name in ("structure", "work"))
     energies = structure["kinetic"] + structure["elastic"] + structure["taken"]
     for place in np.flatnonzero(np.isnan(energies[0, :, 0])).tolist():  # of a black box only the work is known
         energies[:, place] = contact["work"][:, first.touching[place]].sum(axis=1)

@@ -12,7 +12,8 @@ from particles import contacts
 from particles.dissipation import kernel_losses
 from particles.kernels.drives import FREE, MOVED, Driven, Free
 from particles.kernels.laws import Mixed
-from particles.kernels.motion import Chains, DampedVerlet, Verlet
+from particles.kernels.losses import NoLoss
+from particles.kernels.motion import ENDS, PACE, Chains, DampedVerlet, Verlet
 from particles.kernels.vibrations import Rigid, Vibrating
 from structures.structure import Vector
 
@@ -37,6 +38,11 @@ def joined(chains: Sequence[MovingChain]) -> Chains:
     losses = [(chain.chain.dissipation, chain.reduced_mass) for chain in chains]
     thesis = any(loss is not None and loss.piece == "bodies" for loss, _ in losses)
     modes = 0 if vibrations is None else vibrations.struck.shape[1]
+    ends = np.zeros(len(chains), ENDS)
+    ends["striker"], ends["last"], ends["behind"] = first[:-1], first[1:] - 1, np.where(has_behind, facing + 1, -1)
+    ends["rest"] = [float(chain.rest[0]) for chain in chains]
+    ends["quiet"] = [not chain.rest[: chain.mass.size].any() for chain in chains]
+    ends["touched"], ends["faces"] = present[first[:-1]], present[first[1:] - 1]
     return Chains(
         DampedVerlet() if modes or thesis else Verlet(),
         _law(chains),
@@ -47,14 +53,27 @@ def joined(chains: Sequence[MovingChain]) -> Chains:
         np.where(free, along, 0.0),
         wall,
         spring,
-        present,
-        first,
-        np.where(has_behind, facing + 1, -1),
-        np.array([float(chain.rest[0]) for chain in chains]),
-        np.array([not chain.rest[: chain.mass.size].any() for chain in chains]),
+        ends,
         modes,
         1 if vibrations is None else 3 if vibrations.arm.size else 2,
     )
+
+
+def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
+    """Return the steps of each chain in a window, and how far the motion of its surface reaches, as records PACE.
+
+    With velocity Verlet neighbours act on each other, so a step passes on the motion of the surface by one body. All
+    trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks; its
+    velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that all
+    are moved again, and a drive moves the first two bodies together.
+    """
+    pace = np.zeros(len(steps), PACE)
+    pace["steps"], pace["reached"] = steps, model.ends["striker"]
+    if isinstance(model.stepper, Verlet) and coordinates == model.inverse_mass.size:
+        first = model.ends["last"] + 1 - pace["steps"] - (not isinstance(model.loss, NoLoss))
+        least = model.ends["striker"] + (1 if isinstance(model.drive, Free) else 2)
+        pace["reached"] = np.where(first >= least, first, model.ends["striker"])
+    return pace
 
 
 def coordinates(chains: Sequence[MovingChain], model: Chains) -> tuple[list[Any], int]:
@@ -68,7 +87,7 @@ def coordinates(chains: Sequence[MovingChain], model: Chains) -> tuple[list[Any]
     if len(chains) == 1:
         return [slice(None)], total
     places: list[Any] = []
-    for chain, (begin, end) in zip(chains, pairwise(model.first.tolist()), strict=True):
+    for chain, (begin, end) in zip(chains, pairwise([*model.ends["striker"].tolist(), bodies]), strict=True):
         own = np.arange(begin, end)
         if chain.rest.size == own.size:
             places.append(slice(begin, end))

@@ -14,7 +14,7 @@ from particles import contacts, statics
 from particles.bead import Bead
 from particles.chain import Chain, reduced_masses
 from particles.dissipation import fastest_rate
-from particles.joined import joined
+from particles.joined import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.losses import NoLoss
 from particles.kernels.vibrations import Vibrating
@@ -371,16 +371,17 @@ class MovingChain:
         from the chain, so backwards for the surface behind.
         """
         y, v = np.empty_like(state.position), np.empty_like(state.velocity)
-        start, end = (np.array(place, dtype=float, ndmin=1) for place in motion)
-        answer, lost, driven = np.zeros(start.size), np.zeros(1), np.zeros(1)
+        contact, moved = np.zeros(np.size(motion[0]), kernels.TRIED), np.zeros(1, kernels.MOVED)
+        contact["start"], contact["surface"] = motion
         kernels.advance_chains(
-            self.model, state.position, state.velocity, y, v, self.work_space(), state.time, window, start, end,
-            np.array([self.steps(window)]), False, answer, lost, driven,
+            self.model, state.position, state.velocity, y, v, self.work_space(), state.time, window, contact,
+            pace_of(self.model, [self.steps(window)], y.size), moved, False,
         )  # fmt: skip
-        moved = ChainState(y, v, state.lost + lost[0], state.time + window, state.driven + driven[0])
+        lost, driven = moved[0]
+        end = ChainState(y, v, state.lost + float(lost), state.time + window, state.driven + float(driven))
         if self.behind is None:
-            return moved, float(answer[0] - self.static_force[-1])
-        return moved, answer - self.static_force[[-1, 0]]
+            return end, float(contact["answer"][0] - self.static_force[-1])
+        return end, contact["answer"] - self.static_force[[-1, 0]]
 
     def work_space(self) -> Vector:
         """Return the rows of numbers that the compiled loops write to."""

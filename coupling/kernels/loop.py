@@ -3,8 +3,8 @@
 from typing import Any
 
 from coupling.kernels.newton import agree
-from coupling.kernels.recorders import reads_structure, record
-from coupling.kernels.records import REMEMBERED
+from coupling.kernels.recorders import record
+from coupling.kernels.records import REMEMBERED, Records
 from structures.kernels.arrays import copy
 from structures.kernels.compiling import entry, inner
 from structures.kernels.linear import follow, push, read
@@ -27,13 +27,13 @@ def move_on(
     A window that fails leaves the run as it began. Returns how the loop ended; the window; and the residual, N.
     """
     # The state of structures moves to and fro between two arrays.
-    state, free = run.body, trial.free
+    state, free, contact = run.body, trial.free, trial.contact
     touched, problem, residual = False, OK, 0.0
     for i in range(run.body.size):
         touched = touched or run.body[i] != 0.0
         trial.free[i] = 0.0
-    for k in range(trial.force.size):
-        trial.at_rest[k] = 0.0
+    for k in range(contact.size):
+        contact[k].at_rest = 0.0
     for done in range(windows[0] - 1, windows[1] + 1):
         row = windows[3]
         if done >= windows[0]:
@@ -41,29 +41,32 @@ def move_on(
             moved = touched
             if moved:
                 follow(structure, run.contact, state, free)
-                for k in range(trial.force.size):
-                    trial.at_rest[k] = read(structure, k, free)
+                for k in range(contact.size):
+                    contact[k].at_rest = read(structure, k, free)
             tried, residual = agree(contacts, run, chains, search, (done - 1) * window, window, trial)
             run.totals[0].tried += tried
-            if not finite(trial):
+            if not finite(trial.y, trial.v, contact):
                 return NON_FINITE, done, 0.0
             if abs(residual) > search.tolerance:
                 problem = NOT_CONVERGED
                 break
             copy(trial.y, run.y)
             copy(trial.v, run.v)
-            for k in range(trial.force.size):
-                touched = touched or trial.force[k] != 0.0
-                run.contact[k].pending = trial.force[k]
+            for k in range(contact.size):
+                touched = touched or contact[k].force != 0.0
+                run.contact[k].pending = contact[k].force
             if moved:
                 state, free = free, state
-            keep_ledger(run, trial, done * window, window, residual)
+            for c in range(run.chain.size):
+                run.chain[c].lost += trial.chain[c].lost
+                run.chain[c].driven += trial.chain[c].driven
+            keep_ledger(run.contact, run.node, run.window, run.totals, contact, done * window, window, residual)
         if row >= 0:
-            if reads_structure(recorder, row):
-                settle(structure, run, state)
+            if row % recorder.every == 0:
+                settle(structure, run.body, run.contact, state)
                 state, free = run.body, trial.free
             record(recorder, row, done * window, run, chains, structure, trial.work)
-    settle(structure, run, state)
+    settle(structure, run.body, run.contact, state)
     return problem, done, residual
 
 
@@ -72,48 +75,44 @@ run_windows = entry(move_on)
 
 
 @inner()
-def settle(structure: Any, run: Any, state: Vector) -> None:
+def settle(structure: Any, body: Vector, contact: Records, state: Vector) -> None:
     """Put the state of the structures into the run, with the response to forces that are pending."""
     for i in range(state.size):
-        run.body[i] = state[i]
-    for k in range(run.contact.size):
-        if run.contact[k].pending != 0.0:
-            push(structure, k, run.contact[k].pending, run.body)
-            run.contact[k].pending = 0.0
+        body[i] = state[i]
+    for k in range(contact.size):
+        if contact[k].pending != 0.0:
+            push(structure, k, contact[k].pending, body)
+            contact[k].pending = 0.0
 
 
 @inner(fastmath={"reassoc"}, forceinline=True)
-def finite(trial: Any) -> bool:
+def finite(y: Vector, v: Vector, contact: Records) -> bool:
     """Return whether all numbers of a trial are finite."""
     total = 0.0
-    for i in range(trial.y.size):
-        total += 0.0 * trial.y[i] + 0.0 * trial.v[i]
-    for k in range(trial.surface.size):
-        total += 0.0 * trial.surface[k]
+    for i in range(y.size):
+        total += 0.0 * y[i] + 0.0 * v[i]
+    for k in range(contact.size):
+        total += 0.0 * contact[k].surface
     return total == 0.0
 
 
-@inner(forceinline=True)
-def keep_ledger(run: Any, trial: Any, time: float, window: float, residual: float) -> None:
-    """Count works, impulses and losses of a window that ended, and remember its surfaces and forces."""
-    totals = run.totals[0]
-    for c in range(run.chain.size):
-        run.chain[c].lost += trial.lost[c]
-        run.chain[c].driven += trial.driven[c]
+@inner()
+def keep_ledger(
+    kept: Records, node: Records, windows: Records, totals: Records, contact: Records, time: float, window: float,
+    residual: float,
+) -> None:  # fmt: skip
+    """Count works and impulses of a window that ended, and remember its surfaces and forces."""
     for i in range(REMEMBERED - 1, 0, -1):
-        run.window[i].middle, run.window[i].length = run.window[i - 1].middle, run.window[i - 1].length
-        for k in range(trial.force.size):
-            run.node[i, k].surface, run.node[i, k].force = run.node[i - 1, k].surface, run.node[i - 1, k].force
-    run.window[0].middle, run.window[0].length = time - window / 2.0, window
-    for k in range(trial.force.size):
-        contact, way = run.contact[k], trial.surface[k] - run.contact[k].surface
-        run.node[0, k].surface, run.node[0, k].force = trial.surface[k], trial.answer[k]
-        contact.work += trial.force[k] * way
-        contact.given += trial.work_given[k]
-        contact.impulse += trial.force[k] * window
-        contact.surface = trial.surface[k]
-    totals.windows += 1
-    if totals.remembered < REMEMBERED:
-        totals.remembered += 1
-    if abs(residual) > totals.residual:
-        totals.residual = abs(residual)
+        windows[i].middle, windows[i].length = windows[i - 1].middle, windows[i - 1].length
+        for k in range(contact.size):
+            node[i, k].surface, node[i, k].force = node[i - 1, k].surface, node[i - 1, k].force
+    windows[0].middle, windows[0].length = time - window / 2.0, window
+    for k in range(contact.size):
+        node[0, k].surface, node[0, k].force = contact[k].surface, contact[k].answer
+        kept[k].work += contact[k].force * (contact[k].surface - kept[k].surface)
+        kept[k].given += contact[k].work
+        kept[k].impulse += contact[k].force * window
+        kept[k].surface = contact[k].surface
+    totals[0].windows += 1
+    totals[0].remembered = min(totals[0].remembered + 1, REMEMBERED)
+    totals[0].residual = max(totals[0].residual, abs(residual))

@@ -1,4 +1,4 @@
-"""Recorders as pieces: what of a run is kept at a saved time."""
+"""What of a run is kept at a saved time."""
 
 from typing import Any, NamedTuple
 
@@ -7,21 +7,7 @@ from particles.kernels.motion import contact_forces, energies
 from structures.kernels.arrays import copy
 from structures.kernels.compiling import entry, inner
 from structures.kernels.linear import energies_of_structure
-from structures.kernels.pieces import by_type
 from structures.structure import Vector
-
-
-@by_type
-def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
-    """Put the state at time t, s, into the row of a saved time. work: of chains."""
-    raise NotImplementedError
-
-
-@by_type
-def reads_structure(recorder: Any, row: int) -> bool:
-    """Return whether a recorder reads the state of the structures for a row."""
-    return True
-
 
 CHAIN_FRAME = record_type("kinetic", "potential", "lost", "driven")
 """Energies of a chain, J."""
@@ -36,8 +22,8 @@ TIME_FRAME = record_type("evaluations", "windows", "residual")
 """Since the last saved time: windows of the chains that were tried, windows, and the greatest residual, N."""
 
 
-class Sensors(NamedTuple):
-    """The forces of some contacts and the velocities of some bodies."""
+class Recorder(NamedTuple):
+    """The frames that a run keeps: forces and velocities at all saved times, and the ledger at some of them."""
 
     contact: Vector
     """The numbers of the contacts among those of all chains, counted from zero."""
@@ -49,42 +35,15 @@ class Sensors(NamedTuple):
     """Saved times × bodies, m/s."""
     deepest: Vector
     """The greatest approach of each contact at a saved time so far, m."""
-    highest: Vector
-    """K: the greatest displacement of each surface at a saved time so far, m, without sign."""
-    rates: Vector
-    """2 × K, work space: displacements of the surfaces, m, and their velocities."""
-
-    @staticmethod
-    def reads_structure(recorder: Any, row: int) -> bool:
-        return False
-
-    @staticmethod
-    def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
-        surface, rate = recorder.rates
-        for k in range(surface.size):
-            surface[k], rate[k] = run.contact[k].surface, 0.0
-            if run.totals[0].remembered > 0:
-                rate[k] = (surface[k] - run.node[1, k].surface) / run.window[0].length
-            recorder.highest[k] = max(recorder.highest[k], abs(surface[k]))
-        contact_forces(chains, run.y, run.v, t, surface, rate, recorder.contact, recorder.force[row], work)
-        for j in range(recorder.body.size):
-            recorder.velocity[row, j] = run.v[recorder.body[j]]
-        for i in range(recorder.deepest.size):
-            k = chains.wall[i]
-            approach = run.y[i] - (run.y[i + 1] if k < 0 else surface[k])
-            recorder.deepest[i] = approach if approach > recorder.deepest[i] else recorder.deepest[i]
-
-
-class Ledger(NamedTuple):
-    """Positions and energies."""
-
+    surface: Vector
+    """3 × K: displacements of the surfaces, m; their velocities; the greatest displacements so far, without sign."""
     every: int
-    """Saved times from one row to the next."""
+    """Saved times from one row of the ledger to the next."""
     position: Vector
     """Rows × coordinates of all chains, one after the other."""
     chain: Records
     """C × rows records CHAIN_FRAME."""
-    contact: Records
+    work: Records
     """K × rows records CONTACT_FRAME."""
     structure: Records
     """S × rows records STRUCTURE_FRAME."""
@@ -92,44 +51,44 @@ class Ledger(NamedTuple):
     """Rows of records TIME_FRAME."""
 
 
-class SensorsAndLedger(NamedTuple):
-    """The frames that a run keeps at all its saved times, and at some of them."""
-
-    sensors: Sensors
-    ledger: Ledger
-
-    @staticmethod
-    def reads_structure(recorder: Any, row: int) -> bool:
-        return row % recorder.ledger.every == 0
-
-    @staticmethod
-    def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
-        record(recorder.sensors, row, t, run, chains, structure, work)
-        if reads_structure(recorder, row):
-            enter(recorder.ledger, row // recorder.ledger.every, run, chains, structure, work)
-
-
 @inner()
-def enter(ledger: Any, row: int, run: Any, chains: Any, structure: Any, work: Vector) -> None:
-    """Fill a row of the ledger."""
-    copy(run.y, ledger.position[row])
-    for c in range(ledger.chain.shape[0]):
-        frame, wall = ledger.chain[c, row], run.contact[chains.wall[chains.first[c + 1] - 1]].surface
+def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
+    """Put the state at time t, s, into the row of a saved time. work: of chains."""
+    surface, rate, highest = recorder.surface
+    for k in range(surface.size):
+        surface[k], rate[k] = run.contact[k].surface, 0.0
+        if run.totals[0].remembered > 0:
+            rate[k] = (surface[k] - run.node[1, k].surface) / run.window[0].length
+        highest[k] = max(highest[k], abs(surface[k]))
+    contact_forces(chains, run.y, run.v, t, surface, rate, recorder.contact, recorder.force[row], work)
+    for j in range(recorder.body.size):
+        recorder.velocity[row, j] = run.v[recorder.body[j]]
+    for i in range(recorder.deepest.size):
+        k = chains.wall[i]
+        approach = run.y[i] - (run.y[i + 1] if k < 0 else surface[k])
+        recorder.deepest[i] = approach if approach > recorder.deepest[i] else recorder.deepest[i]
+    if row % recorder.every > 0:
+        return
+
+    row = row // recorder.every
+    copy(run.y, recorder.position[row])
+    for c in range(recorder.chain.shape[0]):
+        frame, wall = recorder.chain[c, row], surface[chains.wall[chains.ends[c].last]]
         frame.kinetic, frame.potential = energies(chains, c, run.y, run.v, wall, work)
         frame.lost, frame.driven = run.chain[c].lost, run.chain[c].driven
-    for s in range(ledger.structure.shape[0]):
-        frame = ledger.structure[s, row]
-        frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
-    for k in range(run.contact.size):
-        seen, contact = ledger.contact[k, row], run.contact[k]
+    for s in range(recorder.structure.shape[0]):
+        body = recorder.structure[s, row]
+        body.kinetic, body.elastic = energies_of_structure(structure, s, run.body)
+    for k in range(surface.size):
+        seen, contact = recorder.work[k, row], run.contact[k]
         seen.surface, seen.work = contact.surface, contact.work
         seen.given, seen.impulse = contact.given, contact.impulse
-    totals, now = run.totals[0], ledger.time[row]
+    totals, now = run.totals[0], recorder.time[row]
     now.evaluations, now.windows, now.residual = totals.tried, totals.windows, totals.residual
     totals.tried, totals.windows, totals.residual = 0, 0, 0.0
 
 
-record_row = entry(SensorsAndLedger.record)
+record_row = entry(record)
 """`record` for Python."""
 
 

@@ -24,9 +24,6 @@ CONTACT = record_type("surface", "slope", "work", "given", "impulse", "pending")
 force on the structure, that given by the chain, and the impulse (N s); the mean force (N) over the last window whose
 response is not in the structure's state yet."""
 
-CHAIN = record_type("lost", "driven")
-"""Energy (J) that losses took, and work of the drive."""
-
 NODE = record_type("surface", "force")
 """Displacement (m) of a surface at the end of a window, and mean force (N) that the chain answered."""
 
@@ -48,7 +45,7 @@ class Run(NamedTuple):
     contact: Records
     """K records CONTACT."""
     chain: Records
-    """C records CHAIN."""
+    """C records MOVED: since the start."""
     node: Records
     """REMEMBERED × K records NODE, newest first."""
     window: Records
@@ -64,20 +61,10 @@ class Trial(NamedTuple):
     v: Vector
     free: Vector
     """State of the structures at the window's end where no force acts."""
-    at_rest: Vector
-    """K: the surfaces there, m."""
-    start: Vector
-    """K: the surfaces at the window's begin, m."""
-    surface: Vector
-    """K: at its end."""
-    force: Vector
-    """K: the mean force on the structure, and that which the chain answers, N."""
-    answer: Vector
-    work_given: Vector
-    """K: the work of the answer, J."""
-    lost: Vector
-    """C: the energy that a chain lost, and the work of its drive, J."""
-    driven: Vector
+    contact: Records
+    """K records TRIED."""
+    chain: Records
+    """C records MOVED."""
     work: Vector
     """Rows of work space of chains."""
     rows: Vector

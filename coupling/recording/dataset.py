@@ -108,8 +108,8 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
         if not isinstance(body, CheckedParticipant) or not body.inertias:
             continue
         points = interface.touching[place]
-        impulse = frames.ledger.contact["impulse"][points][:, -1]
-        moved = frames.ledger.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
+        impulse = frames.saved.work["impulse"][points][:, -1]
+        moved = frames.saved.work["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
         compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
         participants.append({"name": body.name, "inertia (kg)": body.inertias, "compliance (m/N)": compliance.tolist()})
     return {"participants": as_text({"participants": participants})} if participants else {}
@@ -121,7 +121,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
     bodies, energy = chain.mass.size, of_chain.energy
     potential = energy["potential"].copy()
     for k in interface.of_chain[number]:
-        potential += interface.static[k] * frames.ledger.contact["surface"][k]
+        potential += interface.static[k] * frames.saved.work["surface"][k]
     deformed = {}
     if isinstance(chain, MovingDeformableChain):
         deformed = {
@@ -145,7 +145,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """Return what belongs to contacts, structures and the run: saved times, or saved times × contacts or structures."""
-    contact, structure, time = frames.ledger.contact, frames.ledger.structure, frames.ledger.time
+    contact, structure, time = frames.saved.work, frames.saved.structure, frames.saved.time
     gaps = np.full((interface.size, frames.rows), np.nan)
     for k, (number, end, *_) in enumerate(interface.contacts):
         chain = interface.chains[number]

@@ -6,15 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.kernels.recorders import (
-    CHAIN_FRAME,
-    CONTACT_FRAME,
-    STRUCTURE_FRAME,
-    TIME_FRAME,
-    Ledger,
-    Sensors,
-    SensorsAndLedger,
-)
+from coupling.kernels.recorders import CHAIN_FRAME, CONTACT_FRAME, STRUCTURE_FRAME, TIME_FRAME, Recorder
 from coupling.kernels.records import Records
 from particles.moving import MovingChain
 from structures.checks import listed, whole
@@ -111,16 +103,13 @@ class Frames:
         bodies = [numbers[place][part.bodies] for place, part in zip(interface.places, self.columns, strict=True)]
         every = 1 if selection is None else max(rows - 1, 1)
         entries, size = (rows - 1) // every + 1, interface.size
-        self.sensors = Sensors(
+        self.saved = Recorder(
             np.concatenate(contacts),
             np.concatenate(bodies),
             np.zeros((rows, sum(map(len, contacts)))),
             np.zeros((rows, sum(map(len, bodies)))),
             np.full(interface.bodies[-1].stop, -np.inf),
-            np.zeros(size),
-            np.zeros((2, size)),
-        )
-        self.ledger = Ledger(
+            np.zeros((3, size)),
             every,
             np.zeros((entries, interface.coordinates)),
             np.zeros((len(interface.chains), entries), CHAIN_FRAME),
@@ -128,11 +117,7 @@ class Frames:
             np.zeros((len(interface.structures), entries), STRUCTURE_FRAME),
             np.zeros(entries, TIME_FRAME),
         )
-        self.saved, self.places, self.bodies = (
-            SensorsAndLedger(self.sensors, self.ledger),
-            interface.places,
-            interface.bodies,
-        )
+        self.places, self.bodies = interface.places, interface.bodies
 
     @property
     def chains(self) -> list[ChainFrames]:
@@ -143,11 +128,11 @@ class Frames:
             found.append(
                 ChainFrames(
                     *part,
-                    self.sensors.force[:, contact:contacts],
-                    self.sensors.velocity[:, body:bodies],
-                    self.sensors.deepest[self.bodies[number]],
-                    self.ledger.position[:, self.places[number]],
-                    self.ledger.chain[number],
+                    self.saved.force[:, contact:contacts],
+                    self.saved.velocity[:, body:bodies],
+                    self.saved.deepest[self.bodies[number]],
+                    self.saved.position[:, self.places[number]],
+                    self.saved.chain[number],
                 )
             )
             contact, body = contacts, bodies
@@ -155,8 +140,8 @@ class Frames:
 
     def clear(self) -> "Frames":
         """Forget an earlier run but for its rows, which the next one overwrites."""
-        self.sensors.deepest[:], self.sensors.highest[:] = -np.inf, 0.0
-        self.ledger.structure["taken"] = 0.0
+        self.saved.deepest[:], self.saved.surface[:] = -np.inf, 0.0
+        self.saved.structure["taken"] = 0.0
         return self
 
     def count_damping(self, interface: Interface) -> None:
@@ -165,8 +150,8 @@ class Frames:
         The midpoint rule keeps that identity.
         """
         for place in interface.damped:
-            frames = self.ledger.structure[place]
-            work = self.ledger.contact["work"][interface.touching[place]].sum(axis=0)
+            frames = self.saved.structure[place]
+            work = self.saved.work["work"][interface.touching[place]].sum(axis=0)
             frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
 

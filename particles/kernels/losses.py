@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any, NamedTuple
 
-from particles.kernels.laws import NEGLIGIBLE, elastic_overlap, force, overlap_on_spring, slope
+from particles.kernels.laws import NEGLIGIBLE, elastic_overlap, force, force_of_step, overlap_on_spring, slope
 from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -74,12 +74,61 @@ def power_of_rate(rate: float, exponent: float) -> float:
     return size if rate > 0.0 else -size
 
 
+@by_type
+def force_of(loss: Any, law: Any, i: int, overlap: float, rate: float, flexibility: float) -> float:
+    """Return the force of a contact with its loss, N, as `force_and_loss`."""
+    return force_and_loss(law, loss, i, overlap, rate, flexibility)[0]
+
+
+@by_type
+def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
+    """Return the force of contact i at an approach that it really has, N, and the power that its loss takes, W."""
+    overlap = overlap_at(law, i, approach, flexibility)
+    total, power = force_and_loss(law, loss, i, overlap, rate, flexibility)
+    force_of_step(law, i, overlap)
+    return total, power
+
+
+@by_type
+def move_body(
+    loss: Any, chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float,
+    kick: float, drift: float,
+) -> None:  # fmt: skip
+    """Move a body on by the sum of its contact forces: the velocity by the time `kick`, the position by `drift`."""
+    acceleration = chains.inverse_mass[i] * force + chains.gravity[i]
+    if chains.inverse_mass[i] > 0.0:
+        slowing = drag(loss, i) * ahead[i]
+        acceleration -= slowing
+        lost[i] += kick * slowing * ahead[i] / chains.inverse_mass[i]
+    speed = v[i] + kick * acceleration
+    ahead[i] = speed + 0.5 * dt * acceleration
+    v[i] = speed
+    y[i] += drift * speed
+
+
 class NoLoss(NamedTuple):
-    """Elastic chains."""
+    """Elastic chains. They compile faster without the functions of losses."""
 
     @staticmethod
     def loses(loss: Any) -> bool:
         return False
+
+    @staticmethod
+    def force_of(loss: Any, law: Any, i: int, overlap: float, rate: float, flexibility: float) -> float:
+        return force(law, i, overlap)
+
+    @staticmethod
+    def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
+        return force_of_step(law, i, overlap_at(law, i, approach, flexibility)), 0.0
+
+    @staticmethod
+    def move_body(
+        loss: Any, chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float,
+        kick: float, drift: float,
+    ) -> None:  # fmt: skip
+        speed = v[i] + kick * (chains.inverse_mass[i] * force + chains.gravity[i])
+        v[i] = speed
+        y[i] += drift * speed
 
 
 DASHPOT, TANGENT, SECANT = range(3)

@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from particles.kernels.drives import (
     drives,
     energy_of_loads,
@@ -12,7 +14,7 @@ from particles.kernels.drives import (
     pushes,
 )
 from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, with_memory
-from particles.kernels.losses import drag, force_and_loss, force_on_body, loses, overlap_at
+from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
 from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
@@ -24,6 +26,26 @@ WORK_ROWS = 9
 NOT_NEGATIVE = 0x7FFF_FFFF
 """A mask of an index. It says to the compiler that no index counts from the end of an array: else the pass over the
 bodies would have no vector instructions, and take three times as long."""
+
+
+ENDS = np.dtype(
+    [(name, np.int64) for name in ("striker", "last", "behind")]
+    + [("rest", float)]
+    + [(name, np.bool_) for name in ("quiet", "touched", "faces")]
+)
+"""Of a chain: body 0, the last bead, and the surface that has the place of body 0 (−1 where none has); where body 0 is
+at rest, m; whether bodies ahead of a wave are at rest at zero, as the chain bears no static load; whether something
+touches the first bead from behind, and whether the last one faces something."""
+
+PACE = np.dtype([("steps", np.int64), ("reached", np.int64)])
+"""Of a chain in a window: its steps, and the first body that the motion of the surface can reach; body 0 for all."""
+
+MOVED = np.dtype([("lost", float), ("driven", float)])
+"""Of a chain in a window: energy that losses took, and work of the drive, J."""
+
+TRIED = np.dtype([(name, float) for name in ("at_rest", "start", "force", "answer", "surface", "work")])
+"""Of a contact in a window: the surface at its end where no force acts, and at its start, m; the mean force on the
+structure, and that which the chain answers, N; the surface at the end, m; the work of the answer, J."""
 
 
 class Chains(NamedTuple):
@@ -46,16 +68,8 @@ class Chains(NamedTuple):
     """B: the surface that a body faces; −1 where it faces the next body."""
     spring: Vector
     """B: flexibility of a massless spring at each contact, m/N, zero between beads."""
-    present: Vector
-    """B: whether there is a contact."""
-    first: Vector
-    """C + 1: body 0 of each chain, and B."""
-    behind: Vector
-    """C: the surface that has the place of body 0; −1 where none has."""
-    rest: Vector
-    """C, m: where body 0 is at rest."""
-    quiet: Vector
-    """C: whether bodies ahead of a wave are at rest at zero: the chain bears no static load."""
+    ends: Any
+    """C records ENDS."""
     modes: int
     """Of each body; zero where all are rigid."""
     parts: int
@@ -65,11 +79,11 @@ class Chains(NamedTuple):
 @by_type
 def move(
     stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
-    start: float, end: float, again: bool,
+    start: float, end: float, reached: int, again: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Move chain c on by one window from time t in place, while the surface goes straight from start to end, m.
 
-    again: whether only the bodies within `reach` are moved, from where the last window with False began.
+    again: whether only bodies from `reached` on are moved, from where the last window with False began.
 
     Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
     the drive's work, J. It becomes a part of its caller, for a call would pass some hundred numbers.
@@ -78,47 +92,12 @@ def move(
 
 
 @by_type
-def reach(stepper: Any, chains: Any, c: int, y: Vector, steps: int) -> int:
-    """Return the first body that the motion of the surface can reach within a window; body 0 for all."""
-    return int(chains.first[c])
-
-
-@inner(forceinline=True)
-def press(chains: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
-    """Return the force of contact i at an approach that it really has, N, and the power that its loss takes, W."""
-    overlap = overlap_at(law, i, approach, flexibility)
-    if not loses(chains.loss):
-        return force_of_step(law, i, overlap), 0.0
-    total, power = force_and_loss(law, chains.loss, i, overlap, rate, flexibility)
-    force_of_step(law, i, overlap)
-    return total, power
-
-
-@inner(forceinline=True)
-def move_body(
-    chains: Any, i: int, y: Vector, v: Vector, ahead: Vector, lost: Vector, force: float, dt: float, kick: float,
-    drift: float,
-) -> None:  # fmt: skip
-    """Move a body on by the sum of its contact forces: the velocity by the time `kick`, the position by `drift`."""
-    acceleration = chains.inverse_mass[i] * force + chains.gravity[i]
-    if loses(chains.loss) and chains.inverse_mass[i] > 0.0:
-        slowing = drag(chains.loss, i) * ahead[i]
-        acceleration -= slowing
-        lost[i] += kick * slowing * ahead[i] / chains.inverse_mass[i]
-    speed = v[i] + kick * acceleration
-    if loses(chains.loss):
-        ahead[i] = speed + 0.5 * dt * acceleration
-    v[i] = speed
-    y[i] += drift * speed
-
-
-@inner(forceinline=True)
-def flying(chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
+def flying(loss: Any, chains: Any, c: int, y: Vector, v: Vector, window: float) -> int:
     """Return the first body that does not keep its velocity over a window because its contacts stay open."""
-    last = chains.first[c + 1] - 1
-    for i in range(chains.first[c], last):
+    last = chains.ends[c].last
+    for i in range(chains.ends[c].striker, last):
         approach, change = y[i] - y[i + 1], window * (v[i] - v[i + 1])
-        if chains.gravity[i] != 0.0 or drag(chains.loss, i) != 0.0 or approach >= 0.0 or approach + change >= 0.0:
+        if chains.gravity[i] != 0.0 or drag(loss, i) != 0.0 or approach >= 0.0 or approach + change >= 0.0:
             return i
     return int(last)
 
@@ -130,28 +109,15 @@ class Verlet(NamedTuple):
     """
 
     @staticmethod
-    def reach(stepper: Any, chains: Any, c: int, y: Vector, steps: int) -> int:
-        """Neighbours act on each other, so a step passes on the motion of the surface by one body.
-
-        All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1
-        kicks; its velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to
-        them, so that all are moved again, and a drive moves the first two bodies together.
-        """
-        begin, end = chains.first[c], chains.first[c + 1]
-        first, least = end - steps - int(loses(chains.loss)), begin + (2 if drives(chains.drive) else 1)
-        return int(first if first >= least and chains.inverse_mass.size == y.size else begin)
-
-    @staticmethod
     def move(
         stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
-        start: float, end: float, again: bool,
+        start: float, end: float, reached: int, again: bool,
     ) -> tuple[float, float, float, float]:  # fmt: skip
         """Move the bodies on in one pass a step, which the compiler turns into vector instructions without losses."""
         law, loss, drive = with_memory(chains.law, y), chains.loss, chains.drive
-        striker, last, dt, rate = chains.first[c], chains.first[c + 1] - 1, window / steps, (end - start) / window
+        striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
         past, limits, kept_y, kept_v, ahead = work[0], work[1], work[2], work[3], work[4]
         lost, past_ahead, flown = work[5], work[6], work[7]
-        reached = reach(stepper, chains, c, y, steps)
         first = reached if again else striker
         if first > striker:
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
@@ -168,11 +134,11 @@ class Verlet(NamedTuple):
                 ahead[striker] = place_and_speed(drive, c, t)[1]
         # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
         if first == striker:
-            flown[striker] = striker if drives(drive) else flying(chains, c, y, v, window)
+            flown[striker] = striker if drives(drive) else flying(loss, chains, c, y, v, window)
         rear = max(first, int(flown[striker]))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
         front, source = last, striker if moves(drive, c) else striker + 1
-        quiet = chains.quiet[c] and not (start < 0.0 or end < 0.0)
+        quiet = chains.ends[c].quiet and not (start < 0.0 or end < 0.0)
         while quiet and front > striker and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
@@ -180,7 +146,7 @@ class Verlet(NamedTuple):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
             # Before the pass: after it, the scalar load would wait for the pass's vector stores.
             approach = y[last] - (start + step * dt * rate)
-            wall_force, power = press(chains, law, last, approach, ahead[last] - rate, chains.spring[last])
+            wall_force, power = press(loss, law, last, approach, ahead[last] - rate, chains.spring[last])
             if loses(loss):
                 lost[last] += kick * power
             impulse += kick * wall_force
@@ -189,7 +155,7 @@ class Verlet(NamedTuple):
             behind, begin, stop = 0.0, rear, front + 1 if front < last else last
             if first > striker and rear == first:
                 behind, _ = press(
-                    chains, law, first - 1, past[striker + step] - y[first], past_ahead[striker + step] - ahead[first],
+                    loss, law, first - 1, past[striker + step] - y[first], past_ahead[striker + step] - ahead[first],
                     0.0,
                 )  # fmt: skip
             elif reached > striker and first == striker:
@@ -200,7 +166,7 @@ class Verlet(NamedTuple):
             if drives(drive) and first == striker:
                 now, before = t + step * dt, dt * v[source] if step > 0 else 0.0
                 approach, closing = y[striker] - y[striker + 1], ahead[striker] - ahead[striker + 1]
-                contact, power = press(chains, law, striker, approach, closing, chains.spring[striker])
+                contact, power = press(loss, law, striker, approach, closing, chains.spring[striker])
                 if loses(loss):
                     lost[striker] += kick * power
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
@@ -209,18 +175,18 @@ class Verlet(NamedTuple):
                     y[striker] += drift * v[striker]
                     ahead[striker] = place_and_speed(drive, c, now + drift)[1]
                 else:
-                    move_body(chains, striker, y, v, ahead, lost, on_striker - contact, dt, kick, drift)
+                    move_body(loss, chains, striker, y, v, ahead, lost, on_striker - contact, dt, kick, drift)
                 impulse_behind += kick * contact
                 behind, begin = contact + on_bead, striker + 1
             for i in range(first & NOT_NEGATIVE, rear & NOT_NEGATIVE):
                 y[i] += drift * v[i]
             for i in range(begin & NOT_NEGATIVE, stop & NOT_NEGATIVE):
-                contact, power = press(chains, law, i, y[i] - y[i + 1], ahead[i] - ahead[i + 1], 0.0)
+                contact, power = press(loss, law, i, y[i] - y[i + 1], ahead[i] - ahead[i + 1], 0.0)
                 if loses(loss):
                     lost[i] += kick * power
-                move_body(chains, i, y, v, ahead, lost, behind - contact, dt, kick, drift)
+                move_body(loss, chains, i, y, v, ahead, lost, behind - contact, dt, kick, drift)
                 behind = contact
-            move_body(chains, stop, y, v, ahead, lost, behind - wall_force, dt, kick, drift)
+            move_body(loss, chains, stop, y, v, ahead, lost, behind - wall_force, dt, kick, drift)
             front = stop if v[stop] != 0.0 else front
             if drives(drive):
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
@@ -235,7 +201,7 @@ class Verlet(NamedTuple):
 @inner(forceinline=True)
 def span(chains: Any, c: int, part: int) -> tuple[int, int]:
     """Return the first coordinate of a part of chain c, and that after its last one: of bodies, modes or arms."""
-    begin, end = chains.first[c], chains.first[c + 1]
+    begin, end = chains.ends[c].striker, chains.ends[c].last + 1
     if part == 0:
         return begin, end
     bodies, modes = chains.inverse_mass.size, chains.modes
@@ -253,7 +219,7 @@ def accelerations(
     outer: forces on body 0 and bead 1 from outside, N. work: three rows.
     """
     forces, alone, loss = work[0], work[2], chains.loss
-    striker, last = chains.first[c], chains.first[c + 1] - 1
+    striker, last, faces = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].faces
     power = forces_between(chains.vibrations, chains, law, c, y, v, wall, rate, forces, work[1:])
     behind, closing_behind, taken = 0.0, 0.0, 0.0
     for i in range(striker, last + 1):
@@ -262,7 +228,8 @@ def accelerations(
             a[i] -= drag(loss, i) * v[i]
             power += drag(loss, i) * v[i] * v[i] / chains.inverse_mass[i]
         ahead, speed_ahead = (y[i + 1], v[i + 1]) if i < last else (wall, rate)
-        closing = v[i] - speed_ahead if chains.present[i] and y[i] >= ahead else 0.0
+        there = (i > striker or chains.ends[c].touched) and (i < last or faces)
+        closing = v[i] - speed_ahead if there and y[i] >= ahead else 0.0
         alone[i] = force_on_body(loss, i, closing_behind, closing)
         taken -= alone[i] * v[i]
         behind, closing_behind = forces[i], closing
@@ -282,10 +249,10 @@ class DampedVerlet(NamedTuple):
     @staticmethod
     def move(
         stepper: Any, chains: Any, c: int, y: Vector, v: Vector, work: Vector, t: float, window: float, steps: int,
-        start: float, end: float, again: bool,
+        start: float, end: float, reached: int, again: bool,
     ) -> tuple[float, float, float, float]:  # fmt: skip
         drive, law = chains.drive, with_memory(chains.law, y)
-        striker, last, dt, rate = chains.first[c], chains.first[c + 1] - 1, window / steps, (end - start) / window
+        striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
         forces, a, half, limits = work[0], work[3], work[4], work[5]
         copy_limits(law, limits, striker, last)
         outer, push = (0.0, 0.0), 0.0
@@ -337,17 +304,17 @@ def contact_forces(
     """
     forces_of_some(chains.vibrations, chains, y, v, surface, rate, contacts, forces, work)
     if drives(chains.drive):
-        for c in range(chains.behind.size):
-            striker = chains.first[c]
+        for c in range(chains.ends.size):
+            striker = chains.ends[c].striker
             for j in range(contacts.size):
-                if contacts[j] == striker and pushes(chains.drive, c) and not chains.present[striker]:
+                if contacts[j] == striker and pushes(chains.drive, c) and not chains.ends[c].touched:
                     forces[j] = outer_forces(chains.drive, c, y[striker], t)[2]
 
 
 @inner()
 def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
     """Return of chain c the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
-    striker, last, law, forces = chains.first[c], chains.first[c + 1] - 1, with_memory(chains.law, y), work[0]
+    striker, last, law, forces = chains.ends[c].striker, chains.ends[c].last, with_memory(chains.law, y), work[0]
     for i in range(striker, last + 1):
         forces[i] = 0.0
     kinetic, potential = energies_between(chains.vibrations, chains, law, c, y, v, wall, forces, work[1:])
@@ -360,34 +327,35 @@ def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vecto
 
 @inner()
 def advance(
-    chains: Any, y0: Vector, v0: Vector, y: Vector, v: Vector, work: Vector, t: float, window: float, start: Vector,
-    end: Vector, steps: Vector, again: bool, answer: Vector, lost: Vector, driven: Vector,
+    chains: Any, y0: Vector, v0: Vector, y: Vector, v: Vector, work: Vector, t: float, window: float, contact: Any,
+    pace: Any, moved: Any, again: bool,
 ) -> None:  # fmt: skip
-    """Put the end of a window that began with y0, v0 into y, v, while each surface goes straight from start to end, m.
+    """Put the end of a window that began with y0, v0 into y, v, while each surface goes straight from start to end.
 
-    steps: of each chain. again: whether the window differs from the one before by the end of the surfaces alone; then
-    only the bodies that these can reach are moved. Fills the mean forces on the surfaces, N, and of each chain the
-    energy lost and the work of the drive, J.
+    contact: records TRIED, which get the chains' mean forces; pace: records PACE; moved: records MOVED, to be filled.
+    again: whether the window differs from the one before by the end of the surfaces alone; then only the bodies that
+    these can reach are moved.
     """
-    bodies = chains.inverse_mass.size
-    for i in range(0 if not again else bodies, y.size):
+    for i in range(0 if not again else chains.inverse_mass.size, y.size):
         y[i], v[i] = y0[i], v0[i]
-    for c in range(chains.behind.size):
-        striker, stop, behind = chains.first[c], chains.first[c + 1], chains.behind[c]
-        wall = chains.wall[stop - 1]
-        whole = not again or reach(chains.stepper, chains, c, y, steps[c]) == striker
-        for i in range(striker, stop if again and whole else striker):
+    for c in range(chains.ends.size):
+        striker, last, behind = chains.ends[c].striker, chains.ends[c].last, chains.ends[c].behind
+        wall = chains.wall[last]
+        whole = not again or pace[c].reached == striker
+        for i in range(striker, last + 1 if again and whole else striker):
             y[i], v[i] = y0[i], v0[i]
         if behind >= 0:
-            y[striker], v[striker] = chains.rest[c] - start[behind], (start[behind] - end[behind]) / window
-        ahead, rear, lost[c], work_of_drive = move(
-            chains.stepper, chains, c, y, v, work, t, window, steps[c], start[wall], end[wall], again
-        )
-        answer[wall] = ahead
+            y[striker] = chains.ends[c].rest - contact[behind].start
+            v[striker] = (contact[behind].start - contact[behind].surface) / window
+        ahead, rear, lost, driven = move(
+            chains.stepper, chains, c, y, v, work, t, window, pace[c].steps, contact[wall].start, contact[wall].surface,
+            pace[c].reached, again,
+        )  # fmt: skip
+        contact[wall].answer, moved[c].lost = ahead, lost
         if whole:
-            driven[c] = work_of_drive
+            moved[c].driven = driven
         if behind >= 0:
-            y[striker], answer[behind] = chains.rest[c] - end[behind], rear
+            y[striker], contact[behind].answer = chains.ends[c].rest - contact[behind].surface, rear
 
 
 advance_chains, forces_of_chains, energies_of_chain = map(entry, (advance, contact_forces, energies))

@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from particles.kernels.laws import energy, force, overlap_on_spring, slope, with_memory
-from particles.kernels.losses import drag, force_and_loss, overlap_at, with_loss
+from particles.kernels.losses import drag, force_and_loss, force_of, overlap_at, with_loss
 from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -34,10 +34,10 @@ def forces_of_some(
 ) -> None:  # fmt: skip
     """Put the forces of the contacts with these numbers into `forces`, N."""
     law, every = with_memory(chains.law, y), work[0]
-    for c in range(chains.behind.size):
-        for i in range(chains.first[c], chains.first[c + 1]):
+    for c in range(chains.ends.size):
+        for i in range(chains.ends[c].striker, chains.ends[c].last + 1):
             every[i] = 0.0
-        k = chains.wall[chains.first[c + 1] - 1]
+        k = chains.wall[chains.ends[c].last]
         forces_between(vibrations, chains, law, c, y, v, surface[k], rate[k], every, work[1:])
     for j in range(contacts.size):
         forces[j] = every[contacts[j]]
@@ -65,8 +65,8 @@ class Rigid(NamedTuple):
         vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, rate: float, forces: Vector,
         work: Vector,
     ) -> float:  # fmt: skip
-        last, power = chains.first[c + 1] - 1, 0.0
-        for i in range(chains.first[c], last + 1):
+        last, power = chains.ends[c].last, 0.0
+        for i in range(chains.ends[c].striker, last + 1):
             ahead, speed, spring = (
                 (y[i + 1], v[i + 1], chains.spring[i]) if i < last else (wall, rate, chains.spring[i])
             )
@@ -86,14 +86,14 @@ class Rigid(NamedTuple):
             k, spring = chains.wall[i], chains.spring[i]
             ahead, speed = (y[i + 1], v[i + 1]) if k < 0 else (surface[k], rate[k])
             overlap = overlap_at(law, i, y[i] - ahead, spring)
-            forces[j], _ = force_and_loss(law, chains.loss, i, overlap, v[i] - speed, spring)
+            forces[j] = force_of(chains.loss, law, i, overlap, v[i] - speed, spring)
 
     @staticmethod
     def energies_between(
         vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
     ) -> tuple[float, float]:
-        last, potential = chains.first[c + 1] - 1, 0.0
-        for i in range(chains.first[c], last + 1):
+        last, potential = chains.ends[c].last, 0.0
+        for i in range(chains.ends[c].striker, last + 1):
             overlap, flexibility, push = y[i] - (y[i + 1] if i < last else wall), chains.spring[i], 0.0
             if flexibility != 0.0:
                 overlap = overlap_on_spring(law, i, overlap, flexibility)
@@ -131,9 +131,9 @@ class Vibrating(NamedTuple):
         work: Vector,
     ) -> float:  # fmt: skip
         """Losses see the rate at which the poles approach."""
-        last, power, overlaps = chains.first[c + 1] - 1, 0.0, work[1]
+        last, power, overlaps = chains.ends[c].last, 0.0, work[1]
         settle(vibrations, chains, law, c, y, wall, forces, work)
-        for i in range(chains.first[c], last + 1):
+        for i in range(chains.ends[c].striker, last + 1):
             if between_poles(vibrations, y, i, last, wall) < 0.0:
                 continue
             elastic, tangent = forces[i], slope(law, i, overlaps[i])
@@ -150,8 +150,8 @@ class Vibrating(NamedTuple):
     ) -> float:
         """An arm has no mass: z′ = (q − z)/τ. Its derivative, z″ = (q′ − z′)/τ, is integrated like others."""
         bodies, modes = vibrations.struck.shape
-        power, arms, striker = 0.0, bodies + bodies * modes, chains.first[c]
-        for i in range(striker, chains.first[c + 1]):
+        power, arms, striker = 0.0, bodies + bodies * modes, chains.ends[c].striker
+        for i in range(striker, chains.ends[c].last + 1):
             behind, slowing = forces[i - 1] if i > striker else 0.0, drag(chains.loss, i)
             for k in range(modes):
                 q = bodies + i * modes + k
@@ -174,9 +174,9 @@ class Vibrating(NamedTuple):
         vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
     ) -> tuple[float, float]:
         bodies, modes = vibrations.struck.shape
-        kinetic, potential, arms, striker = 0.0, 0.0, bodies + bodies * modes, chains.first[c]
+        kinetic, potential, arms, striker = 0.0, 0.0, bodies + bodies * modes, chains.ends[c].striker
         settle(vibrations, chains, law, c, y, wall, forces, work)
-        for i in range(striker, chains.first[c + 1]):
+        for i in range(striker, chains.ends[c].last + 1):
             potential += energy(law, i, work[1, i]) + 0.5 * chains.spring[i] * forces[i] * forces[i]
             if i > striker:
                 potential -= vibrations.cross[i] * forces[i - 1] * forces[i]
@@ -209,13 +209,8 @@ def settle(
 ) -> None:
     """Find the elastic forces of all contacts of a chain, N, from those in `forces` on; their overlaps go into the
     second row."""
-    striker, last, approach, overlaps, cross = (
-        chains.first[c],
-        chains.first[c + 1] - 1,
-        work[0],
-        work[1],
-        vibrations.cross,
-    )
+    striker, last = chains.ends[c].striker, chains.ends[c].last
+    approach, overlaps, cross = work[0], work[1], vibrations.cross
     for i in range(striker, last + 1):
         approach[i] = between_poles(vibrations, y, i, last, wall)
     for _ in range(MOST_SWEEPS):

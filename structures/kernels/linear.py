@@ -14,35 +14,13 @@ SMALLEST = 1e-180
 
 
 @by_type
-def let_go(structure: Any, state: Vector, free: Vector) -> None:
-    """Put the state at the end of a window in which no force acts into `free`."""
-    raise NotImplementedError
-
-
-@by_type
-def respond(structure: Any, force: float, state: Vector, free: Vector) -> None:
-    """Let a force act on contact 0, then none: `push` and `let_go`. The state without the response may stay so."""
-    push(structure, 0, force, state)
-    let_go(structure, state, free)
-
-
-@by_type
 def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
     """Put the state at the end of a window in which no force acts into `free`.
 
     contact: records of the contacts. Their pending forces are those of the window before; the state without the
     response to them may stay so.
     """
-    push_pending(structure, contact, state)
-    let_go(structure, state, free)
-
-
-@inner()
-def push_pending(structure: Any, contact: Any, state: Vector) -> None:
-    """Add the response to the pending forces to a state."""
-    for k in range(contact.size):
-        push(structure, k, contact[k].pending, state)
-        contact[k].pending = 0.0
+    raise NotImplementedError
 
 
 @by_type
@@ -82,7 +60,7 @@ def quadratic_form(matrix: Vector, x: Vector) -> float:
 def add(row: Vector, force: float, state: Vector) -> None:
     """Add a response to a state; what is negligible becomes zero.
 
-    Sums are not contracted: `Oscillators.respond` gives the same bits, so that what is saved does not change a run.
+    Sums are not contracted: `Oscillators.follow` gives the same bits, so that what is saved does not change a run.
     """
     for i in range(row.size):
         state[i] = without_small(state[i] + force * row[i])
@@ -103,26 +81,15 @@ class Oscillators(NamedTuple):
     """S + 1: where the oscillators of each structure begin."""
 
     @staticmethod
-    def let_go(structure: Any, state: Vector, free: Vector) -> None:
-        """Put the state at the end into `free`, in one pass that the compiler turns into vector instructions."""
-        rows, n = structure.rows, structure.squares.size
-        for i in range(n):
-            free[i] = rows[0, i] * state[i] + rows[1, i] * state[n + i]
-            free[n + i] = rows[2, i] * state[i] + rows[3, i] * state[n + i]
-
-    @staticmethod
     def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
-        """Do it in one pass, where there is one contact. Its force stays pending: a window that fails begins again."""
-        if contact.size > 1:
-            push_pending(structure, contact, state)
-            let_go(structure, state, free)
-            return
-        respond(structure, contact[0].pending, state, free)
+        """Do it in one pass, which the compiler turns into vector instructions.
 
-    @staticmethod
-    def respond(structure: Any, force: float, state: Vector, free: Vector) -> None:
-        """Do both in one pass."""
-        rows, response, n = structure.rows, structure.response, structure.squares.size
+        The force of contact 0 stays pending: a window that fails begins again.
+        """
+        rows, response, n, force = structure.rows, structure.response, structure.squares.size, contact[0].pending
+        for k in range(1, contact.size):
+            push(structure, k, contact[k].pending, state)
+            contact[k].pending = 0.0
         for i in range(n):
             u = without_small(state[i] + force * response[0, i])
             v = without_small(state[n + i] + force * response[0, n + i])
@@ -168,7 +135,10 @@ class Coupled(NamedTuple):
     """S: the number of displacements."""
 
     @staticmethod
-    def let_go(structure: Any, state: Vector, free: Vector) -> None:
+    def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+        for k in range(contact.size):
+            push(structure, k, contact[k].pending, state)
+            contact[k].pending = 0.0
         for s in range(structure.sizes.size):
             first, last, matrix = structure.layout[s, 0], structure.layout[s + 1, 0], structure.layout[s, 1]
             size = last - first

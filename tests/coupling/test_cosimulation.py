@@ -5,7 +5,6 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,8 @@ import hertzlink as hl
 from coupling.interface import check_finite
 from coupling.kernels import loop
 from coupling.kernels.newton import predict
-from coupling.kernels.records import NODE, TOTALS, WINDOW, Run
+from coupling.kernels.records import NODE, WINDOW, Run
+from particles.kernels.motion import TRIED
 from structures.bodies.rod import rod_parts
 from structures.damping import StandardLinearSolid
 
@@ -182,14 +182,12 @@ def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(
     powers = np.array([3.0, -2e6, 5e12]) * (np.arange(3) < remembered)
     ends = 9e-6 - np.cumsum([0.0, *lengths[:2]])
     middles = ends - np.array(lengths) / 2.0
-    records = [np.zeros(size, kind).view(np.recarray) for size, kind in ((1, TOTALS), (3, WINDOW), ((3, 1), NODE))]
-    totals, window, node = records
-    totals.remembered, window.middle, window.length = remembered, middles, lengths
+    records = [np.zeros(size, kind).view(np.recarray) for size, kind in ((3, WINDOW), ((3, 1), NODE), (1, TRIED))]
+    window, node, tried = records
+    window.middle, window.length = middles, lengths
     node.force[:, 0] = np.polynomial.Polynomial(powers)(middles)
-    run: Any = SimpleNamespace(totals=totals, window=window, node=node)
-    force = np.zeros(1)
-    predict(run, 9e-6, 2e-6, force)
-    assert force[0] == pytest.approx(np.polynomial.Polynomial(powers)(1e-5), rel=1e-12)
+    predict(node, window, remembered, 1e-5, 2e-6, tried)
+    assert tried.force[0] == pytest.approx(np.polynomial.Polynomial(powers)(1e-5), rel=1e-12)
 
 
 def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.MonkeyPatch) -> None:

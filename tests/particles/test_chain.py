@@ -201,8 +201,10 @@ def test_the_share_of_a_spring_behind_hertz_is_exact(softness: float, approach: 
 def test_bodies_ahead_of_the_wave_are_left_out_only_where_nothing_moves_them(surface: float) -> None:
     """Neither by the wave nor by a surface that comes back, which presses the last bead before the wave is there."""
     fast, full = (hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C)) for _ in range(2))
-    assert fast.model.quiet.all()
-    full.__dict__["model"] = full.model._replace(quiet=np.array([False]))
+    assert fast.model.ends["quiet"].all()
+    ends = full.model.ends.copy()
+    ends["quiet"] = False
+    full.__dict__["model"] = full.model._replace(ends=ends)
     state, other = fast.start(), full.start()
     for k in range(8):
         motion = k * surface, (k + 1) * surface

@@ -12,8 +12,9 @@ from scipy.integrate import quad
 from test_losses import PASS_LOSSES
 
 import hertzlink as hl
+from particles.joined import pace_of
 from particles.kernels import drives, laws, losses
-from particles.kernels.motion import Verlet, advance, reach
+from particles.kernels.motion import MOVED, TRIED, Verlet, advance
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 
@@ -310,7 +311,7 @@ def test_a_piece_that_numba_cannot_compile_is_named() -> None:
 def test_the_pass_over_the_beads_has_vector_instructions() -> None:
     chain = hl.stepping.MovingChain(hl.Chain([STEEL] * 8, STEEL, 0.4), WALL.surface)
     state, work = chain.start(), chain.work_space()
-    types = [typeof(one) for one in (0, state.position, state.velocity, work, 0.0, 1e-6, 3, 0.0, 0.0, False)]
+    types = [typeof(one) for one in (0, state.position, state.velocity, work, 0.0, 1e-6, 3, 0.0, 0.0, 0, False)]
     kernel = njit(Verlet.move)
     kernel.compile((typeof(Verlet()), typeof(chain.model), *types))
     assert "sqrtpd" in "".join(kernel.inspect_asm().values())
@@ -326,22 +327,22 @@ def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     row = hl.Chain([bead] * 8, bead, 0.4, dissipation=PASS_LOSSES[loss])
     chain = hl.stepping.MovingChain(row, hl.Surface(hl.STEEL_316))
+    chain.__dict__["model"] = chain.model._replace(ends=chain.model.ends.view(np.recarray))
     places, speeds, window = gap * np.arange(9.0) - 8.0 * min(gap, 0.0), np.linspace(0.3, slowest, 9), 4e-6
     speeds = -speeds if slowest > 0.0 else speeds
     places[6:] = places[6] - 4e-6 * np.arange(3.0)
 
-    def moved(wall: float, again: bool, y: Vector, v: Vector, work: Vector) -> tuple[Vector, Vector, Vector]:
-        found, surface = np.zeros(3), np.array([-1e-6])
-        advance(
-            chain.model, places, speeds, y, v, work, 0.0, window, surface, np.array([wall]), np.array([steps]), again,
-            found[:1], found[1:2], found[2:],
-        )  # fmt: skip
-        return y, v, found
+    pace = pace_of(chain.model, [steps], 9)
+    assert pace["reached"] == 9 - steps - (loss != "none")
+
+    def moved(wall: float, again: bool, y: Vector, v: Vector, work: Vector) -> tuple[Any, ...]:
+        contact, found = np.zeros(1, TRIED).view(np.recarray), np.zeros(1, MOVED).view(np.recarray)
+        contact.start, contact.surface = -1e-6, wall
+        advance(chain.model, places, speeds, y, v, work, 0.0, window, contact, pace.view(np.recarray), found, again)
+        return y, v, contact.answer, found.lost
 
     trial = np.zeros(9), np.zeros(9), chain.work_space()
     moved(-4e-5, False, *trial)
-    first = reach(chain.model.stepper, chain.model, 0, trial[0], steps)
-    assert first == 9 - steps - (loss != "none")
     again = moved(1e-5, True, *trial)
     whole = moved(1e-5, False, np.zeros(9), np.zeros(9), chain.work_space())
     assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))

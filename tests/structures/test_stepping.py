@@ -234,7 +234,8 @@ def test_structures_of_both_kinds_move_as_alone() -> None:
     sizes = [part.response.shape[1] for part in parts]
     alone = [random.normal(size=size) for size in sizes]
     state, free = np.concatenate(alone), np.zeros(sum(sizes))
-    linear.let_go(both, state, free)
+    pending = np.zeros(3, [("pending", float)]).view(np.recarray)
+    linear.follow(both, pending, state, free)
     for k, part in enumerate(parts):
         energies = linear.energies_of_structure(part, 0, alone[k])
         assert linear.energies_of_structure(both, k, state) == pytest.approx(energies, rel=1e-12)
@@ -243,6 +244,6 @@ def test_structures_of_both_kinds_move_as_alone() -> None:
     ends = np.split(free, np.cumsum(sizes)[:-1])
     for part, begin, end in zip(parts, alone, ends, strict=True):
         expected = np.zeros(begin.size)
-        linear.let_go(part, begin, expected)
+        linear.follow(part, pending[:1], begin, expected)
         linear.push(part, 0, 3.0, expected)
         assert end == pytest.approx(expected, rel=1e-12, abs=1e-12 * abs(expected).max())
