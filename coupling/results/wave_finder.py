@@ -68,6 +68,9 @@ REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
 """It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
 the least two samples on either side: a cubic spline through a run's samples reads no more."""
 
+TOGETHER = 64
+"""Runs whose arrays are worked on at once: as many as the processor's cache holds."""
+
 Peak = tuple[float, float]
 Window = tuple[int, int]
 
@@ -129,7 +132,7 @@ def find_waves(time: Vector, traces: Traces, smallest: float, most: int) -> Wave
 
     time: the same for all runs, s. smallest: in units of the incident amplitude.
     """
-    found = [waves_over_bead(time, traces, run, smallest) for run in range(len(traces.wall))]
+    found = [waves_over_bead(flow, smallest) for flow in flows(time, traces)]
     places = [(run, k, one.samples[k]) for run, one in enumerate(found) for k in range(min(most, len(one.samples)))]
     amplitude, arrival = np.full((2, len(found), most), np.nan)
     if places:
@@ -139,88 +142,118 @@ def find_waves(time: Vector, traces: Traces, smallest: float, most: int) -> Wave
     return Waves(amplitude, arrival, found, traces.hops)
 
 
-def waves_over_bead(time: Vector, traces: Traces, run: int, smallest: float) -> Found:
+class Flow(NamedTuple):
+    """What flows over a bead in one run: force above the preload, N; its power, W, and the means of what flows towards
+    the structure and back; the samples at which the force and these means have peaks.
+
+    top: the greatest force, N. first, there: samples at which a wave arrives at the bead and at the structure. pushed:
+    whether the structure feels it; leaves: when that push ends, s. travel: time from the bead to the structure, s.
+    hops: contacts on that way; width: samples that one of them takes. preload: at the bead, N.
+    """
+
+    time: Vector
+    force: Vector
+    power: Vector
+    towards: Vector
+    back: Vector
+    peaks: NDArray[np.intp]
+    peaks_towards: NDArray[np.intp]
+    peaks_back: NDArray[np.intp]
+    top: float
+    first: int
+    there: int
+    pushed: bool
+    leaves: float
+    travel: float
+    hops: int
+    width: int
+    preload: float
+
+
+def flows(time: Vector, traces: Traces) -> Iterator[Flow]:
+    """Yield what flows over a bead in each run."""
+    for start in range(0, len(traces.wall), TOGETHER):
+        runs = slice(start, start + TOGETHER)
+        above, below, wall, velocity, preload = (part[runs] for part in traces[:5])
+        hops = traces.hops[runs]
+        force = 0.5 * (above + below)
+        top, push = force.max(axis=1, initial=0.0), wall.max(axis=1, initial=0.0)
+        pushed = push > FIRST_WAVE**2 * top
+        there = np.where(pushed, (wall > FRONT * push[:, None]).argmax(axis=1), time.size - 1)
+        before = np.array([row[: stop + 1].max() for row, stop in zip(force, there, strict=True)])
+        first = (force > FRONT * before[:, None]).argmax(axis=1)
+        # Before the wave has reached the structure its speed so far tells when it will.
+        travel = np.where(pushed, time[there] - time[first], time[first] * hops / traces.sensor)
+        width = np.maximum(1, np.rint(travel / np.maximum(hops, 1) / (time[1] - time[0])).astype(int))
+        power = force * velocity
+        towards, back = averaged(np.maximum(power, 0.0), width), averaged(np.maximum(-power, 0.0), width)
+        ended = (wall <= FIRST_WAVE**2 * push[:, None]) & (np.arange(time.size) >= there[:, None])
+        leaves = time[np.where(ended.any(axis=1), ended.argmax(axis=1), -1)]
+        numbers = (top, first, there, pushed, leaves, travel, hops, width, preload)
+        rows = zip(force, power, towards, back, tops(force), tops(towards), tops(back), strict=True)
+        for row, *own in zip(rows, *(number.tolist() for number in numbers), strict=True):
+            yield Flow(time, *row, *own)
+
+
+def waves_over_bead(flow: Flow, smallest: float) -> Found:
     """Return the incident wave over a bead in one run, and those that come back from the structure."""
-    force, wall = 0.5 * (traces.above[run] + traces.below[run]), traces.wall[run]
-    top, push, hops = float(force.max(initial=0.0)), float(wall.max(initial=0.0)), int(traces.hops[run])
-    if not top > 0.0:
+    force, towards, back, there, width = flow.force, flow.towards, flow.back, flow.there, flow.width
+    if not flow.top > 0.0:
         return Found([], [])
-    pushed = push > FIRST_WAVE**2 * top
-    there = int((wall > FRONT * push).argmax()) if pushed else force.size - 1
-    first = int((force > FRONT * force[: there + 1].max()).argmax())
-    # Before the wave has reached the structure its speed so far tells when it will.
-    travel = float(time[there] - time[first] if pushed else time[first] * hops / traces.sensor)
-    width = max(1, round(travel / hops / (time[1] - time[0])))
-    power = force * traces.velocity[run]
-    towards, back = averaged(np.maximum([power, -power], 0.0), width)
-    begin, end = next(pulses(towards, FIRST_WAVE * float(towards[: there + 1].max())), (0, 0))
+    greatest = float(towards[: there + 1].max())
+    begin, end = next(pulses(towards, flow.peaks_towards, FIRST_WAVE * greatest), (0, 0))
     # It is over at the bead soon after the structure has felt it.
     end = min(end, there + width)
     # Heavier beads ahead may turn back a part before all has passed: from there on the force is not its own.
-    own = begin + tops(force[begin:], 0.0)
-    own = own[towards[own] > back[own]]
+    own = flow.peaks[flow.peaks > begin]
+    own = own[(force[own] >= 0.0) & (towards[own] > back[own])]
     if own.size:
         near = slice(own[0], max(end, own[0]) + width)
         turned = back[near] > towards[near]
         own = own[own < (near.start + turned.argmax() if turned.any() else near.stop)]
     incident = int(own[force[own].argmax()]) if own.size and begin < there else 0
-    if not (pushed and travel > 0.0 and force[incident] >= FIRST_WAVE * top):
-        return Found([incident] if 0 < incident < force.size - 1 else [], [""], travel)
-    passed = power[: end + 1].clip(0.0).cumsum()
-    lasts = float(np.ptp(time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]))
-    coming = Coming(time, force, back, incident, there, travel, travel / hops, lasts, float(traces.preload[run]))
-    greatest = float(towards[: there + 1].max())
-    waves, notes, cut = waves_that_return(coming, (begin, end), smallest, greatest)
+    if not (flow.pushed and flow.travel > 0.0 and force[incident] >= FIRST_WAVE * flow.top):
+        return Found([incident] if 0 < incident < force.size - 1 else [], [""], flow.travel)
+    waves, notes, cut = waves_that_return(flow, incident, (begin, end), smallest, greatest)
     # Nearer to the structure each incident wave meets its own reflection.
-    if len(waves) > 1 and hops > WAVE_LENGTH and towards[first : there + hops * width // 2].min() > TAIL * greatest:
+    halfway = there + flow.hops * width // 2
+    if len(waves) > 1 and flow.hops > WAVE_LENGTH and towards[flow.first : halfway].min() > TAIL * greatest:
         notes[1] = (
             "is met by a push that goes on: forces add up, and AR is no ratio of two waves; push for a shorter time or "
             "take a bead farther from the structure"
         )
-    ended = wall[there:] <= FIRST_WAVE**2 * push
-    return Found(waves, notes, travel, float(time[there + ended.argmax() if ended.any() else -1]), cut)
-
-
-class Coming(NamedTuple):
-    """What tells the waves that come back over a bead: force, N, and power away from the structure, W, over time; the
-    samples at which the incident wave has its peak at the bead and arrives at the structure; its time from the bead to
-    the structure, that from bead to bead, and its duration, s; the preload, N."""
-
-    time: Vector
-    force: Vector
-    power: Vector
-    incident: int
-    there: int
-    travel: float
-    hop: float
-    lasts: float
-    preload: float
+    return Found(waves, notes, flow.travel, flow.leaves, cut)
 
 
 def waves_that_return(
-    coming: Coming, window: Window, smallest: float, greatest: float
+    flow: Flow, incident: int, window: Window, smallest: float, greatest: float
 ) -> tuple[list[int], list[str], bool]:
     """Return the samples and notes of the incident wave and of those that come back, and whether the record ends within
-    one. window: of the incident wave; greatest: its power, W."""
-    time, force, power, incident, there, *_ = coming
+    one. incident, window, greatest: where the incident wave has its peak, begins and ends, and its power, W."""
+    time, force, power, there = flow.time, flow.force, flow.back, flow.there
+    passed = flow.power[: window[1] + 1].clip(0.0).cumsum()
+    start, stop = time[passed.searchsorted([0.05 * passed[-1], 0.95 * passed[-1]])]
+    lasts = float(stop - start)
     amplitude, samples, windows, notes = float(force[incident]), [incident], [window], [""]
     last, cut = -np.inf, False
     least = smallest * amplitude
+    peaks = flow.peaks[force[flow.peaks] >= least]
     # The record may end before or soon after a peak.
-    peaks = scipy.signal.find_peaks(np.append(force, force.min()), height=least, prominence=least)[0]
+    if force[-1] > force[-2] and force[-1] >= least:
+        peaks = np.append(peaks, force.size - 1)
     # The power of a wave grows as the force times the velocity, which is as F^(5/6).
-    for begin, end in pulses(power, smallest ** (11.0 / 6.0) * greatest):
+    for begin, end in pulses(power, flow.peaks_back, smallest ** (11.0 / 6.0) * greatest):
         if end <= incident + 2:
             continue
         begin = max(begin, incident + 1)
-        own = peaks[(begin <= peaks) & (peaks <= end)]
-        if not own.size:
+        own = [peak for peak in peaks[(begin <= peaks) & (peaks <= end)].tolist() if prominence(force, peak) >= least]
+        if not own:
             continue
-        sample, highest = int(own[force[own].argmax()]), begin + int(power[begin : end + 1].argmax())
+        sample, highest = max(own, key=force.__getitem__), begin + int(power[begin : end + 1].argmax())
         part = float(force[sample]) / amplitude
-        weaker = (coming.preload + part * amplitude) / (coming.preload + amplitude)
+        weaker = (flow.preload + part * amplitude) / (flow.preload + amplitude)
         arrives = begin + int((power[begin : highest + 1] > FRONT * power[highest]).argmax())
-        relative = float(time[arrives] - time[there] + coming.hop) / (coming.travel * weaker ** (-1.0 / 6.0))
+        relative = float(time[arrives] - time[there] + flow.travel / flow.hops) / (flow.travel * weaker ** (-1.0 / 6.0))
         ends_open = end == force.size - 1 and bool(power[-1] > FIRST_WAVE * power[highest])
         # What follows the primary wave may have run in its wake, faster than by its own strength.
         if len(samples) == 1 and relative < EARLIEST:
@@ -229,11 +262,11 @@ def waves_that_return(
                     f"what returns at {1e6 * time[sample]:.4g} µs, AR = {part:.2g}, is hardly too early for it{ANOTHER}"
                 )
             continue
-        cut = cut or bool(own[-1] == force.size - 1)
+        cut = cut or own[-1] == force.size - 1
         if sample == force.size - 1:
             continue
         part = max(part, float(force[samples[-1]]) / amplitude)
-        if len(samples) > 1 and time[sample] - last < coming.lasts * part ** (-1.0 / 6.0):
+        if len(samples) > 1 and time[sample] - last < lasts * part ** (-1.0 / 6.0):
             # Beads that rattle, or have drifted apart, pass one wave on as several pushes; the greatest one counts.
             samples[-1] = max(samples[-1], sample, key=force.__getitem__)
             windows[-1] = windows[-1][0], end
@@ -244,26 +277,39 @@ def waves_that_return(
             windows.append((begin, end))
         last = float(time[sample])
     for place, (begin, end) in enumerate(windows):
-        peaks = time[begin + tops(force[begin : end + 1], (1.0 - DOUBTFUL) * force[samples[place]])]
-        if peaks.size > 1:
-            notes[place] = f"has peaks of nearly the same height, {1e6 * float(np.ptp(peaks)):.3g} µs apart{ANOTHER}"
+        inside = flow.peaks[(begin < flow.peaks) & (flow.peaks < end)]
+        high = time[inside[force[inside] >= (1.0 - DOUBTFUL) * force[samples[place]]]]
+        if high.size > 1:
+            notes[place] = (
+                f"has peaks of nearly the same height, {1e6 * float(high[-1] - high[0]):.3g} µs apart{ANOTHER}"
+            )
     return samples, notes, cut
 
 
-def averaged(values: Vector, width: int) -> Vector:
-    """Return the means of traces over `width` samples about each one; the traces are zero beyond their ends."""
-    return values if width < 2 else np.asarray(scipy.ndimage.uniform_filter1d(values, width, mode="constant"))
+def averaged(values: Vector, width: NDArray[np.int64]) -> Vector:
+    """Return the means of traces, runs × times, over `width` samples about each; they are zero beyond their ends."""
+    for one in np.unique(width[width > 1]):
+        values[width == one] = scipy.ndimage.uniform_filter1d(values[width == one], one, axis=1, mode="constant")
+    return values
 
 
-def tops(values: Vector, least: float) -> NDArray[np.intp]:
-    """Return the samples of the local maxima that are at least `least`."""
-    inner = values[1:-1]
-    return 1 + np.flatnonzero((inner > values[:-2]) & (inner >= values[2:]) & (inner >= least))
+def tops(values: Vector) -> list[NDArray[np.intp]]:
+    """Return the samples of the local maxima of each trace."""
+    inner = values[:, 1:-1]
+    return [1 + np.flatnonzero(row) for row in (inner > values[:, :-2]) & (inner >= values[:, 2:])]
 
 
-def pulses(power: Vector, least: float) -> Iterator[Window]:
+def prominence(force: Vector, peak: int) -> float:
+    """Return by how much a force falls on both sides of a peak before it exceeds it. After the record it has fallen."""
+    before, after = force[peak::-1], force[peak:]
+    left, right = int((before > force[peak]).argmax()), int((after > force[peak]).argmax())
+    lowest = (before[:left] if left else before).min()
+    return float(force[peak] - (max(lowest, after[:right].min()) if right else lowest))
+
+
+def pulses(power: Vector, peaks: NDArray[np.intp], least: float) -> Iterator[Window]:
     """Yield where the pulses of a power begin and end, those whose peak is at least `least`, down to TAIL of it."""
-    peaks, before, k = tops(power, least), 0, 0
+    peaks, before, k = peaks[power[peaks] >= least], 0, 0
     while k < peaks.size:
         first = top = last = int(peaks[k])
         k += 1
@@ -276,8 +322,9 @@ def pulses(power: Vector, least: float) -> Iterator[Window]:
         after = int(peaks[k]) if k < peaks.size else power.size - 1
         ahead, behind = power[before : first + 1], power[last : after + 1]
         quiet, over = ahead[::-1] < TAIL * power[top], behind < TAIL * power[top]
-        begin = first - int(quiet.argmax()) if quiet.any() else before + int(ahead.argmin())
-        yield begin, last + int(over.argmax() if over.any() else behind.argmin())
+        rise, fall = int(quiet.argmax()), int(over.argmax())
+        begin = first - rise if quiet[rise] else before + int(ahead.argmin())
+        yield begin, last + (fall if over[fall] else int(behind.argmin()))
         before = last
 
 
