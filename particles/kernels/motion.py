@@ -16,16 +16,13 @@ from particles.kernels.drives import (
 from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, with_memory
 from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
+from structures.kernels.arrays import NOT_NEGATIVE
 from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
 WORK_ROWS = 9
 """Rows of work space, each as long as the coordinates."""
-
-NOT_NEGATIVE = 0x7FFF_FFFF
-"""A mask of an index. It says to the compiler that no index counts from the end of an array: else the pass over the
-bodies would have no vector instructions, and take three times as long."""
 
 
 ENDS = np.dtype(
@@ -311,17 +308,17 @@ def contact_forces(
                     forces[j] = outer_forces(chains.drive, c, y[striker], t)[2]
 
 
-@inner()
+@inner(fastmath={"contract", "reassoc"})
 def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
     """Return of chain c the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
     striker, last, law, forces = chains.ends[c].striker, chains.ends[c].last, with_memory(chains.law, y), work[0]
     for i in range(striker, last + 1):
         forces[i] = 0.0
     kinetic, potential = energies_between(chains.vibrations, chains, law, c, y, v, wall, forces, work[1:])
-    for i in range(striker, last + 1):
-        if chains.inverse_mass[i] > 0.0:
-            kinetic += 0.5 * v[i] * v[i] / chains.inverse_mass[i]
-            potential -= chains.gravity[i] * y[i] / chains.inverse_mass[i]
+    for i in range(striker & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+        mass = 1.0 / chains.inverse_mass[i] if chains.inverse_mass[i] > 0.0 else 0.0
+        kinetic += 0.5 * mass * v[i] * v[i]
+        potential -= mass * chains.gravity[i] * y[i]
     return kinetic, potential + energy_of_loads(chains.drive, c, y[striker], y[striker + 1])
 
 

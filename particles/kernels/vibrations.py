@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from particles.kernels.laws import energy, force, overlap_on_spring, slope, with_memory
 from particles.kernels.losses import drag, force_and_loss, force_of, overlap_at, with_loss
+from structures.kernels.arrays import NOT_NEGATIVE
 from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -49,7 +50,7 @@ def accelerate_modes(vibrations: Any, chains: Any, c: int, y: Vector, v: Vector,
     return 0.0
 
 
-@partial(by_type, small=False)
+@partial(by_type, small=False, fastmath={"contract", "reassoc"})
 def energies_between(
     vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
 ) -> tuple[float, float]:
@@ -92,13 +93,16 @@ class Rigid(NamedTuple):
     def energies_between(
         vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
     ) -> tuple[float, float]:
-        last, potential = chains.ends[c].last, 0.0
-        for i in range(chains.ends[c].striker, last + 1):
-            overlap, flexibility, push = y[i] - (y[i + 1] if i < last else wall), chains.spring[i], 0.0
+        striker, last, potential = chains.ends[c].striker, chains.ends[c].last, 0.0
+        for i in range((striker + 1) & NOT_NEGATIVE, last & NOT_NEGATIVE):
+            potential += energy(law, i, y[i] - y[i + 1])
+        for i in (striker, last):
+            overlap, flexibility = y[i] - (y[i + 1] if i < last else wall), chains.spring[i]
             if flexibility != 0.0:
                 overlap = overlap_on_spring(law, i, overlap, flexibility)
                 push = force(law, i, overlap)
-            potential += energy(law, i, overlap) + 0.5 * flexibility * push * push
+                potential += 0.5 * flexibility * push * push
+            potential += energy(law, i, overlap)
         return 0.0, potential
 
 

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernels.arrays import dot
+from structures.kernels.arrays import dot, weighted
 from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -106,11 +106,9 @@ class Oscillators(NamedTuple):
 
     @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-        kinetic, elastic, n = 0.0, 0.0, structure.squares.size
-        for i in range(structure.begin[s], structure.begin[s + 1]):
-            kinetic += 0.5 * state[n + i] * state[n + i]
-            elastic += 0.5 * structure.squares[i] * state[i] * state[i]
-        return kinetic, elastic
+        n, first, last = structure.squares.size, structure.begin[s], structure.begin[s + 1]
+        speed = state[n + first : n + last]
+        return 0.5 * dot(speed, speed), 0.5 * weighted(structure.squares[first:last], state[first:last])
 
 
 class Coupled(NamedTuple):

@@ -16,7 +16,7 @@ from structures.kernels.compiling import OPTIONS
 Function = Callable[..., Any]
 
 
-def by_type(function: Function, small: bool = True) -> Function:
+def by_type(function: Function, small: bool = True, **options: Any) -> Function:
     """Return a function that is chosen by the class of its first argument; as a decorator.
 
     Parameters
@@ -26,6 +26,8 @@ def by_type(function: Function, small: bool = True) -> Function:
         every class must.
     small : bool
         Whether it becomes a part of its callers, which costs nothing at each call and longer to compile.
+    **options
+        Of Numba's compiler.
 
     Returns
     -------
@@ -69,7 +71,7 @@ def by_type(function: Function, small: bool = True) -> Function:
 
     choose.__signature__ = parameters  # type: ignore[attr-defined]
     # Not strict: annotations of a user's functions need not be ours.
-    overload(call, OPTIONS | {"forceinline": small}, strict=False)(choose)
+    overload(call, OPTIONS | {"forceinline": small, **options}, strict=False)(choose)
     return call
 
 
