@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import xarray as xr
 
 from coupling.black_box import Condensed, Scheme
+from coupling.engine import Work, is_compiled
 from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
@@ -15,7 +16,6 @@ from coupling.recording.frames import Frames, kept_at
 from coupling.results.findings import warn
 from coupling.results.provenance import folded
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
-from coupling.run_loop import Work, is_compiled
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed

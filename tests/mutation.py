@@ -50,8 +50,7 @@ SOURCES = {
     "coupling": (
         "coupling/black_box.py",
         "coupling/interface.py",
-        "coupling/compiled_run.py",
-        "coupling/run_loop.py",
+        "coupling/engine.py",
         "coupling/results/*.py",
     ),
     "plates": ("plates/**/*.py",),

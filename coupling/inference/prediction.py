@@ -9,13 +9,13 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from coupling.cosimulation import CoSimulation
+from coupling.engine import is_compiled
 from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import kind
 from coupling.results.signals import as_signal
 from coupling.results.waves import ReflectedWave
-from coupling.run_loop import is_compiled
 from coupling.sweeps.batch import records
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import built_at, check_build

@@ -7,11 +7,11 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.engine import is_compiled
 from coupling.inference.differences import OF_RUNS, Build, Derivative, differences, jumps
 from coupling.plan import Adaptive
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
-from coupling.run_loop import is_compiled
 from coupling.sweeps.batch import Measure
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import collected

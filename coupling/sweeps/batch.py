@@ -13,15 +13,14 @@ import numpy as np
 import xarray as xr
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from coupling.compiled_run import StructureWindows
 from coupling.cosimulation import CoSimulation
+from coupling.engine import StructureWindows, Work, is_compiled
 from coupling.plan import Adaptive, Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
-from coupling.run_loop import Work, is_compiled
 from coupling.sweeps.processes import ENVIRONMENT_ERRORS, in_parallel
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.engine import Work
 from coupling.recording.frames import Frames, kept_at
 from coupling.run_checks import checked
-from coupling.run_loop import Work
 from particles.dissipation import Dissipation
 from structures.caution import collected
 
@@ -152,7 +152,7 @@ def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch
     def failing(work: object) -> None:
         raise FloatingPointError("no")
 
-    monkeypatch.setattr("coupling.run_loop.Work.do", failing)
+    monkeypatch.setattr("coupling.engine.Work.do", failing)
     with pytest.raises(RuntimeError, match="all 2 runs failed; the first with FloatingPointError: no"):
         hl.batch(tap, 1e-4, save_every=1e-6, speed=[0.3, 0.4])
 

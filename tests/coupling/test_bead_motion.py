@@ -163,7 +163,7 @@ def test_ends_need_to_be_told() -> None:
 @pytest.fixture
 def by_window(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs go window by window: the compiled loop, for chains of which there is one test, compiles for 7 s to 9 s."""
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
 
 
 @pytest.mark.thorough

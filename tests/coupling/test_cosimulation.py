@@ -80,7 +80,7 @@ def test_compiled_loop_equals_the_loop_in_python(monkeypatch: pytest.MonkeyPatch
     """The same reduced plate, once through the compiled loop and once window by window."""
     simulation = hl.CoSimulation(CHAIN, hl.reduce(PLATE, until=6e-4))
     compiled = simulation.run(until=6e-4)
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     check_same(compiled, simulation.run(until=6e-4), 1e-9)
 
 
@@ -132,7 +132,7 @@ def test_any_number_of_chains_goes_through_the_compiled_loop(name: str, monkeypa
     chain, structure, *behind = IN_MODES[name]
     simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None)
     compiled = simulation.run(until=2e-4)
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     monkeypatch.setattr(loop, "run_windows", None)
     other = simulation.run(until=2e-4)
     assert set(compiled.data_vars) == set(other.data_vars)
@@ -209,7 +209,7 @@ def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.Monk
     real, failed = loop.run_windows, list[int]()
     simulation = hl.CoSimulation(SHORT[0], LAYERED)
     expected = simulation.run(1e-4)
-    monkeypatch.setattr("coupling.compiled_run.MOST_TRIALS", 2)
+    monkeypatch.setattr("coupling.engine.MOST_TRIALS", 2)
     monkeypatch.setattr(loop, "run_windows", watched)
     check_same(expected, simulation.run(1e-4), 1e-5)
     assert failed
@@ -235,7 +235,7 @@ def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str, monk
     assert simulation.structure.compact
     assert not simulation.structure.structure.is_modal
     compiled = simulation.run(until=6e-4)
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     other = simulation.run(until=6e-4)
     check_same(compiled, other, 1e-10)
     scale = float(compiled.impact_energy)

@@ -152,7 +152,7 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
 
 
 def test_batches_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.run_loop.Work.do", None)
+    monkeypatch.setattr("coupling.engine.Work.do", None)
     with (
         pytest.warns(hl.HertzlinkWarning, match="you mean until = 0.0015") as caught,
         pytest.raises((TypeError, RuntimeError), match="not callable"),
@@ -374,7 +374,7 @@ def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.Monk
     """Between the calls Ctrl-C ends a run."""
     whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
     calls, real = [], loop.run_windows
-    monkeypatch.setattr("coupling.run_loop.UNBROKEN", 1e4)
+    monkeypatch.setattr("coupling.engine.UNBROKEN", 1e4)
     monkeypatch.setattr(loop, "run_windows", lambda *given: calls.append(given) or real(*given))
     assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
     assert len(calls) > 5

@@ -218,7 +218,7 @@ def chain_windows(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def test_condensed_takes_one_structural_solve_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     one, two = Counted(STRUCTURES["rod"]), Counted(CASES["two chains"]().structures[0])
     run = hl.CoSimulation(chain(), one).run(4e-4)
     assert one.solves == run.windows.sum() == 2 * (run.sizes["time"] - 1)
@@ -246,7 +246,7 @@ def test_the_compiled_loop_does_what_the_scheme_does(case: str, monkeypatch: pyt
     window = {"window": 8e-6} if case == "light" else {}
     simulation = hl.CoSimulation(chains, structure, **window)
     one = simulation.run(3e-4)
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     other = simulation.run(3e-4)
     assert np.array_equal(one.windows.values, other.windows.values)
     for quantity in ("contact_force", "velocity", "surface_displacement", "interface_work"):
@@ -259,7 +259,7 @@ def test_the_compiled_loop_does_what_the_scheme_does(case: str, monkeypatch: pyt
 def test_evaluations_are_the_chain_windows_tried(
     name: str, chain_windows: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     one = Counted(STRUCTURES["rod"])
     run = hl.CoSimulation(SHORT_CHAIN, one, SCHEMES[name], window=2e-5).run(1.6e-4)
     assert run.evaluations.sum() == chain_windows[0] == one.solves
@@ -269,7 +269,7 @@ def test_evaluations_are_the_chain_windows_tried(
 
 @pytest.mark.thorough
 def test_evaluations_count_windows_in_vain(chain_windows: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     run = hl.CoSimulation(SHORT_CHAIN, light().structures[0], hl.Aitken(largest_count=5), 8e-6).run(1.6e-4)
     assert run.evaluations.sum() == chain_windows[0] > 5 * run.sizes["time"]
 

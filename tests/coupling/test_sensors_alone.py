@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.engine import Work
 from coupling.recording.frames import Frames, kept_at, motion_of
-from coupling.run_loop import Work
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]

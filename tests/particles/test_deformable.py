@@ -221,7 +221,7 @@ def test_vibration_left_behind_is_small() -> None:
 def test_chains_of_both_kinds_share_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """Window by window; tests/coupling/test_cosimulation.py compares the compiled loop with that, which takes 20 s to
     compile for such chains."""
-    monkeypatch.setattr("coupling.run_loop.is_compiled", lambda *_: False)
+    monkeypatch.setattr("coupling.engine.is_compiled", lambda *_: False)
     plate = hl.kirchhoff_plate(0.1, 0.1, 5e-3, STEEL, hl.Supports("clamped", "clamped", "clamped", "clamped"))
     chains = [hl.Chain([BEAD] * 4, BEAD, 0.5), deformable(5, 3)]
     run = hl.CoSimulation(chains, plate.at([0.03, 0.07], [0.05, 0.05])).run(until=1e-5)

@@ -1,20 +1,23 @@
-"""The compiled window loop of a run: its pieces, its state, and windows that fail or are too long."""
+"""What does a run: the compiled loop, with windows that fail or are too long; the loop in Python for all else."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import NumbaError
 
-from coupling.black_box import MOST_HALVINGS, MOST_TRIALS, STILL, Condensed, NotConverged
+from coupling.black_box import MOST_HALVINGS, MOST_TRIALS, STILL, Condensed, NotConverged, Scheme, run_windows
 from coupling.interface import Interface, check_finite
 from coupling.kernels import loop
 from coupling.kernels.adaptive import GROWS_BELOW, Adaptation, adapt, bend_of_last
 from coupling.kernels.newton import Contacts
 from coupling.kernels.records import CONTACT, NODE, REMEMBERED, TOTALS, WINDOW, Run, Search, Trial
-from coupling.plan import Plan
+from coupling.plan import Adaptive, Plan
+from coupling.recording.frames import Frames
 from particles.joined import pace_of
 from particles.kernels.motion import MOVED, TRIED, WORK_ROWS
 from structures.kernels.linear import joined
+from structures.kernels.pieces import check_compiled
 from structures.structure import Vector
 
 FINEST = 1024
@@ -22,6 +25,10 @@ FINEST = 1024
 
 TAKEN_AS_ONE = 1.0 + 1e-9
 """Windows whose ratio is below this number are equal."""
+
+UNBROKEN = 3e7
+"""Steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second, as each window is
+tried a few times."""
 
 MOST_WINDOWS = 64
 """Windows of structures that are kept at a time."""
@@ -214,3 +221,50 @@ def error_of(run: Run, interface: Interface) -> float:
     """Return the distance of a parabola from the straight motion of the last window, in greatest approaches."""
     moved: float = bend_of_last(run.node, run.window, run.totals, interface.static)
     return moved / interface.indentation_scale
+
+
+class Work(NamedTuple):
+    """A run to do: its two sides, scheme and plan, what records it, and windows known already."""
+
+    interface: Interface
+    scheme: Scheme
+    window: float | Adaptive | None
+    plan: Plan
+    frames: Frames
+    known: StructureWindows | None = None
+
+    def do(self) -> None:
+        """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
+        try:
+            if is_compiled(self.interface, self.scheme):
+                run_compiled(self)
+            else:
+                run_windows(self.interface, self.scheme, self.frames, self.plan.length, self.plan.stride)
+        except NumbaError:
+            check_compiled(self.interface.model.law, ("force", "slope", "energy"), 1)
+            check_compiled(self.interface.model.loss, ("with_loss",), 4)
+            raise
+
+
+def is_compiled(interface: Interface, scheme: Scheme) -> bool:
+    """Return whether the compiled loop can run them: Newton's method, on linear structures."""
+    if type(scheme) is not Condensed or interface.black_boxes:
+        return False
+    return all(structure.compact for structure in interface.structures)
+
+
+def run_compiled(work: Work) -> None:
+    """Run all windows in compiled code, for linear structures."""
+    interface, scheme, window, plan, frames, known = work
+    assert isinstance(scheme, Condensed)
+    tolerance = window.tolerance if isinstance(window, Adaptive) else None
+    engine = Engine(interface, scheme, plan, frames.saved, tolerance, known)
+    run, row, end = engine.start(), 0, plan.rows - 1
+    effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
+    rows = max(1, int(min(UNBROKEN / effort, plan.total)) // plan.stride)
+    while row < end:
+        last = min(row + rows, end)
+        move = engine.advance if engine.adaptive is None else engine.adapt
+        move(run, row * engine.stride, last * engine.stride)
+        row = last
+    frames.count_damping(interface)
