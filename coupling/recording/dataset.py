@@ -59,6 +59,8 @@ def dataset(
         along = many[0] if size == 1 else np.stack(_filled([one[None] for one in many], 0), axis=1)[0]
         run.variables[name].data = along[..., places]
     run.variables["impact_energy"].data = energies[0] if size == 1 else np.array(energies)
+    if any(chain.yielding for chain in chains):
+        more["yielding"] = 1
     run.attrs = provenance(inputs) | as_attribute(findings) | more
     return run
 

@@ -346,7 +346,8 @@ def traces_of(reading: Reading, sensor: int, name: str = "sensor") -> tuple[Trac
     preload = 0.5 * (static[:, place] + static[:, place + 1])
     hops = contacts[last] - number
     template = data.contact_force.isel(time=0, contact=0).reset_coords(drop=True).transpose(*axes) if axes else None
-    return Traces(above, below, wall, velocity, preload, number, hops), template
+    yields = bool(data.attrs.get("yielding", 0))
+    return Traces(above, below, wall, velocity, preload, number, hops, yields), template
 
 
 def _check_one(axes: Sequence[str]) -> None:

@@ -30,7 +30,7 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
                 cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
             where = f"{count_of(distance, 'bead')} from" if distance else "the bead at"
             caution(
-                f"sensor = {sensor}: is {where} the {end}; nearer than {WAVE_LENGTH}, "
+                f"sensor = {sensor}: is {where} the {end}; within {WAVE_LENGTH} beads of it, "
                 f"the length of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
             )
 

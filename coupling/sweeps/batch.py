@@ -508,9 +508,9 @@ class _Rows:
         }
         family, selection, interval = self.part.family, self.part.kept, self.part.interval
         coordinates |= {name: ("run", axis_labels(values)) for name, values in family.parameters.items()}
-        return forces_of_runs(selection, interval, self.force, self.velocity, coordinates).assign_attrs(
-            beads=family.beads
-        )
+        first = next(iter(family.known.values()))
+        data = forces_of_runs(selection, interval, self.force, self.velocity, coordinates)
+        return data.assign_attrs(beads=family.beads, **({"yielding": 1} if first.chain.yielding else {}))
 
 
 def forces_of_runs(

@@ -112,6 +112,18 @@ def test_what_heavier_beads_turn_back_is_not_the_incident_wave() -> None:
     assert (np.diff(arrivals) > 0.0).all()
 
 
+def test_dents_let_the_reflected_wave_run_faster() -> None:
+    """Where contacts yield, the first pulse that comes back is the reflected wave, also where it is early."""
+    brass = hl.Sphere(4.76e-3, hl.BRASS_360)
+    chain = hl.Chain([brass] * 18, brass, 0.3, law=hl.laws.JacksonGreen())
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(1.1e-3)
+    waves = [hl.reflections(run, sensor).primary for sensor in range(6, 12)]
+    assert (np.diff([one.time_of_flight for one in waves]) < 0.0).all()
+    assert (np.diff([one.amplitude_ratio for one in waves]) > 0.0).all()
+    many = hl.batch([chain], 1.1e-3, hl.half_space(hl.STEEL_440C), sensors=[6])
+    assert hl.amplitude_ratio(many, 6)[0] == pytest.approx(waves[0].amplitude_ratio, rel=1e-3)
+
+
 DRIVES: dict[str, hl.PushedBead | hl.Piston] = {
     "step": hl.PushedBead([0.0, 20e-6], [0.0, 50.0]),
     "piston": hl.Piston([0.0, 1e-3], [0.0, 1e-4]),
