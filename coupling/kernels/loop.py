@@ -74,7 +74,7 @@ run_windows = entry(move_on)
 """`move_on` for Python. A kernel around it would take as long to compile as the loop: Numba unpacks each array."""
 
 
-@inner()
+@inner(forceinline=True)
 def settle(structure: Any, body: Vector, contact: Records, state: Vector) -> None:
     """Put the state of the structures into the run, with the response to forces that are pending."""
     for i in range(state.size):
@@ -96,7 +96,7 @@ def finite(y: Vector, v: Vector, contact: Records) -> bool:
     return total == 0.0
 
 
-@inner()
+@inner(forceinline=True)
 def keep_ledger(
     kept: Records, node: Records, windows: Records, totals: Records, contact: Records, time: float, window: float,
     residual: float,

@@ -24,7 +24,7 @@ class Contacts(NamedTuple):
     """Whether no surface moves."""
 
 
-@inner()
+@inner(forceinline=True)
 def predict(node: Records, windows: Records, count: int, at: float, window: float, contact: Records) -> None:
     """Put the parabola through the last three mean forces, or what fewer give, at the middle of a window."""
     if count == REMEMBERED and windows[0].length == window == windows[1].length == windows[2].length:
@@ -44,7 +44,7 @@ def predict(node: Records, windows: Records, count: int, at: float, window: floa
             contact[k].force += above / below * node[i, k].force
 
 
-@inner()
+@inner(forceinline=True)
 def surfaces(compliance: Vector, contact: Records) -> None:
     """Put the surfaces at the end of a window under mean forces into records TRIED: w = w_free + C F."""
     for k in range(contact.size):
@@ -54,7 +54,7 @@ def surfaces(compliance: Vector, contact: Records) -> None:
         contact[k].surface = place
 
 
-@inner()
+@inner(forceinline=True)
 def agree(contacts: Any, run: Any, chains: Any, search: Any, t: float, window: float, trial: Any) -> tuple[int, float]:
     """Find the mean forces F of a window from time t on with which the chains answer the surfaces w_free + C F.
 

@@ -51,7 +51,7 @@ class Recorder(NamedTuple):
     """Rows of records TIME_FRAME."""
 
 
-@inner()
+@inner(forceinline=True)
 def record(recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, work: Vector) -> None:
     """Put the state at time t, s, into the row of a saved time. work: of chains."""
     surface, rate, highest = recorder.surface

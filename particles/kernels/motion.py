@@ -289,7 +289,7 @@ class DampedVerlet(NamedTuple):
         return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, lost, driven
 
 
-@inner()
+@inner(forceinline=True)
 def contact_forces(
     chains: Any, y: Vector, v: Vector, t: float, surface: Vector, rate: Vector, contacts: Vector, forces: Vector,
     work: Vector,
@@ -308,7 +308,7 @@ def contact_forces(
                     forces[j] = outer_forces(chains.drive, c, y[striker], t)[2]
 
 
-@inner(fastmath={"contract", "reassoc"})
+@inner(forceinline=True, fastmath={"contract", "reassoc"})
 def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
     """Return of chain c the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
     striker, last, law, forces = chains.ends[c].striker, chains.ends[c].last, with_memory(chains.law, y), work[0]
@@ -322,7 +322,7 @@ def energies(chains: Any, c: int, y: Vector, v: Vector, wall: float, work: Vecto
     return kinetic, potential + energy_of_loads(chains.drive, c, y[striker], y[striker + 1])
 
 
-@inner()
+@inner(forceinline=True)
 def advance(
     chains: Any, y0: Vector, v0: Vector, y: Vector, v: Vector, work: Vector, t: float, window: float, contact: Any,
     pace: Any, moved: Any, again: bool,

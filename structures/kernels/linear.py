@@ -56,7 +56,7 @@ def quadratic_form(matrix: Vector, x: Vector) -> float:
     return 0.5 * total
 
 
-@inner()
+@inner(forceinline=True)
 def add(row: Vector, force: float, state: Vector) -> None:
     """Add a response to a state; what is negligible becomes zero.
 
