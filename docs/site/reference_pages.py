@@ -13,7 +13,7 @@ GROUPS = {
     "Chains, beads and losses": ("particles",),
     "Structures and materials": ("structures",),
     "Plates": ("plates",),
-    "Runs": ("coupling.cosimulation", "coupling.interface", "coupling.participant"),
+    "Runs": ("coupling.cosimulation", "coupling.interface", "coupling.participant", "coupling.plan"),
     "Coupling schemes": ("coupling.black_box",),
     "Waves, signals and measures": ("coupling.results",),
     "Sweeps and batches": ("coupling.sweeps",),
