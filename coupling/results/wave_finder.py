@@ -198,7 +198,7 @@ def flows(time: Vector, traces: Traces) -> Iterator[Flow]:
         numbers = (top, first, there, pushed, leaves, travel, hops, width, preload)
         rows = zip(force, power, towards, back, tops(force), tops(towards), tops(back), strict=True)
         for row, *own in zip(rows, *(number.tolist() for number in numbers), strict=True):
-            yield Flow(time, *row, *own, EARLIEST_OVER_DENTS if traces.yields else EARLIEST)
+            yield Flow(time, *row, *own, earliest=EARLIEST_OVER_DENTS if traces.yields else EARLIEST)
 
 
 def waves_over_bead(flow: Flow, smallest: float) -> Found:
