@@ -195,10 +195,11 @@ def flows(time: Vector, traces: Traces) -> Iterator[Flow]:
         towards, back = averaged(np.maximum(power, 0.0), width), averaged(np.maximum(-power, 0.0), width)
         ended = (wall <= FIRST_WAVE**2 * push[:, None]) & (np.arange(time.size) >= there[:, None])
         leaves = time[np.where(ended.any(axis=1), ended.argmax(axis=1), -1)]
-        numbers = (top, first, there, pushed, leaves, travel, hops, width, preload)
+        earliest = np.full(len(force), EARLIEST_OVER_DENTS if traces.yields else EARLIEST)
+        numbers = (top, first, there, pushed, leaves, travel, hops, width, preload, earliest)
         rows = zip(force, power, towards, back, tops(force), tops(towards), tops(back), strict=True)
         for row, *own in zip(rows, *(number.tolist() for number in numbers), strict=True):
-            yield Flow(time, *row, *own, earliest=EARLIEST_OVER_DENTS if traces.yields else EARLIEST)
+            yield Flow(time, *row, *own)
 
 
 def waves_over_bead(flow: Flow, smallest: float) -> Found:
