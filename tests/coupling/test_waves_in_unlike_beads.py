@@ -27,13 +27,13 @@ def brass() -> xr.Dataset:
 def force_at(run: xr.Dataset, sensor: int, begin: float, end: float) -> tuple[float, float]:
     """The greatest force at a bead within some time, N, and when, s."""
     force = hl.sensor_force(run, sensor).sel(time=slice(begin, end))
-    return float(force.max()), float(force.time[int(force.argmax())])
+    return float(force.max()), float(force.time[int(force.argmax("time"))])
 
 
 @pytest.mark.parametrize("sensor", range(6, 14))
 def test_the_wave_of_the_plate_and_not_of_the_chain(brass: xr.Dataset, sensor: int) -> None:
     """The force shows a clear wave after the push on the plate, and pulses of 2 % before."""
-    push = float(brass.time[int(brass.contact_force.isel(contact=-1).argmax())])
+    push = float(brass.time[int(brass.contact_force.isel(contact=-1).argmax("time"))])
     top, at = force_at(brass, sensor, push + 3e-5, 1.2e-3)
     incident, begins = force_at(brass, sensor, 0.0, push - 3e-5)
     primary = hl.reflections(brass, sensor).primary
