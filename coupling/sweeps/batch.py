@@ -429,7 +429,7 @@ class _Rows:
         self.force = np.full((count, part.rows, contacts), np.nan)
         self.velocity = np.full((count, part.rows, bodies), np.nan)
         self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
-        self.energy = np.full(count, np.nan)
+        self.energy, self.yields = np.full(count, np.nan), False
 
     def do(self, numbers: Sequence[int]) -> dict[int, _Done]:
         """Return how some runs ended; their errors are returned, those of the environment are raised.
@@ -491,6 +491,7 @@ class _Rows:
         with collected():  # what it returns, of all runs
             after = checked(interfaces, frames, self.part.interval)
         numbers, (contacts, bodies), chain = [run.number for run in runs], self.part.kept, interfaces[0].chains[0]
+        self.yields = self.yields or bool(chain.yielding)
         self.static[numbers] = chain.static_force[contacts]
         self.centre[numbers] = chain.once("centres", lambda: chain.chain.centres)[bodies]
         for i, interface, saved in zip(numbers, interfaces, frames, strict=True):
@@ -508,9 +509,8 @@ class _Rows:
         }
         family, selection, interval = self.part.family, self.part.kept, self.part.interval
         coordinates |= {name: ("run", axis_labels(values)) for name, values in family.parameters.items()}
-        first = next(iter(family.known.values()))
         data = forces_of_runs(selection, interval, self.force, self.velocity, coordinates)
-        return data.assign_attrs(beads=family.beads, **({"yielding": 1} if first.chain.yielding else {}))
+        return data.assign_attrs(beads=family.beads, **({"yielding": 1} if self.yields else {}))
 
 
 def forces_of_runs(
