@@ -65,14 +65,15 @@ def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
     With velocity Verlet neighbours act on each other, so a step passes on the motion of the surface by one body. All
     trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks; its
     velocity, which losses feel, acts at the first. Contacts that yield remember what a trial did to them, so that all
-    are moved again, and a drive moves the first two bodies together.
+    are moved again; so are those of a chain with a structure behind. A drive moves the first two bodies together.
     """
     pace = np.zeros(len(steps), PACE)
     pace["steps"], pace["reached"] = steps, model.ends["striker"]
     if isinstance(model.stepper, Verlet) and coordinates == model.inverse_mass.size:
         first = model.ends["last"] + 1 - pace["steps"] - (not isinstance(model.loss, NoLoss))
         least = model.ends["striker"] + (1 if isinstance(model.drive, Free) else 2)
-        pace["reached"] = np.where(first >= least, first, model.ends["striker"])
+        part = (first >= least) & (model.ends["behind"] < 0)
+        pace["reached"] = np.where(part, first, model.ends["striker"])
     return pace
 
 

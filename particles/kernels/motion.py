@@ -258,7 +258,7 @@ class DampedVerlet(NamedTuple):
             forces[i] = 0.0
         for step in range(steps + 1):
             now, weight, wall = t + step * dt, dt if 0 < step < steps else 0.5 * dt, start + step * dt * rate
-            place, before = y[striker], forces[striker]
+            place, before, bead, push_before = y[striker], forces[striker], y[striker + 1], push
             for part in range(chains.parts if step > 0 else 0):
                 begin, stop = span(chains, c, part)
                 for i in range(begin, stop):
@@ -281,10 +281,11 @@ class DampedVerlet(NamedTuple):
                     v[i] = half[i] + 0.5 * dt * a[i]
             impulse += weight * forces[last]
             impulse_behind += weight * forces[striker]
-            driven += weight * push * v[striker + 1]
-            if moves(drive, c) and step > 0:
-                # By its way, not its speed, which may jump at the history's ends.
-                driven += 0.5 * (before + forces[striker]) * (y[striker] - place)
+            if step > 0:
+                # By ways, not by speeds, which may jump at the ends of a history.
+                driven += 0.5 * (push_before + push) * (y[striker + 1] - bead)
+                if moves(drive, c):
+                    driven += 0.5 * (before + forces[striker]) * (y[striker] - place)
         lost += lost_to_yielding(law, limits, striker, last)
         return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, lost, driven
 

@@ -499,3 +499,13 @@ def test_a_sensor_beyond_the_shorter_of_two_chains() -> None:
 def test_a_chain_of_one_bead_faces_nothing() -> None:
     run = hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.3), None).run(5e-5)
     assert run.velocity.values[-1] == pytest.approx([0.0, 0.3], abs=1e-5)
+
+
+def test_energy_is_kept_between_two_structures_where_a_window_has_fewer_steps_than_beads() -> None:
+    """A repeated trial moves all beads: the surface behind the chain is another one, too."""
+    bead, rod = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.rod([hl.Layer(hl.PTFE, 0.02, 9.5e-3)], elements=8)
+    behind = hl.rod([hl.Layer(hl.PTFE, 0.03, 9.5e-3)], elements=8)
+    chain = hl.Chain([bead] * 12, None, 0.3, preload=5.0)
+    coupled = hl.CoSimulation(chain, rod, window=4e-7, dt=1.001e-7, behind=behind)
+    assert coupled.chain.steps(4e-7) == 4
+    assert float(hl.energy_error(coupled.run(3e-4))) < 1e-4
