@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import xarray as xr
 
 from coupling.black_box import Condensed, Scheme
-from coupling.engine import Work, is_compiled
+from coupling.engine import fill, is_compiled
 from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
@@ -186,7 +186,7 @@ class CoSimulation:
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
         inputs = {**self._described, "until": until, **plan.describe(self.interface, self.window)}
         frames = Frames(self.interface, plan.rows, selection)
-        Work(self.interface, self.scheme, self.window, plan, frames).do()
+        fill(frames, self.interface, self.scheme, self.window, plan)
         findings += checked([self.interface], [frames], plan.interval)[0]
         run = dataset(self.interface, frames, plan.interval, inputs, findings)
         if log.isEnabledFor(logging.INFO):

@@ -1,7 +1,7 @@
 """What does a run: the compiled loop, with windows that fail or are too long; the loop in Python for all else."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import NumbaError
@@ -40,32 +40,20 @@ class StructureWindows:
     def __init__(self) -> None:
         self._known: dict[Any, tuple[Sequence[Any], tuple[Any, Vector]]] = {}
 
-    def of(self, interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
-        """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
-        seats = [seat.tobytes() for seat in interface.of_structure]
-        key = (*(id(structure.structure) for structure in structures), *seats, length)
+    def of(self, interface: Interface, length: float) -> tuple[Any, Vector]:
+        """Return the structures over a window, s, as a piece, and the displacement of each contact for 1 N of mean
+        force on each, K × K, m/N."""
+        structures, seats = interface.structures, interface.of_structure
+        key = (*(id(structure.structure) for structure in structures), *(seat.tobytes() for seat in seats), length)
         if key not in self._known:
-            piece = structure_piece(interface, structures, length)
+            piece = joined([structure.window(length) for structure in structures], list(seats), interface.size)
+            with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
+                compliance = piece.contact @ piece.response[:, : piece.contact.shape[1]].T
             for old in list(self._known)[: -MOST_WINDOWS or None]:
                 self._known.pop(old, None)
             # With the structures: another object could get the number of one that is gone.
-            self._known[key] = [structure.structure for structure in structures], piece
+            self._known[key] = [structure.structure for structure in structures], (piece, compliance)
         return self._known[key][1]
-
-
-def structure_piece(interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
-    """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
-    size, rows = interface.size, interface.of_structure
-    piece = joined([structure.window(length) for structure in structures], list(rows), size)
-    return piece, compliance_of(piece)
-
-
-def compliance_of(structure: Any) -> Vector:
-    """Return the displacement of each contact for 1 N of mean force on each over a window, K × K, m/N."""
-    reads = structure.contact
-    with np.errstate(over="ignore", invalid="ignore"):  # the loop names what is no longer finite
-        compliance: Vector = reads @ structure.response[:, : reads.shape[1]].T
-    return compliance
 
 
 class Engine:
@@ -73,21 +61,21 @@ class Engine:
 
     A structure without degrees of freedom never moves. Windows against such structures may have any length: they are
     as long as a saved interval, and take the steps of the windows that it would hold.
-
-    adaptive: the tolerance of adaptive windows. known: windows of structures that other runs know already.
     """
 
     def __init__(
         self,
         interface: Interface,
-        scheme: Condensed,
+        scheme: Scheme,
         plan: Plan,
         recorder: Any,
-        adaptive: float | None = None,
+        window: float | Adaptive | None = None,
         windows: StructureWindows | None = None,
     ) -> None:
-        self.interface, self.plan, self.recorder, self.adaptive = interface, plan, recorder, adaptive
-        rigid = adaptive is None and not any(structure.size for structure in interface.structures)
+        self.interface, self.plan, self.recorder = interface, plan, recorder
+        self.adaptive = window.tolerance if isinstance(window, Adaptive) else None
+        """The tolerance of adaptive windows."""
+        rigid = self.adaptive is None and not any(structure.size for structure in interface.structures)
         self.joined = plan.stride if rigid else 1
         """Windows of the plan that are one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
@@ -95,17 +83,13 @@ class Engine:
         self.finest = interface.contact_time / FINEST
         self.windows = windows or StructureWindows()
         self._lengths: dict[float, tuple[Any, Any]] = {}
-        self.trial = self.work_space()
-        self.before = None if adaptive is None else self.start()
-
-    def work_space(self) -> Trial:
-        """Return the work space."""
-        state = self.of_length(self.length)[0].response.shape[1]
-        coordinates, contacts, chains = self.interface.coordinates, self.interface.size, len(self.interface.chains)
-        return Trial(
-            np.zeros(coordinates), np.zeros(coordinates), np.zeros(state), np.zeros(contacts, TRIED),
-            np.zeros(chains, MOVED), np.zeros((WORK_ROWS, coordinates)), np.zeros((4 + contacts, contacts)),
+        state, size = self.of_length(self.length)[0].response.shape[1], interface.size
+        coordinates, chains = interface.coordinates, len(interface.chains)
+        self.trial = Trial(
+            np.zeros(coordinates), np.zeros(coordinates), np.zeros(state), np.zeros(size, TRIED),
+            np.zeros(chains, MOVED), np.zeros((WORK_ROWS, coordinates)), np.zeros((4 + size, size)),
         )  # fmt: skip
+        self.before = None if self.adaptive is None else self.start()
 
     def start(self) -> Run:
         """Return the run at time zero, in static equilibrium."""
@@ -209,7 +193,7 @@ class Engine:
     def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
-            structure, compliance = self.windows.of(self.interface, self.interface.structures, length)
+            structure, compliance = self.windows.of(self.interface, length)
             steps = [chain.steps(length / self.joined) * self.joined for chain in self.interface.chains]
             pace = pace_of(self.interface.model, steps, self.interface.coordinates)
             contacts = Contacts(self.interface.static, compliance, pace, not compliance.any())
@@ -223,27 +207,36 @@ def error_of(run: Run, interface: Interface) -> float:
     return moved / interface.indentation_scale
 
 
-class Work(NamedTuple):
-    """A run to do: its two sides, scheme and plan, what records it, and windows known already."""
+def fill(
+    frames: Frames,
+    interface: Interface,
+    scheme: Scheme,
+    window: float | Adaptive | None,
+    plan: Plan,
+    known: StructureWindows | None = None,
+) -> None:
+    """Run all windows, which fill the frames; known: windows that other runs have made.
 
-    interface: Interface
-    scheme: Scheme
-    window: float | Adaptive | None
-    plan: Plan
-    frames: Frames
-    known: StructureWindows | None = None
-
-    def do(self) -> None:
-        """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
-        try:
-            if is_compiled(self.interface, self.scheme):
-                run_compiled(self)
-            else:
-                run_windows(self.interface, self.scheme, self.frames, self.plan.length, self.plan.stride)
-        except NumbaError:
-            check_compiled(self.interface.model.law, ("force", "slope", "energy"), 1)
-            check_compiled(self.interface.model.loss, ("with_loss",), 4)
-            raise
+    Raises NotConverged, FloatingPointError and ValueError.
+    """
+    try:
+        if not is_compiled(interface, scheme):
+            run_windows(interface, scheme, frames, plan.length, plan.stride)
+            return
+        engine = Engine(interface, scheme, plan, frames.saved, window, known)
+        run, row, end = engine.start(), 0, plan.rows - 1
+        effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
+        rows = max(1, int(min(UNBROKEN / effort, plan.total)) // plan.stride)
+        move = engine.advance if engine.adaptive is None else engine.adapt
+        while row < end:
+            last = min(row + rows, end)
+            move(run, row * engine.stride, last * engine.stride)
+            row = last
+        frames.count_damping(interface)
+    except NumbaError:
+        check_compiled(interface.model.law, ("force", "slope", "energy"), 1)
+        check_compiled(interface.model.loss, ("with_loss",), 4)
+        raise
 
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:
@@ -251,20 +244,3 @@ def is_compiled(interface: Interface, scheme: Scheme) -> bool:
     if type(scheme) is not Condensed or interface.black_boxes:
         return False
     return all(structure.compact for structure in interface.structures)
-
-
-def run_compiled(work: Work) -> None:
-    """Run all windows in compiled code, for linear structures."""
-    interface, scheme, window, plan, frames, known = work
-    assert isinstance(scheme, Condensed)
-    tolerance = window.tolerance if isinstance(window, Adaptive) else None
-    engine = Engine(interface, scheme, plan, frames.saved, tolerance, known)
-    run, row, end = engine.start(), 0, plan.rows - 1
-    effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
-    rows = max(1, int(min(UNBROKEN / effort, plan.total)) // plan.stride)
-    while row < end:
-        last = min(row + rows, end)
-        move = engine.advance if engine.adaptive is None else engine.adapt
-        move(run, row * engine.stride, last * engine.stride)
-        row = last
-    frames.count_damping(interface)

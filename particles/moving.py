@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property, wraps
 from math import ceil, inf, pi, sqrt
-from types import NoneType
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -59,9 +58,6 @@ MOST_STEPS = 1e13
 MOST_CHAINS = 64
 """Chains whose facts are kept at a time."""
 
-OURS = "hertzlink", "particles", "structures"
-"""Where parts of a chain are defined that never change."""
-
 _CHAINS: dict[Any, tuple[Any, dict[str, Any]]] = {}
 """Parts of the last chains, and their facts: a batch has thousands that differ in the speed only."""
 
@@ -80,16 +76,15 @@ def fact(make: Callable[[Any], T]) -> cached_property[T]:
 
 
 def _never_changes(part: Any) -> bool:
-    """Return whether a part of a chain is a frozen dataclass of ours whose fields are all such or plain; or None."""
-    kind = type(part)
-    if kind in (NoneType, bool, int, float, str):
+    """Return whether a part of a chain is plain, or a frozen dataclass of ours of such parts."""
+    if part is None or isinstance(part, bool | int | float | str):
         return True
-    if kind is tuple:
+    if isinstance(part, tuple):
         return all(map(_never_changes, part))
-    if kind.__module__.partition(".")[0] not in OURS or not is_dataclass(kind):
-        return False
-    return kind.__dataclass_params__.frozen and all(  # type: ignore[attr-defined]
-        _never_changes(getattr(part, field.name)) for field in fields(kind)
+    kind: Any = type(part)
+    ours = kind.__module__.startswith(("hertzlink", "particles", "structures")) and is_dataclass(kind)
+    return (
+        ours and kind.__dataclass_params__.frozen and all(_never_changes(getattr(part, f.name)) for f in fields(kind))
     )
 
 

@@ -4,6 +4,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from structures.checks import instance, within
 from structures.kernels import linear
@@ -103,21 +104,16 @@ class MovingStructure:
         midpoint = ImplicitMidpoint(dense, length)
         # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
         moving = np.flatnonzero(dense.mass.any(axis=0))
-        unit, rest = np.eye(size), np.zeros((size, size))
+        unit, rest, none = np.eye(size), np.zeros((size, size)), np.zeros((moving.size, moving.size))
         starts = StructureState(np.hstack([unit, rest[:, moving]]), np.hstack([rest, unit[:, moving]]))
         (displacement, velocity), (pushed, sped) = midpoint.free(starts), midpoint.response
-        ends = np.concatenate([displacement, velocity[moving]])
-        contact, still = structure.contact_vectors.T, np.zeros((self._contacts, size))
-        parts = ends, dense.stiffness, dense.mass[np.ix_(moving, moving)]
-        layout = np.array([(0, 0, 0, 0), (len(ends), *(part.size for part in parts))])
         return linear.Coupled(
-            parts[0].ravel(),
+            np.concatenate([displacement, velocity[moving]]),
             np.concatenate([pushed, sped[moving]]).T.copy(),
-            np.concatenate([contact, still[:, : moving.size]], axis=1),
-            parts[1].ravel(),
-            parts[2].ravel(),
-            layout,
-            np.array([size]),
+            np.hstack([structure.contact_vectors.T, np.zeros((self._contacts, moving.size))]),
+            block_diag(rest, dense.mass[np.ix_(moving, moving)]),
+            block_diag(dense.stiffness, none),
+            np.array([0, size + moving.size]),
         )
 
     def __repr__(self) -> str:

@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 
 from coupling.interface import Interface
-from coupling.participant import CheckedParticipant
 from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
-from coupling.results.provenance import as_text, provenance
+from coupling.results.provenance import provenance
 from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, run_coordinates, variable
 from particles.deformable.deformable_chain import MovingDeformableChain
 from structures.structure import Vector
@@ -34,7 +33,7 @@ def dataset(
     if selection is None:
         of_chains = [_of_chain(interface, frames, number) for number in range(size)]
         values: dict[str, Any] = _of_both_sides(interface, frames)
-        more: dict[str, Any] = _of_participants(interface, frames, interval)
+        more: dict[str, Any] = {}
     else:
         contacts, bodies = selection
         of_chains = [
@@ -101,20 +100,6 @@ def _empty(
         owner = [schema.owner] if len(shape) > 1 + len(schema.bodies) else []
         variables[name] = variable(name, np.broadcast_to(np.nan, shape), *owner)
     return xr.Dataset(variables, coordinates)
-
-
-def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
-    """Return how a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
-    participants = []
-    for place, body in enumerate(interface.structures):
-        if not isinstance(body, CheckedParticipant) or not body.inertias:
-            continue
-        points = interface.touching[place]
-        impulse = frames.saved.work["impulse"][points][:, -1]
-        moved = frames.saved.work["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
-        compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
-        participants.append({"name": body.name, "inertia (kg)": body.inertias, "compliance (m/N)": compliance.tolist()})
-    return {"participants": as_text({"participants": participants})} if participants else {}
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:

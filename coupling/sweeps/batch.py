@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from math import ceil
 from threading import local
 from typing import Any, NamedTuple, TypeAlias
@@ -14,7 +15,8 @@ import xarray as xr
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.cosimulation import CoSimulation
-from coupling.engine import StructureWindows, Work, is_compiled
+from coupling.engine import StructureWindows, fill, is_compiled
+from coupling.interface import Interface
 from coupling.plan import Adaptive, Plan, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
@@ -416,7 +418,9 @@ class _Ready(NamedTuple):
 
     number: int
     alike: Any
-    work: Work
+    interface: Interface
+    frames: Frames
+    fill: Callable[[], None]
     findings: list[str]
 
 
@@ -458,7 +462,7 @@ class _Rows:
 
         ready = [tried([i], self._ready, i, place) for place, i in enumerate(numbers)]
         for run in filter(None, ready):
-            tried([run.number], run.work.do)
+            tried([run.number], run.fill)
             if run.number not in failures:
                 alike.setdefault(run.alike, []).append(run)
         for runs in alike.values():
@@ -482,12 +486,12 @@ class _Rows:
             frames = Frames(interface, plan.rows, selection)
             # With the chain: another one could get its number when it is gone.
             last[place] = alike, interface.chains[0], frames
-        work = Work(interface, simulation.scheme, simulation.window, plan, frames, self.windows)
-        return _Ready(i, alike, work, [finding for finding in findings if finding not in earlier])
+        filled = partial(fill, frames, interface, simulation.scheme, simulation.window, plan, self.windows)
+        return _Ready(i, alike, interface, frames, filled, [finding for finding in findings if finding not in earlier])
 
     def _checked(self, runs: "Sequence[_Ready]") -> dict[int, list[str]]:
         """Check runs of one chain, fill their rows, and return the findings of each."""
-        interfaces, frames = [run.work.interface for run in runs], [run.work.frames for run in runs]
+        interfaces, frames = [run.interface for run in runs], [run.frames for run in runs]
         with collected():  # what it returns, of all runs
             after = checked(interfaces, frames, self.part.interval)
         numbers, (contacts, bodies), chain = [run.number for run in runs], self.part.kept, interfaces[0].chains[0]

@@ -1,8 +1,9 @@
 """Linear structures as pieces: how they move over a window of one length."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from structures.kernels.arrays import dot, weighted
 from structures.kernels.compiling import inner
@@ -45,15 +46,6 @@ def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float,
 def without_small(number: float) -> float:
     """Return a number, or zero where it is so small that it becomes a subnormal one, which is slow."""
     return number if abs(number) >= SMALLEST else 0.0
-
-
-@inner()
-def quadratic_form(matrix: Vector, x: Vector) -> float:
-    """Return ½ xᵀ M x of a flattened matrix."""
-    total, n = 0.0, x.size
-    for i in range(n):
-        total += x[i] * dot(matrix[i * n : (i + 1) * n], x)
-    return 0.5 * total
 
 
 @inner(forceinline=True)
@@ -112,37 +104,34 @@ class Oscillators(NamedTuple):
 
 
 class Coupled(NamedTuple):
-    """Structures whose degrees of freedom act on each other: each has a dense matrix.
+    """Structures whose degrees of freedom act on each other, so that each has dense matrices.
 
-    The state of a structure is its displacements, then the velocities of those that have mass; that of all structures
-    lies one after the other. Matrices are flattened in the same way.
+    The state of a structure is its displacements, then the velocities of those that have mass; the states of all
+    structures, n numbers, lie one after the other, and each n × n matrix has a block for each structure.
     """
 
     transition: Vector
     """The end of a window over its begin where no force acts."""
     response: Vector
-    """K × state: the state after 1 N at each contact from rest."""
+    """K × n: the state after 1 N at each contact from rest."""
     contact: Vector
-    """K × state, zero for velocities."""
-    stiffness: Vector
+    """K × n, zero for velocities."""
     mass: Vector
-    """Of the displacements that have mass."""
-    layout: Vector
-    """S + 1 rows: where the state, the transition, the stiffness and the mass of each structure begin."""
-    sizes: Vector
-    """S: the number of displacements."""
+    """Zero for displacements: the kinetic energy is ½ xᵀ M x of the state x."""
+    stiffness: Vector
+    """Zero for velocities."""
+    begin: Vector
+    """S + 1: where the state of each structure begins."""
 
     @staticmethod
     def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
         for k in range(contact.size):
             push(structure, k, contact[k].pending, state)
             contact[k].pending = 0.0
-        for s in range(structure.sizes.size):
-            first, last, matrix = structure.layout[s, 0], structure.layout[s + 1, 0], structure.layout[s, 1]
-            size = last - first
-            for i in range(size):
-                begin = matrix + i * size
-                free[first + i] = dot(structure.transition[begin : begin + size], state[first:last])
+        for s in range(structure.begin.size - 1):
+            first, last = structure.begin[s], structure.begin[s + 1]
+            for i in range(first, last):
+                free[i] = dot(structure.transition[i, first:last], state[first:last])
 
     @staticmethod
     def read(structure: Any, k: int, state: Vector) -> float:
@@ -154,54 +143,20 @@ class Coupled(NamedTuple):
 
     @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-        now, then = structure.layout[s], structure.layout[s + 1]
-        middle = now[0] + structure.sizes[s]
-        kinetic = quadratic_form(structure.mass[now[3] : then[3]], state[middle : then[0]])
-        return kinetic, quadratic_form(structure.stiffness[now[2] : then[2]], state[now[0] : middle])
+        first, last, kinetic, elastic = structure.begin[s], structure.begin[s + 1], 0.0, 0.0
+        for i in range(first, last):
+            kinetic += 0.5 * state[i] * dot(structure.mass[i, first:last], state[first:last])
+            elastic += 0.5 * state[i] * dot(structure.stiffness[i, first:last], state[first:last])
+        return kinetic, elastic
 
 
 def as_coupled(part: Oscillators) -> Coupled:
     """Return oscillators as a coupled structure, so that it can be joined with one."""
-    n = part.squares.size
-    return Coupled(
-        np.block([[np.diag(row) for row in part.rows[i : i + 2]] for i in (0, 2)]).ravel(), part.response,
-        np.hstack([part.contact, np.zeros_like(part.contact)]), np.diag(part.squares).ravel(), np.eye(n).ravel(),
-        np.array([(0, 0, 0, 0), (2 * n, 4 * n * n, n * n, n * n)]), np.array([n]),
-    )  # fmt: skip
-
-
-def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int) -> Oscillators:
-    """Return several structures of oscillators as one piece; rows: the contact of each row of each part."""
-    if len(parts) == 1 and [*rows[0]] == [*range(contacts)]:
-        return parts[0]
-    sizes = [part.squares.size for part in parts]
-    begin = np.cumsum([0, *sizes])
-    n = int(begin[-1])
-    response, contact = np.zeros((contacts, 2 * n)), np.zeros((contacts, n))
-    for part, first, size, seats in zip(parts, begin, sizes, map(np.asarray, rows), strict=False):
-        used, place = seats >= 0, slice(first, first + size)
-        contact[seats[used], place] = part.contact[used]
-        response.reshape(contacts, 2, n)[seats[used], :, place] = part.response.reshape(seats.size, 2, size)[used]
-    return Oscillators(
-        np.concatenate([part.rows for part in parts], axis=1), response, contact,
-        np.concatenate([part.squares for part in parts]), begin,
-    )  # fmt: skip
-
-
-def joined_coupled(parts: list[Coupled], rows: list[Any], contacts: int) -> Coupled:
-    """Return several coupled structures as one piece; rows: the contact of each row of each part."""
-    steps = np.array([part.layout[1] for part in parts])
-    layout = np.concatenate([np.zeros((1, 4), dtype=np.int64), steps.cumsum(axis=0)])
-    response, contact = (np.zeros((contacts, int(layout[-1, 0]))) for _ in range(2))
-    for part, now, then, seats in zip(parts, layout[:-1], layout[1:], rows, strict=True):
-        used = np.asarray(seats) >= 0
-        for target, source in ((response, part.response), (contact, part.contact)):
-            target[np.asarray(seats)[used], now[0] : then[0]] = source[used]
-    transition, stiffness, mass = [
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("transition", "stiffness", "mass")
-    ]
-    sizes = np.concatenate([part.sizes for part in parts])
-    return Coupled(transition, response, contact, stiffness, mass, layout, sizes)
+    none = np.zeros((part.squares.size, part.squares.size))
+    transition = np.block([[np.diag(row) for row in part.rows[i : i + 2]] for i in (0, 2)])
+    mass, stiffness = block_diag(none, np.eye(len(none))), block_diag(np.diag(part.squares), none)
+    contact = np.hstack([part.contact, np.zeros_like(part.contact)])
+    return Coupled(transition, part.response, contact, mass, stiffness, 2 * part.begin)
 
 
 def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Coupled:
@@ -221,7 +176,26 @@ def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Co
     Oscillators or Coupled
         The piece.
     """
-    if all(isinstance(part, Oscillators) for part in parts):
-        return joined_oscillators(parts, rows, contacts)
-    coupled = [as_coupled(part) if isinstance(part, Oscillators) else part for part in parts]
-    return joined_coupled(coupled, rows, contacts)
+    alike = all(isinstance(part, Oscillators) for part in parts)
+    if not alike:
+        parts = [as_coupled(part) if isinstance(part, Oscillators) else part for part in parts]
+    if len(parts) == 1 and [*rows[0]] == [*range(contacts)]:
+        return cast(Oscillators | Coupled, parts[0])
+    begin = np.cumsum([0, *(part.contact.shape[1] for part in parts)])
+    # Displacements and velocities of oscillators are apart.
+    halves = 2 if alike else 1
+    response, contact = np.zeros((contacts, halves, begin[-1])), np.zeros((contacts, begin[-1]))
+    for part, first, last, seats in zip(parts, begin[:-1], begin[1:], map(np.asarray, rows), strict=True):
+        used = seats >= 0
+        contact[seats[used], first:last] = part.contact[used]
+        response[seats[used], :, first:last] = part.response.reshape(seats.size, halves, last - first)[used]
+    both = response.reshape(contacts, -1), contact
+    if alike:
+        return Oscillators(
+            np.concatenate([part.rows for part in parts], axis=1), *both,
+            np.concatenate([part.squares for part in parts]), begin,
+        )  # fmt: skip
+    transition, mass, stiffness = (
+        block_diag(*(getattr(part, name) for part in parts)) for name in ("transition", "mass", "stiffness")
+    )
+    return Coupled(transition, *both, mass, stiffness, begin)

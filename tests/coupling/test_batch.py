@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.engine import Work
+from coupling.engine import fill
 from coupling.recording.frames import Frames, kept_at
 from coupling.run_checks import checked
 from particles.dissipation import Dissipation
@@ -68,7 +68,7 @@ def test_runs_that_are_checked_together_have_the_findings_of_each() -> None:
         frames, plans = [], [run.plan(until, 4e-6) for run in runs]
         for run, plan in zip(runs, plans, strict=True):
             frames.append(Frames(run.interface, plan.rows, kept))
-            Work(run.interface, run.scheme, run.window, plan, frames[-1]).do()
+            fill(frames[-1], run.interface, run.scheme, run.window, plan)
         interfaces = [run.interface for run in runs]
         with collected():
             alone = [
@@ -149,10 +149,10 @@ def test_findings_on_the_input_of_runs_are_said_once() -> None:
 
 
 def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch) -> None:
-    def failing(work: object) -> None:
+    def failing(*_: object) -> None:
         raise FloatingPointError("no")
 
-    monkeypatch.setattr("coupling.engine.Work.do", failing)
+    monkeypatch.setattr("coupling.sweeps.batch.fill", failing)
     with pytest.raises(RuntimeError, match="all 2 runs failed; the first with FloatingPointError: no"):
         hl.batch(tap, 1e-4, save_every=1e-6, speed=[0.3, 0.4])
 

@@ -152,10 +152,13 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
 
 
 def test_batches_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.engine.Work.do", None)
+    def stop(*_: Any) -> None:
+        raise RuntimeError("stopped")
+
+    monkeypatch.setattr("coupling.sweeps.batch.fill", stop)
     with (
         pytest.warns(hl.HertzlinkWarning, match="you mean until = 0.0015") as caught,
-        pytest.raises((TypeError, RuntimeError), match="not callable"),
+        pytest.raises(RuntimeError, match="stopped"),
     ):
         hl.batch([hl.Chain([BEAD] * 2, BEAD, 0.4)], 1.5, save_every=1e-3)
     assert len(caught) == 1

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.engine import Work
+from coupling.engine import fill
 from coupling.recording.frames import Frames, kept_at, motion_of
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -144,7 +144,7 @@ def test_the_deepest_approach_of_a_contact_on_a_spring_is_its_part(sensors: Any)
     simulation = hl.CoSimulation(chain(3), soft)
     interface, plan = simulation.interface, simulation.plan(1e-4)
     frames = Frames(interface, plan.rows, None if sensors is None else kept_at(sensors, 3))
-    Work(interface, simulation.scheme, None, plan, frames).do()
+    fill(frames, interface, simulation.scheme, None, plan)
     motion = motion_of(interface.chains[0], frames.chains)
     own = interface.chains[0].laws[-1]
     assert own is not None
