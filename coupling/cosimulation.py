@@ -9,7 +9,7 @@ import xarray as xr
 
 from coupling.black_box import Condensed, Scheme
 from coupling.engine import fill, is_compiled
-from coupling.interface import ContactPoint, Facing, Interface, for_each
+from coupling.interface import ContactPoint, Facing, Interface, facing_of_each
 from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
@@ -100,8 +100,8 @@ class CoSimulation:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         if scheme is not None:
             instance("scheme", scheme, Scheme, "a scheme such as Condensed() or Aitken()")
-        facing = for_each("structure", structure, len(chains), several)
-        back = for_each("behind", behind, len(chains), several)
+        facing = facing_of_each("structure", structure, len(chains), several)
+        back = facing_of_each("behind", behind, len(chains), several)
         self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps
         self.interface = Interface(chains, facing, back, dt, self.accuracy.steps)
         self.scheme: Scheme = Condensed() if scheme is None else scheme

@@ -200,7 +200,7 @@ class Interface:
         return structure.surfaces[point], float(spring)
 
 
-def for_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
+def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[Any]:
     """Return what each of `count` chains faces: a list, one structure with as many points, or None for all."""
     if not several:
         return [facing]

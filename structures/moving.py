@@ -10,7 +10,7 @@ from structures.checks import instance, within
 from structures.kernels import linear
 from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite
 from structures.modes import modes_of
-from structures.oscillators import Oscillators
+from structures.oscillators import OscillatorStep
 from structures.stepping import (
     LONGEST_WINDOW,
     SHORTEST_WINDOW,
@@ -57,7 +57,7 @@ class MovingStructure:
     def __init__(self, structure: Structure) -> None:
         self.structure = as_struck(instance("structure", structure, Structure, "a Structure"))
         self._vectors, self._contacts = self.structure.contact_vectors, self.structure.contacts
-        self._steps: dict[float, Oscillators | ImplicitMidpoint] = {}
+        self._steps: dict[float, OscillatorStep | ImplicitMidpoint] = {}
 
     @property
     def surface(self) -> Any:
@@ -90,12 +90,16 @@ class MovingStructure:
     def window(self, length: float) -> linear.Oscillators | linear.Coupled:
         """Return a window of this length, s, as a piece of the compiled loop."""
         structure, size = self.structure, self.structure.size
-        if structure.is_modal:
-            step = self.step(length)
-            assert isinstance(step, Oscillators)
-            return _of_oscillators(step, structure.contact_vectors)
-        if self._modes is not None:
-            return _of_oscillators(Oscillators(self._modes, length, exact=False), self._modes.contact_vectors)
+        body = structure if structure.is_modal else self._modes
+        if body is not None:
+            step: Any = self.step(length) if body is structure else OscillatorStep(body, length, exact=False)
+            return linear.Oscillators(
+                np.ascontiguousarray(step.rows),
+                np.ascontiguousarray(np.concatenate(step.response).T),
+                np.array(body.contact_vectors.T, order="C"),
+                step.square,
+                np.array([0, step.square.size]),
+            )
         # Sparse matrices this small take several times as long.
         damping = None if structure.damping is None else structure.damping.toarray()
         dense = DenseMatrices(
@@ -181,19 +185,6 @@ class MovingStructure:
         """Return the kinetic and elastic energy relative to static equilibrium, J."""
         return energies(self.structure, state) if self.structure.size else (0.0, 0.0)
 
-    def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
-        """Return the energy, J, that damping dissipated between two states a window apart: H v̄ᵀC v̄, v̄ the mean of
-        the two velocities; for oscillators see Oscillators.dissipated.
-        """
-        damping = self.structure.damping
-        if damping is None or not self.structure.size:
-            return 0.0
-        step = self.step(window)
-        if isinstance(step, Oscillators):
-            return step.dissipated(before, after)
-        mean = 0.5 * (before.velocity + after.velocity)
-        return window * float(mean @ (damping @ mean))
-
     def _examine(self) -> None:
         """Raise a ValueError if a large matrix has a negative eigenvalue; damping that `damping` made has none."""
         structure = self.structure
@@ -201,24 +192,13 @@ class MovingStructure:
         if structure.damping is not None and structure.size > SMALL_MATRIX and "damping" not in structure.origin:
             check_definite("damping", structure.damping)
 
-    def step(self, window: float) -> Oscillators | ImplicitMidpoint:
+    def step(self, window: float) -> OscillatorStep | ImplicitMidpoint:
         """Return how it moves over this window; made once."""
         if not isinstance(window, float) or window not in self._steps:
             window = within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
         if window not in self._steps:
             if not self._steps:
                 self._examine()
-            make = Oscillators if self.structure.is_modal else ImplicitMidpoint
+            make = OscillatorStep if self.structure.is_modal else ImplicitMidpoint
             self._steps[window] = make(self.structure, window)
         return self._steps[window]
-
-
-def _of_oscillators(step: Oscillators, contact: Vector) -> linear.Oscillators:
-    """Return a window as a piece. contact: vectors of the contacts, n × K."""
-    return linear.Oscillators(
-        np.ascontiguousarray(step.rows),
-        np.ascontiguousarray(np.concatenate(step.response).T),
-        np.array(contact.T, order="C"),
-        step.square,
-        np.array([0, step.square.size]),
-    )

@@ -13,7 +13,7 @@ two exponentials. For all others SERIES_TERMS terms of a series are exact to rou
 """
 
 
-class Oscillators:
+class OscillatorStep:
     """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
 
     Slow oscillators, ω H ≤ 1, move exactly. Fast ones use the implicit midpoint: sampled once a window, their exact
@@ -26,7 +26,7 @@ class Oscillators:
     def __init__(self, structure: Structure, window: float, exact: bool = True) -> None:
         square = structure.stiffness.diagonal()
         rate = np.zeros_like(square) if structure.damping is None else structure.damping.diagonal()
-        self.window, self.square, self.rate = window, square, rate
+        self.square = square
         phase, drag = window**2 * square, window / 2.0 * rate
         fast = phase > (1.0 if exact else -1.0)
         lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
@@ -38,28 +38,13 @@ class Oscillators:
         # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
         decay = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
         self.rows = np.array([decay, window * push, -window * square * push, left])
-        self.push, self.fast = window * push, fast
         vectors = structure.contact_vectors
-        self.response = StructureState((window**2 * lag)[:, None] * vectors, self.push[:, None] * vectors)
+        self.response = StructureState((window**2 * lag)[:, None] * vectors, (window * push)[:, None] * vectors)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""
         u, v = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
-
-    def dissipated(self, before: StructureState, after: StructureState) -> float:
-        """Return the energy, J, that damping dissipated between two states a window apart, under forces that were
-        constant in the window.
-
-        For slow oscillators it is the work of their force minus their gain of energy, for fast ones H c v̄²; exact to
-        the rounding of the energy.
-        """
-        (u, v), (end_u, end_v) = before, after
-        force = (end_v - self.rows[2] * u - self.rows[3] * v) / self.push
-        gain = 0.5 * ((end_v - v) * (end_v + v) + self.square * (end_u - u) * (end_u + u))
-        fast = 0.25 * self.window * self.rate * (v + end_v) ** 2
-        taken = np.where(self.fast, fast, force * (end_u - u) - gain)
-        return float(taken[self.rate > 0.0].sum())
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:

@@ -24,11 +24,15 @@ def oscillator(omega: float, rate: float = 0.0, mass: float = 1.0) -> hl.Structu
 def shaken(
     moving: hl.stepping.MovingStructure, windows: int, window: float
 ) -> list[tuple[StructureState, float, float]]:
-    """The states after each window, the force's work in it, and what damping took in it; under random forces."""
+    """The states after each window, the force's work in it, and H v̄ᵀC v̄, what damping takes under the midpoint rule;
+    under random forces.
+    """
     state, before, found = moving.start(), 0.0, []
     for force in np.random.default_rng(5).normal(size=windows):
         after, moved = moving.advance(state, force, window)
-        found.append((after, force * (moved - before), moving.dissipated(state, after, window)))
+        mean, damping = 0.5 * (state.velocity + after.velocity), moving.structure.damping
+        taken = 0.0 if damping is None else window * float(mean @ (damping @ mean))
+        found.append((after, force * (moved - before), taken))
         state, before = after, moved
     return found
 
@@ -68,13 +72,14 @@ DAMPED: dict[str, Callable[[], hl.Structure]] = {
 @pytest.mark.parametrize("window", [1e-8, WINDOW, 1e-5])
 @pytest.mark.parametrize("name", DAMPED)
 def test_work_is_what_is_gained_and_taken(name: str, window: float) -> None:
-    """For the midpoint and for oscillators, in every window, to rounding of the energy."""
+    """In every window, to rounding of the energy: exactly under the midpoint rule, never negative for oscillators."""
     moving = hl.stepping.MovingStructure(DAMPED[name]())
     before, total, greatest = 0.0, 0.0, 0.0
-    for state, work, taken in shaken(moving, 200, window):
+    for state, work, expected in shaken(moving, 200, window):
         energy = sum(moving.energies(state))
-        greatest = max(greatest, energy)
-        assert before + work == pytest.approx(energy + taken, abs=1e-9 * greatest)
+        greatest, taken = max(greatest, energy), before + work - energy
+        if not moving.structure.is_modal:
+            assert taken == pytest.approx(expected, abs=1e-9 * greatest)
         assert taken > -1e-9 * greatest
         before, total = energy, total + taken
     # In the shortest run no wave has come to the dashpot.
@@ -83,32 +88,21 @@ def test_work_is_what_is_gained_and_taken(name: str, window: float) -> None:
 
 @pytest.mark.parametrize("phase", [0.0, 1e-3, 0.3, 0.99])
 @pytest.mark.parametrize("drag", [1e-3, 0.2, 1.0, 4.0])
-def test_exact_oscillators_tell_exactly_what_damping_takes(phase: float, drag: float) -> None:
+def test_exact_oscillators_lose_exactly_what_damping_takes(phase: float, drag: float) -> None:
     """∫ c v² dt by quadrature of the exact motion v(t), a matrix exponential; phase ωH and drag cH/2 of one window."""
     from scipy.linalg import expm
 
     moving = hl.stepping.MovingStructure(oscillator(phase, 2.0 * drag))
     assert moving.structure.is_modal
     start, force = StructureState(np.array([0.4]), np.array([-0.7])), 1.3
-    end, _ = moving.advance(start, force, 1.0)
+    end, moved = moving.advance(start, force, 1.0)
     generator = np.array([[0.0, 1.0, 0.0], [-(phase**2), -2.0 * drag, force], [0.0, 0.0, 0.0]])
     points, weights = np.polynomial.legendre.leggauss(40)
     rates = np.array([(expm(0.5 * (1.0 + t) * generator) @ [0.4, -0.7, 1.0])[1] for t in points])
-    assert moving.dissipated(start, end, 1.0) == pytest.approx(0.5 * weights @ (2.0 * drag * rates**2), rel=1e-11)
+    taken = force * (moved - 0.4) + moving.energy(start) - moving.energy(end)
+    assert taken == pytest.approx(0.5 * weights @ (2.0 * drag * rates**2), rel=1e-10, abs=1e-14)
 
 
-def test_a_mass_in_a_drag_loses_its_kinetic_energy() -> None:
-    """½ v² (1 − e^(−2cH)) where nothing pulls it back, by hand."""
-    moving = hl.stepping.MovingStructure(oscillator(0.0, 3e3))
-    start = StructureState(np.zeros(1), np.array([0.2]))
-    end, _ = moving.advance(start, 0.0, 1e-4)
-    assert moving.dissipated(start, end, 1e-4) == pytest.approx(0.02 * (1.0 - np.exp(-0.6)), rel=1e-12)
-
-
-def test_nothing_is_taken_without_damping() -> None:
-    moving = hl.stepping.MovingStructure(ROD)
-    state, _ = moving.advance(moving.start(), 1.0, WINDOW)
-    assert moving.dissipated(moving.start(), state, WINDOW) == 0.0
+def test_a_rigid_wall_has_no_energy() -> None:
     wall = hl.stepping.MovingStructure(hl.half_space(hl.PTFE))
     assert wall.energies(wall.start()) == (0.0, 0.0)
-    assert wall.dissipated(wall.start(), wall.start(), WINDOW) == 0.0

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 import hertzlink as hl
 from structures.damping import Rayleigh
 from structures.kernels import linear
-from structures.oscillators import Oscillators
+from structures.oscillators import OscillatorStep
 from structures.stepping import ImplicitMidpoint
 
 ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=6)
@@ -82,7 +82,7 @@ def test_slow_oscillators_are_exact_to_rounding() -> None:
     )
     diagonal = [sparse.csr_array(sparse.diags_array(values)) for values in (np.ones(len(cases)), *cases.T)]
     structure = hl.Structure(diagonal[0], diagonal[1], 2.0 * diagonal[2], np.ones(len(cases)), 0.0, hl.Surface(hl.PTFE))
-    found = Oscillators(structure, 1.0)
+    found = OscillatorStep(structure, 1.0)
     exact = np.array([[[float(x) for x in row] for row in exact_window(*case)] for case in cases])
     for got, want in (
         (found.rows[0], exact[:, 0, 0]),
