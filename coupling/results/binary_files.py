@@ -1,6 +1,4 @@
-"""Files of recorders that are no text: libraries of their formats read them, in a process of their own
-(`reading_process`).
-"""
+"""Files of recorders that are no text: libraries of their formats read them."""
 
 import re
 import warnings
@@ -13,13 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.results.text_header import INTERVALS, RATES, STARTS, key_of
-from structures.reading_process import Unread, read_apart
 
 EXTRA = "hertzlink[recorders]"
-
-MOST_SECONDS, MOST_MEMORY = 60, 4 << 30
-"""Processor time, s, and address space, bytes, that reading a file may take; where the system limits no memory, as on
-macOS and Windows, only the time is bounded."""
 
 MOST_SAMPLES = 50_000_000
 MOST_CHANNELS = 256
@@ -68,24 +61,19 @@ def read_recording(path: Path, kind: str, reader: str, segment: int = 1) -> Reco
     kind: what the file is, in words; reader: a name of READERS.
     """
     try:
-        channels, segments, notes, text = read_apart(
-            Path(__file__), "read", path, reader, str(segment), seconds=MOST_SECONDS, memory=MOST_MEMORY
-        )
-    except Unread as error:
-        if error.missing:
-            raise ValueError(
-                f"{path}: is {kind}, which {error.said} reads; install it with pip install '{EXTRA}'"
-            ) from None
-        reason = error.said.removeprefix("ValueError: ")
-        if not reason or "MemoryError" in reason:
-            reason = "reading it takes too long or too much memory"
-        elif reason == error.said:  # in the words of a library
+        return _read(path, reader, segment)
+    except ImportError as error:
+        raise ValueError(
+            f"{path}: is {kind}, which {error.name} reads; install it with pip install '{EXTRA}'"
+        ) from error
+    except Exception as error:
+        reason = " ".join(f"{error}".split())[:200]
+        if type(error) is not ValueError:  # in the words of a library
             other = f"is none of {SCOPES}" if kind.startswith("a binary file") else "only begins as one"
             reason = f"it is damaged, cut off, or {other}"
         raise ValueError(
             f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV in the recorder's software"
-        ) from None
-    return Recording([Channel(*channel) for channel in channels], segments, notes, text)
+        ) from error
 
 
 def _scope(path: str, segment: int) -> Recording:
@@ -375,10 +363,13 @@ READERS: dict[str, Callable[[str, int], Recording]] = {
 """Functions that read a file, by the name that the table of formats has for them."""
 
 
-def read(path: str, reader: str, segment: str) -> tuple[Any, ...]:
-    """Return the fields of a recording that is not too large."""
+def _read(path: Path, reader: str, segment: int) -> Recording:
+    """Return a recording that is not too large, and what its library warned of as notes."""
     with warnings.catch_warnings(record=True) as said:
-        recording = READERS[reader](path, int(segment))
+        warnings.simplefilter("always")
+        for technical in (DeprecationWarning, PendingDeprecationWarning, ResourceWarning):
+            warnings.simplefilter("ignore", technical)
+        recording = READERS[reader](str(path), segment)
     channels = [channel for channel in recording.channels if channel.values.size >= FEWEST_SAMPLES][:MOST_CHANNELS]
     if sum(channel.values.size for channel in channels) > MOST_SAMPLES:
         raise ValueError(f"holds more than {MOST_SAMPLES} samples")
@@ -386,8 +377,7 @@ def read(path: str, reader: str, segment: str) -> tuple[Any, ...]:
         raise ValueError("holds no channel of samples")
     notes = [*recording.notes, *dict.fromkeys(str(warning.message).split("\n")[0][:200] for warning in said)][:5]
     times = {id(channel.time): None if channel.time is None else np.array(channel.time, float) for channel in channels}
-    fields = [
-        (channel.name, channel.unit, np.array(channel.values, float), times[id(channel.time)], *channel[4:])
-        for channel in channels
+    channels = [
+        channel._replace(values=np.array(channel.values, float), time=times[id(channel.time)]) for channel in channels
     ]
-    return fields, recording.segments, tuple(notes), recording.text
+    return recording._replace(channels=channels, notes=tuple(notes))

@@ -9,13 +9,12 @@ import numpy as np
 from skfem import MeshTri
 
 from plates.shapes.shape import Cells, PlateMesh
+from structures.meshes.mesh_files import gmsh_model
 from structures.meshes.mesh_reading import Numbers, Tag
 
 Place: TypeAlias = tuple[float, float]
 
 OPTIONS = {
-    "General.Terminal": 0.0,
-    "General.NumThreads": 1.0,
     "Mesh.Algorithm": 5.0,
     "Mesh.MeshSizeExtendFromBoundary": 1.0,
     "Mesh.MeshSizeFromPoints": 0.0,
@@ -38,38 +37,11 @@ def triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[Pl
 
     fine: places (x, y), m, at which cells are finest. corners: those of them that are corners of the mesh.
     """
-    gmsh = _gmsh()
-    started = not gmsh.isInitialized()
-    if started:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-    before = {name: gmsh.option.getNumber(name) for name in OPTIONS}
-    shown = "" if started else gmsh.model.getCurrent()
-    try:
-        for name, value in OPTIONS.items():
-            gmsh.option.setNumber(name, value)
-        gmsh.model.add("hertzlink panel")
+    with gmsh_model(OPTIONS) as gmsh:
         lines = _drawn(gmsh, rings, corners)
         _set_size(gmsh, fine, cells)
         gmsh.model.mesh.generate(2)
         return _read(gmsh, lines)
-    finally:
-        gmsh.model.remove()
-        for name, value in before.items():
-            gmsh.option.setNumber(name, value)
-        if started:
-            gmsh.finalize()
-        else:
-            gmsh.model.setCurrent(shown)
-
-
-def _gmsh() -> ModuleType:
-    try:
-        import gmsh
-    except (ImportError, OSError) as error:  # OSError: a library that gmsh draws with, such as libGLU, is missing
-        raise ImportError(
-            f"meshing an Outline needs gmsh ({error}): pip install hertzlink[mesh]; a panel from a mesh file does not"
-        ) from error
-    return gmsh  # type: ignore[no-any-return]
 
 
 def _drawn(gmsh: ModuleType, rings: Sequence[Ring], corners: Sequence[Place]) -> dict[str, list[int]]:

@@ -1,1 +1,1 @@
-"""Meshes from files: they are read in a process of limited time and memory, and checked."""
+"""Meshes from files: read by gmsh or meshio, and checked."""

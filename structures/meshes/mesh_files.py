@@ -1,46 +1,39 @@
-"""Mesh files: which formats are read, by what, and what is checked before."""
+"""Mesh files: gmsh reads its own and those of Salome and Nastran, meshio those of VTK and XDMF."""
 
 import re
-from importlib.util import find_spec
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from structures.checks import existing
 from structures.meshes.hdf5 import check_hdf5
-from structures.meshes.mesh_process import BY_GMSH
-from structures.reading_process import Unread, read_apart
 
-FORMATS = {
-    ".msh": "gmsh",
-    ".unv": "I-DEAS, Salome",
-    ".med": "Salome, Code_Aster",
-    ".bdf": "Nastran",
-    ".nas": "Nastran",
-    ".vtu": "VTK, ParaView",
-    ".vtk": "VTK",
-    ".xdmf": "XDMF",
-    ".xmf": "XDMF",
-}
+BY_GMSH = {".msh": "gmsh", ".unv": "I-DEAS, Salome", ".med": "Salome", ".bdf": "Nastran", ".nas": "Nastran"}
+FORMATS = BY_GMSH | {".vtu": "VTK, ParaView", ".vtk": "VTK", ".xdmf": "XDMF", ".xmf": "XDMF"}
 """The formats that are read, and the programs that write them."""
 
-PROCESS = Path(__file__).with_name("mesh_process.py")
-
-SHORTEST_READING, READING_PER_BYTE = 8.0, 5e-6
-"""Processor time, s, that the reading of a file may take, and what each byte adds."""
-
-LEAST_MEMORY, MEMORY_PER_BYTE = 2 * 1024**3, 60
-"""Memory, B, that the reading of a file may take, and what each byte adds."""
-
-HDF5 = b"\x89HDF\r\n\x1a\n"
-"""The first bytes of every HDF5 file."""
-
-GMSH_STARTS = (b"$MeshFormat", b"$Comments", b"$NOD")
+GMSH_STARTS = ("$MeshFormat", "$Comments", "$NOD")
 """How a file of gmsh begins. gmsh takes other text for a program, and runs it."""
 
-DATA_ITEM = re.compile(rb"""<DataItem(?=[^>]*Format\s*=\s*["'](?:HDF|Binary))[^>]*>([^<:]+)""")
+HDF5 = "\x89HDF\r\n\x1a\n"
 
-BULK_LINE = re.compile(rb"[ ]*(?:(GRID\*?)[ ,]|(GRDSET|INCLUDE))", re.IGNORECASE)
-"""Nastran's lines that say where nodes lie, or in which file."""
+DATA_ITEM = re.compile(r"""<DataItem(?=[^>]*Format\s*=\s*["'](?:HDF|Binary))[^>]*>([^<:]+)""")
+
+SYSTEMS = re.compile(r"^ *-1\n *2420\n[^\n]*\n[^\n]*\n(.*?)^ *-1$", re.DOTALL | re.MULTILINE)
+"""Dataset 2420 of a universal file: for each system its number and type, its name, and four rows of axes and origin."""
+
+ORDER = {
+    "tetra10": (0, 1, 2, 3, 4, 5, 6, 7, 9, 8),
+    "hexahedron20": (0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15),
+    "hexahedron27": (
+        *(0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15),
+        *(22, 23, 21, 24, 20, 25, 26),
+    ),
+}
+"""Points of cells in meshio's order, as indices into gmsh's order."""
 
 
 def source_of(mesh: Any) -> str:
@@ -50,126 +43,144 @@ def source_of(mesh: Any) -> str:
 
 def read_mesh(source: Any) -> Any:
     """Return the meshio.Mesh of a file, or the one that is given. Raises ValueError for a file that cannot be read."""
-    import meshio  # type: ignore[import-untyped]
+    import meshio.vtk
 
     if isinstance(source, meshio.Mesh):
         return source
     if not isinstance(source, str | Path):
         raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
-    path, name = Path(source), str(source)
-    suffix = existing(f"mesh = {name!r}", path).suffix.lower()
+    path, name = Path(source), f"mesh = {str(source)!r}"
+    suffix = existing(name, path).suffix.lower()
     if suffix == ".inp":
         raise ValueError(
-            f"mesh = {name!r}: .inp is not read, as meshio loses its sets; convert it by 'meshio convert "
+            f"{name}: .inp is not read, as meshio loses its sets; convert it by 'meshio convert "
             f"{path.name} {path.stem}.msh', and name bodies and faces in gmsh"
         )
     if suffix not in FORMATS:
         raise ValueError(
-            f"mesh = {name!r}: must be one of {', '.join(FORMATS)}; a meshio.Mesh of another format may be given itself"
+            f"{name}: must be one of {', '.join(FORMATS)}; a meshio.Mesh of another format may be given itself"
         )
-    _check_start(path, suffix, name)
-    return meshio.Mesh(**in_a_process(path, name))
-
-
-def in_a_process(path: Path, name: str) -> dict[str, Any]:
-    """Return the parts of the mesh, read by a process that cannot take this one with it."""
-    suffix, size = path.suffix.lower(), path.stat().st_size
-    seconds, memory = int(SHORTEST_READING + READING_PER_BYTE * size), int(LEAST_MEMORY + MEMORY_PER_BYTE * size)
+    _check_content(path, suffix, name)
     try:
-        mesh: dict[str, Any] = read_apart(PROCESS, "read", path, seconds=seconds, memory=memory)
-    except Unread as error:
-        if error.missing:
-            reason = f"a {suffix} file needs gmsh to be read: pip install hertzlink[mesh]"
+        if suffix in BY_GMSH:
+            mesh = _by_gmsh(path)
         else:
-            reason = (
-                f"cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or "
-                f"holds what is not understood{_words_of(error) or _hint(suffix)}"
-            )
-        raise ValueError(f"mesh = {name!r}: {reason}") from None
-    if not mesh["cells"]:
-        raise ValueError(f"mesh = {name!r}: holds no cells that are read from a {suffix} file of {FORMATS[suffix]}")
+            read = {".vtu": meshio.vtu.read, ".vtk": meshio.vtk.read}.get(suffix, meshio.xdmf.read)
+            mesh = read(path)
+    except ImportError as error:
+        raise ValueError(f"{name}: {error}") from error
+    except Exception as error:
+        said = " ".join(f"{error}".split())[:200]
+        raise ValueError(
+            f"{name}: cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or holds what "
+            f"is not understood ({said})"
+        ) from error
+    if not mesh.cells:
+        raise ValueError(f"{name}: holds no cells that are read from a {suffix} file of {FORMATS[suffix]}")
     return mesh
 
 
-def _hint(suffix: str) -> str:
-    return "; gmsh reads more: pip install hertzlink[mesh]" if suffix in BY_GMSH and find_spec("gmsh") is None else ""
+@contextmanager
+def gmsh_model(options: Mapping[str, float]) -> Iterator[Any]:
+    """Yield gmsh with a new model and some options; afterwards models and options of the user's own are as before."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:  # OSError: a library that gmsh draws with, such as libGLU, is missing
+        raise ImportError(f"this needs gmsh ({error}): pip install hertzlink[mesh]") from error
+    started = not gmsh.isInitialized()
+    if started:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+    options = {"General.Terminal": 0.0, "General.NumThreads": 1.0, **options}
+    before = {name: gmsh.option.getNumber(name) for name in options}
+    shown, models = gmsh.model.getCurrent(), gmsh.model.list()
+    try:
+        for option, value in options.items():
+            gmsh.option.setNumber(option, value)
+        gmsh.model.add("hertzlink")
+        yield gmsh
+    finally:
+        if started:
+            gmsh.finalize()
+        else:
+            for model in gmsh.model.list()[len(models) :]:  # a file of Salome adds its own
+                gmsh.model.setCurrent(model)
+                gmsh.model.remove()
+            gmsh.model.setCurrent(shown)
+            for option, value in before.items():
+                gmsh.option.setNumber(option, value)
 
 
-def _words_of(error: Unread) -> str:
-    """Return what a library said of the file, where it is a sentence for users and no internal error."""
-    match = re.match(r"(?:Exception|ValueError|meshio\._exceptions\.ReadError): (.+)", error.said)
-    return f" ({match[1]})" if match else ""
+def _by_gmsh(path: Path) -> Any:
+    """Return the mesh with its groups by name and by number. Of programs without groups, entities are properties."""
+    import meshio
+    from meshio.gmsh import gmsh_to_meshio_type
+
+    with gmsh_model({}) as gmsh:
+        gmsh.merge(str(path))
+        tags, places, _ = gmsh.model.mesh.getNodes()
+        order = np.argsort(tags, kind="stable")
+        cells: list[tuple[str, Any]] = []
+        entities: list[tuple[int, int]] = []
+        for dimension, entity in gmsh.model.getEntities():
+            for kind, _, nodes in zip(*gmsh.model.mesh.getElements(dimension, entity), strict=True):
+                called, _, _, count, *_ = gmsh.model.mesh.getElementProperties(kind)
+                at = np.searchsorted(tags, nodes, sorter=order)
+                at = order[np.minimum(at, len(order) - 1)].reshape(-1, count)
+                if len(tags) == 0 or (tags[at].ravel() != nodes).any():
+                    raise ValueError("a cell has a point that is not defined")
+                if int(kind) not in gmsh_to_meshio_type:
+                    raise ValueError(f"cells of type {called}, which no body here is made of")
+                name = gmsh_to_meshio_type[int(kind)]
+                cells.append((name, at[:, ORDER[name]] if name in ORDER else at))
+                entities.append((dimension, entity))
+        sets: dict[Any, list[Any]] = {}
+        groups = {
+            pair: [(pair[0], int(entity)) for entity in gmsh.model.getEntitiesForPhysicalGroup(*pair)]
+            for pair in gmsh.model.getPhysicalGroups()
+        }
+        if not any(groups.values()) and path.suffix.lower() != ".msh":
+            groups = {pair: [pair] for pair in entities}
+        for (dimension, number), members in groups.items():
+            holds = [np.arange(len(block[1]) * (pair in members)) for block, pair in zip(cells, entities, strict=True)]
+            for tag in {number, gmsh.model.getPhysicalName(dimension, number).strip() or number}:
+                before = sets.get(tag, holds)
+                sets[tag] = [max(pair, key=len) for pair in zip(before, holds, strict=True)]
+    none = {} if any(groups.values()) else {"gmsh:physical": [np.zeros(len(block), int) for _, block in cells]}
+    return meshio.Mesh(places.reshape(-1, 3), cells, cell_sets=sets, cell_data=none)
 
 
-def _check_start(path: Path, suffix: str, name: str) -> None:
-    """Raise a ValueError for a file of another kind, for one that reads others, and for coordinates that would be
-    misread."""
-    with path.open("rb") as file:
-        start = file.read(64)
-    if start.startswith(HDF5) or suffix == ".med":
-        check_hdf5(path, f"mesh = {name!r}")
-    elif suffix == ".msh" and not start.startswith(GMSH_STARTS):
-        raise ValueError(f"mesh = {name!r}: is no .msh file of gmsh, which begins with $MeshFormat")
+def _check_content(path: Path, suffix: str, name: str) -> None:
+    """Raise a ValueError for a file that reads others or is a program, and for coordinates that would be misread."""
+    text = path.read_bytes().decode("latin-1")
+    if text.startswith(HDF5) or suffix == ".med":
+        check_hdf5(path, name)
+    elif suffix == ".msh" and not text.startswith(GMSH_STARTS):
+        raise ValueError(f"{name}: is no .msh file of gmsh, which begins with $MeshFormat")
     elif suffix in (".bdf", ".nas"):
-        _check_bulk(path, name)
-    elif suffix == ".unv":
-        _check_systems(path, name)
-    elif suffix in (".xdmf", ".xmf"):
-        for match in DATA_ITEM.findall(path.read_bytes()):
-            _check_beside(path, match.decode("utf-8", errors="replace").strip(), name)
-
-
-def _check_beside(path: Path, other: str, name: str) -> None:
-    """Raise a ValueError for a file outside the mesh's folder, and for an HDF5 file that leads there."""
-    folder = path.resolve().parent
-    place = (folder / other).resolve()
-    if not place.is_relative_to(folder):
-        raise ValueError(f"mesh = {name!r}: names {other!r}, which lies outside its folder; it was not read")
-    if place.is_file():
-        with place.open("rb") as file:
-            start = file.read(len(HDF5))
-        if start == HDF5:
-            check_hdf5(place, f"mesh = {name!r}")
-
-
-def _check_bulk(path: Path, name: str) -> None:
-    """Raise a ValueError for Nastran's nodes in systems of their own, and for included files: none is read."""
-    for number, line in enumerate(path.read_bytes().splitlines(), 1):
-        match = BULK_LINE.match(line)
-        if match is None:
-            continue
-        text = line.decode("latin-1")
-        fields = text.split(",") if "," in text else [text[:8], text[8:16], text[16:24]]
-        if match[1] and "*" in fields[0] and "," not in text:
-            fields = [text[:8], text[8:24], text[24:40]]
-        system = fields[2].strip() if len(fields) > 2 else ""
-        if match[1] and system in ("", "0"):
-            continue
-        what = f"{fields[0].strip()} in the coordinate system {system}" if match[1] else match[2].decode().upper()
-        raise ValueError(
-            f"mesh = {name!r}, line {number}: {what} is not read; write all nodes in the basic system, in one file"
-        )
-
-
-def _check_systems(path: Path, name: str) -> None:
-    """Raise a ValueError for a universal file whose nodes may lie in other coordinate systems than the global one.
-
-    Dataset 2420: after two lines, for each system its number and type, its name, and its axes and origin on four lines.
-    """
-    lines = path.read_bytes().decode("latin-1").replace("D", "E").splitlines()
-    for start in (
-        i + 2 for i, line in enumerate(lines[:-1]) if line.strip() == "-1" and lines[i + 1].strip() == "2420"
-    ):
-        end = next((i for i in range(start, len(lines)) if lines[i].strip() == "-1"), len(lines))
-        for i in range(start + 2, end, 6):
-            numbers = " ".join(lines[i + 2 : min(i + 6, end)]).split()
-            straight = [float(row == other) for row in range(4) for other in range(3)]
-            try:
-                same = lines[i].split()[1] == "0" and [float(number) for number in numbers] == straight
-            except (ValueError, IndexError):
-                same = False
-            if not same:
+        for number, line in enumerate(text.splitlines(), 1):
+            head, wide = line.lstrip()[:8].split(",")[0].strip().upper(), 16 if "*" in line[:8] else 8
+            system = line.split(",")[2:3] if "," in line else [line[8 + wide : 8 + 2 * wide]]
+            if head in ("GRDSET", "INCLUDE") or (head in ("GRID", "GRID*") and system[0].strip() not in ("", "0")):
                 raise ValueError(
-                    f"mesh = {name!r}, line {i + 1}: has a coordinate system of its own, which is not read; write "
-                    "all nodes in the global one"
+                    f"{name}, line {number}: {line.strip()[:40]} is not read; write all nodes in the basic system, "
+                    "in one file"
                 )
+    elif suffix == ".unv":
+        for block in SYSTEMS.findall(text):
+            rows = block.splitlines()
+            for i in range(0, len(rows), 6):
+                numbers = " ".join(rows[i + 2 : i + 6]).replace("D", "E").split()
+                same = [str(float(row == other)) for row in range(4) for other in range(3)]
+                if rows[i].split()[1:2] != ["0"] or [f"{float(number)}" for number in numbers] != same:
+                    raise ValueError(
+                        f"{name}: has the coordinate system {rows[i].split()[0]} of its own, which is not read; "
+                        "write all nodes in the global one"
+                    )
+    elif suffix in (".xdmf", ".xmf"):
+        folder = path.resolve().parent
+        for other in DATA_ITEM.findall(text):
+            place = (folder / other.strip()).resolve()
+            if not place.is_relative_to(folder):
+                raise ValueError(f"{name}: names {other.strip()!r}, which lies outside its folder; it was not read")
+            if place.is_file() and place.open("rb").read(8) == HDF5.encode("latin-1"):
+                check_hdf5(place, name)

@@ -124,8 +124,8 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
     named = source.field_data if "gmsh:physical" in source.cell_data else {}
     for name, pair in named.items():
         tag, its_dimension = (*np.ravel(pair).tolist(), None, None)[:2]
-        if its_dimension == dimension and tag in groups:
-            groups.setdefault(name, groups[tag])
+        if its_dimension == dimension and tag in groups:  # meshio's sets lack the cells that are turned over
+            groups[name] = np.union1d(groups.get(name, []), groups[tag]).astype(np.int64)
     return {tag: members for tag, members in groups.items() if members.size}
 
 
@@ -147,8 +147,10 @@ def _are_whole(array: Any) -> bool:
 
 
 def hint_of(source: Any, field: str | None) -> str:
-    """Return what an error adds where several data number the cells, and none of them was chosen."""
+    """Return what an error adds where gmsh wrote no groups, or several data number the cells and none was chosen."""
     fields = tag_fields(source)
+    if not any(np.any(part) for part in source.cell_data.get("gmsh:physical", [1])):
+        return "; gmsh wrote no physical groups, as with Mesh.SaveAll = 1 in files of version 2.2: save them without it"
     if field is not None or len(fields) < 2 or "gmsh:physical" in fields:
         return ""
     return f"; its cells are numbered by {names(fields)}, of which tags= names the one that counts"

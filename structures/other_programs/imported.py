@@ -94,6 +94,12 @@ def from_matrices(
         vector = numbers("contact", contact)
     if vector.ndim not in (1, 2) or len(vector) != size:
         raise ValueError(f"contact has shape {vector.shape}: must have {count_of(size, 'row')}, as the stiffness has")
+    largest = {name: abs(matrices[name]).max() for name in ("mass", "stiffness")}
+    if 0.0 < largest["stiffness"] < largest["mass"]:  # a body whose fastest vibration takes seconds
+        raise ValueError(
+            f"mass: its largest number is {largest['mass']:.3g} kg, that of the stiffness {largest['stiffness']:.3g} "
+            "N/m; must be the mass matrix first, then the stiffness matrix"
+        )
     count, surface = vector.shape[1] if vector.ndim > 1 else 1, Surface(material, curvature)
     files = {"mass": mass, "stiffness": stiffness, "contact": contact}
     notes = {} if damping is None else {"damping_matrix": source_of_argument(damping)}

@@ -108,6 +108,12 @@ BAD_FILES = [
 ]
 
 
+def test_mass_and_stiffness_the_other_way_round_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"mass: its largest number is 1\.7e\+07 kg, that of the"):
+        hl.from_matrices([[1.7e7]], [[0.0141]], hl.PTFE, contact=[1.0])
+    assert hl.from_matrices([[0.5]], [[0.0]], hl.PTFE, contact=[1.0]).size == 1  # a free block
+
+
 @pytest.mark.parametrize(("name", "content", "message"), BAD_FILES)
 def test_bad_files_are_refused(tmp_path: Path, name: str, content: bytes, message: str) -> None:
     (tmp_path / name).write_bytes(content)
