@@ -123,6 +123,11 @@ def say(line: str) -> None:
 
 def has_own_piece(value: Any) -> bool:
     """Return whether a piece that is not hertzlink's is in an argument."""
-    room, _, place = type(value).__module__.partition(".")
-    ours = room == "builtins" or (room in ROOMS and place.startswith("kernels."))
-    return isinstance(value, tuple) and (not ours or any(map(has_own_piece, value)))
+    return isinstance(value, tuple) and (not is_ours(type(value)) or any(map(has_own_piece, value)))
+
+
+@cache
+def is_ours(kind: type) -> bool:
+    """Return whether a class of pieces is hertzlink's, or Python's."""
+    room, _, place = kind.__module__.partition(".")
+    return room == "builtins" or (room in ROOMS and place.startswith("kernels."))
