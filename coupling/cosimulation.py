@@ -9,7 +9,7 @@ import xarray as xr
 
 from coupling.black_box import Condensed, Scheme
 from coupling.engine import fill, is_compiled
-from coupling.interface import ContactPoint, Facing, Interface, facing_of_each
+from coupling.interface import ContactPoint, Facing, Interface, facing_of_each, suited
 from coupling.plan import ACCURACIES, Adaptive, HowFine, Plan, longest_window, plan_run, warn_if_coarse
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames, kept_at
@@ -20,7 +20,7 @@ from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed
 from structures.described import checked_call
-from structures.fineness import Fineness, fineness
+from structures.fineness import Fineness, fineness, for_shorter, times_shorter
 from structures.html_table import html_table
 from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, Quantity
@@ -104,6 +104,10 @@ class CoSimulation:
         back = facing_of_each("behind", behind, len(chains), several)
         self.accuracy, self.most_steps = ACCURACIES[accuracy], most_steps
         self.interface = Interface(chains, facing, back, dt, self.accuracy.steps)
+        self._shorter = times_shorter(self.interface.contact_time)
+        if self._shorter > 1:
+            ends = suited(facing, self._shorter), suited(back, self._shorter)
+            self.interface = Interface(chains, *ends, dt, self.accuracy.steps)
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         if isinstance(self.scheme, Condensed) and (boxes := self.interface.black_boxes):
             raise ValueError(
@@ -248,12 +252,13 @@ class CoSimulation:
             bodies = {}
             for body in self.interface.structures:
                 if isinstance(body, MovingStructure):
-                    large = _is_large(body)
-                    bodies[id(body.structure)] = (
-                        MovingStructure(reduce_structure(body.structure, until)) if large else body
-                    )
+                    bodies[id(body.structure)] = body
+                    if _is_large(body):
+                        with for_shorter(self._shorter):
+                            bodies[id(body.structure)] = MovingStructure(reduce_structure(body.structure, until))
 
             def smaller(facing: Any) -> Any:
+                facing = suited(facing, self._shorter)
                 if isinstance(facing, list):
                     return [smaller(one) for one in facing]
                 if isinstance(facing, ContactPoint):

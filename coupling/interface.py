@@ -220,6 +220,15 @@ def facing_of_each(name: str, facing: Any, count: int, several: bool) -> list[An
     )
 
 
+def suited(facing: Any, times: int) -> Any:
+    """Return what an end faces, with the default mesh and reduction for contacts that are shorter by a factor."""
+    if isinstance(facing, list):
+        return [suited(one, times) for one in facing]
+    if isinstance(facing, ContactPoint):
+        return ContactPoint(suited(facing.structure, times), facing.number)
+    return facing.for_contacts(times) if isinstance(facing, Structure) else facing
+
+
 def takes_part(where: str, facing: Any) -> None:
     """Raise a ValueError for what is neither a structure nor a participant."""
     if isinstance(facing, type):

@@ -28,6 +28,10 @@ graded by their own sizes, are within 0.0001 from 0.1 on (docs/numerics.md): the
 ENOUGH_CYCLES = 2.0
 """What the cure asks for."""
 
+MESH_ERROR, REDUCTION_ERROR = 0.007, 0.2
+"""AR of the primary wave may be wrong by the first over those cycles, and by the second times a reduction's estimated
+error: the most that was seen on plates, half-planes and rods of 2 to 5 mm (docs/numerics.md)."""
+
 EXCEEDED = 2.0
 """A reduction's estimated error over its tolerance that is warned of; the estimate is about twice the error."""
 
@@ -107,8 +111,8 @@ def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
     if error > EXCEEDED * allowed:
         words = (
             f"its estimated error is {100.0 * error:.2g} % for this run's push of {readable(length, 's', 2)}, "
-            f"its tolerance {100.0 * allowed:.2g} % for pulses of {readable(report['pulse'], 's', 2)}; late and "
-            f"secondary waves may be wrong; reduce(..., pulse={length:.1e}) suits this push"
+            f"its tolerance {100.0 * allowed:.2g} % for pulses of {readable(report['pulse'], 's', 2)}; "
+            f"{_wrong_by(REDUCTION_ERROR * error)}; reduce(..., pulse={length:.1e}) suits this push"
         )
         yield Doubt("reduction", error / allowed, words)
 
@@ -119,10 +123,14 @@ def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (
             f"it resolves waves up to {readable(frequency, 'Hz')}, and this run's push of "
-            f"{readable(length, 's', 2)} excites higher ones; late and secondary waves may be "
-            f"wrong; {_finer(origin, ENOUGH_CYCLES / length)} suits it"
+            f"{readable(length, 's', 2)} excites higher ones; "
+            f"{_wrong_by(MESH_ERROR / (length * frequency))}; {_finer(origin, ENOUGH_CYCLES / length)} suits it"
         )
         yield Doubt("mesh", 1.0 / (length * frequency), words)
+
+
+def _wrong_by(error: float) -> str:
+    return f"AR may be wrong by {min(error, 1.0):.1g}, late and secondary waves by more"
 
 
 def _finer(origin: Any, frequency: float) -> str:

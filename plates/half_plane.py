@@ -1,7 +1,7 @@
 """The thin plate with one straight edge, without a mesh: its exact spectrum at a point, as oscillators."""
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from math import inf, pi
 from typing import Annotated, NamedTuple
@@ -77,9 +77,8 @@ def half_plane(
     edge: Annotated[str, OneOf(*EDGES)],
     distance: Annotated[float, replace(Likely.DISTANCE, or_zero=True)],
     until: Annotated[Until, Asks("the longest run; by default that of the case")] = UNTIL,
-    highest_frequency: Annotated[
-        float, replace(Likely.FREQUENCY, low=1.0 / TIMES[1], high=1.0 / TIMES[0])
-    ] = HIGHEST_FREQUENCY,
+    highest_frequency: Annotated[float, replace(Likely.FREQUENCY, low=1.0 / TIMES[1], high=1.0 / TIMES[0])]
+    | None = None,
 ) -> Structure:
     """A thin plate that fills the half-plane x ≥ 0, struck at a distance from its straight edge x = 0.
 
@@ -98,9 +97,9 @@ def half_plane(
         From the contact to the edge, m. Zero, a contact on the edge, is for a free edge only.
     until : float
         The longest run, s, that the structure serves. The number of oscillators is proportional to it.
-    highest_frequency : float
-        Hz, up to which waves are resolved in time; faster ones follow the force without delay. Beads of 1 mm
-        need about 400 kHz.
+    highest_frequency : float, optional
+        Hz, up to which waves are resolved in time; faster ones follow the force without delay. By default 100 kHz, and
+        more for contacts below 10 µs.
 
     Returns
     -------
@@ -135,18 +134,21 @@ def half_plane(
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
     plate = _HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)
     # Of half the length are waves of four times the frequency.
-    circular = 2.0 * pi * fineness().cells ** 2 * highest_frequency
+    highest = HIGHEST_FREQUENCY * fineness().shorter if highest_frequency is None else highest_frequency
+    circular = 2.0 * pi * fineness().cells ** 2 * highest
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
-    return Structure(
+    made = Structure(
         sparse.csr_array(sparse.eye_array(frequency.size)),
         sparse.csr_array(sparse.diags_array(frequency**2)),
         None,
         np.sqrt(weight),
         plate.compliance_above(QUASI_STATIC * circular),
         Surface(material),
-        valid_until=until,
+        {"highest_frequency": highest},
+        until,
     )
+    return made.made_by(partial(half_plane, thickness, material, edge, distance, until, highest_frequency))
 
 
 class _HalfPlane(NamedTuple):

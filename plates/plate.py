@@ -17,10 +17,10 @@ from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
-from structures.bodies.elasticity import HIGHEST_FREQUENCY
 from structures.caution import caution
 from structures.checks import instance, positive, short
 from structures.field import Field
+from structures.fineness import default_frequency
 from structures.html_table import html_table
 from structures.linear_algebra.factor import Matrices
 from structures.linear_algebra.symmetric import is_definite
@@ -66,8 +66,8 @@ class Plate:
         How edges are held, by name; edges that are not named are free.
     element : Element
         Theory and finite elements: anything that meets the protocol `plates.elements.theory.Element`.
-    highest_frequency : float
-        The mesh resolves flexural waves up to it, Hz.
+    highest_frequency : float, optional
+        The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
     additions : sequence of PointMass, Stiffener, Weakened and Prestress
         What is fixed to the plate, where it is weak, and forces in its plane.
     material : Material, Laminate or None
@@ -95,11 +95,12 @@ class Plate:
     section: Section
     supports: Supports | Mapping[Tag, Support]
     element: Element
-    highest_frequency: float = HIGHEST_FREQUENCY
+    highest_frequency: Any = None
     additions: Sequence[Addition] = ()
     material: Material | Laminate | None = None
     origin: Mapping[str, Any] = field(default_factory=dict)
     _kept: dict[int, tuple[Assembled, Matrices]] = field(default_factory=dict, init=False)
+    _follows: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         lacking = [name for name in MEMBERS if not hasattr(self.element, name)]
@@ -118,6 +119,9 @@ class Plate:
         if not isinstance(self.material, Material | Laminate | None):
             raise ValueError(f"material = {short(self.material)}: must be a Material, a Laminate or None")
         box, section = self.shape.box, self.section
+        if self.highest_frequency is None:
+            object.__setattr__(self, "highest_frequency", default_frequency())
+            object.__setattr__(self, "_follows", True)
         object.__setattr__(self, "highest_frequency", positive("highest_frequency", self.highest_frequency, "Hz"))
         if not isinstance(self.supports, Supports):
             supports = instance(
@@ -257,7 +261,8 @@ class Plate:
         mass, stiffness = matrices.mass, matrices.stiffness
         fields = Field(partial(assembled.sampler, stiffness), len(contact))
         origin = self.data(contacts)
-        return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields, matrices=matrices)
+        made = Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields, matrices=matrices)
+        return made if self.shape.fixed else made.made_by(partial(_struck_again, self, x, y, face))
 
     def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
         """Return the mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
@@ -397,6 +402,11 @@ class Plate:
 
     def _repr_html_(self) -> str:
         return html_table(self.kind, self._rows())
+
+
+def _struck_again(plate: Plate, *place: Any) -> Structure:
+    """Return the plate struck at the place; a default mesh follows the contact."""
+    return replace(plate, highest_frequency=None if plate._follows else plate.highest_frequency).at(*place)
 
 
 def _has(mesh: PlateMesh, name: Tag) -> bool:

@@ -6,8 +6,9 @@ solid.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -319,10 +320,23 @@ def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structur
     instance("damping", damping, Viscous, "hl.damping.Rayleigh, Modal or StandardLinearSolid")
     if isinstance(damping, StandardLinearSolid):
         is_number = isinstance(part, int | np.integer) and not isinstance(part, bool)
-        return damping.of_structure(structure, part_of_layer(structure, int(part), "part") if is_number else part)
+        given = part_of_layer(structure, int(part), "part") if is_number else part
+        return _made_alike(damping.of_structure(structure, given), structure, damping, part)
     if part is not None:
         raise ValueError(f"part: only a StandardLinearSolid acts on a part, not {damping!r}")
-    return damping.of_structure(structure)
+    return _made_alike(damping.of_structure(structure), structure, damping, None)
+
+
+def _made_alike(made: Structure, structure: Structure, damping: Viscous, part: Any) -> Structure:
+    """Return a damped structure that is made again as the undamped one is; matrices and lists belong to one mesh."""
+    sized = not (part is None or isinstance(part, int)) or isinstance(getattr(damping, "ratio", None), tuple)
+    if made is structure or structure.again is None or sized:
+        return made
+    return made.made_by(partial(_damped_again, structure.again, damping, part))
+
+
+def _damped_again(again: Callable[[], Structure], damping: Viscous, part: int | None) -> Structure:
+    return damped(again(), damping, part)
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:

@@ -4,6 +4,7 @@ from bisect import bisect
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import replace
+from functools import partial
 from hashlib import sha256
 from math import log
 from typing import Annotated, Any, NamedTuple, TypeAlias
@@ -85,7 +86,7 @@ def reduce(
     tolerance: Annotated[float, Quantity()] = 1e-2,
     largest: Several = MOST_VECTORS,
     keep_field: bool = False,
-    pulse: Annotated[float, replace(Likely.TIME, low=PULSE_RANGE[0], high=PULSE_RANGE[1])] = DEFAULT_PULSE,
+    pulse: Annotated[float, replace(Likely.TIME, low=PULSE_RANGE[0], high=PULSE_RANGE[1])] | None = None,
 ) -> Structure:
     """Reduce a structure to oscillators (M = I, K diagonal) with the same motion of the contact points.
 
@@ -112,9 +113,9 @@ def reduce(
     keep_field : bool
         Keep the data from which displacement and stress of the whole body are recovered, for `motion`: 8
         bytes for each degree of freedom and oscillator.
-    pulse : float
-        Length of the pulse, s: a contact time. The default suits steel beads of 4 mm diameter or more. Beads of 1 mm
-        push for about 7 µs, and the AR of their secondary waves may be wrong by 20 % after a reduction for 25 µs. A run
+    pulse : float, optional
+        Length of the pulse, s: a contact time. By default 25 µs, which suits steel beads of 4 mm diameter or more; for
+        contacts below 10 µs a run reduces the structure anew, by a shorter pulse, if hertzlink built it. A run
         looks up the error for its own contact time, and warns if it exceeds twice the tolerance.
 
     Returns
@@ -148,6 +149,8 @@ def reduce(
     """
     if is_left_out(instance("structure", structure, Structure, "a Structure")):
         return structure
+    arguments = until, tolerance, largest, keep_field, pulse
+    pulse = DEFAULT_PULSE / fineness().shorter if pulse is None else pulse
     if (part := fineness().tolerance) < 1.0:
         tolerance, largest = part * tolerance, max(largest, MOST_VECTORS)
     if until > structure.valid_until:
@@ -162,7 +165,12 @@ def reduce(
         field = field.in_basis(krylov.shapes(modes))
     if (estimate := report["error_estimate"]) > tolerance:
         caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
-    return _made_of(modes, structure, report, until, field)
+    reduced = _made_of(modes, structure, report, until, field)
+    return reduced if structure.again is None else reduced.made_by(partial(_reduced_again, structure.again, arguments))
+
+
+def _reduced_again(again: Callable[[], Structure], arguments: tuple[Any, ...]) -> Structure:
+    return reduce(again(), *arguments)
 
 
 _LATEST: dict[bytes, tuple["Modes", dict[str, Any]]] = {}

@@ -3,10 +3,10 @@ structures.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,16 @@ from scipy import sparse
 from structures.checks import count_of, each, finite, instance, listed, positive
 from structures.described import described_as
 from structures.field import Field
+from structures.fineness import fineness, for_shorter
 from structures.html_table import html_table
 from structures.linear_algebra.factor import Matrices, numbers, symmetric
 from structures.material import Material
 from structures.surface import Surface
 
 Vector = NDArray[np.float64]
+
+LARGEST_REMADE = 100_000
+"""Unknowns up to which a structure is made again with a finer mesh: some 15 s of reduction."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -83,6 +87,9 @@ class Structure:
     field: Field | None = None
     matrices: Matrices = dataclasses.field(default=None, repr=False)  # type: ignore[assignment]
 
+    again: ClassVar[Any] = None
+    """Makes the structure again by the same arguments. It is no field: a changed copy is not made so."""
+
     def __post_init__(self) -> None:
         contact = _columns(numbers("contact", self.contact))
         object.__setattr__(self, "contact", contact)
@@ -120,6 +127,28 @@ class Structure:
         """True if the degrees of freedom are modes: M = I, K and C diagonal."""
         matrices = [self.mass, self.stiffness] + ([] if self.damping is None else [self.damping])
         return all(map(_is_diagonal, matrices)) and bool((self.mass.diagonal() == 1.0).all())
+
+    def made_by(self, again: Callable[[], "Structure"]) -> "Structure":
+        """Return this structure, which `again` makes anew."""
+        object.__setattr__(self, "again", again)
+        object.__setattr__(self, "_made", {})
+        return self
+
+    def for_contacts(self, times: int) -> "Structure":
+        """Return the structure with defaults for contacts that are shorter by this factor, or by what is possible."""
+        size, made = self.origin.get("reduction", {}).get("full_size", self.size), vars(self).get("_made")
+        while times > 1 and times * size > LARGEST_REMADE:
+            times //= 2
+        if self.again is None or made is None or times == fineness().shorter:
+            return self
+        if (key := (times, fineness())) not in made:
+            try:
+                with for_shorter(times):
+                    made[key] = self.again()
+                object.__setattr__(made[key], "_made", made)
+            except ValueError:  # too large, or too thick for its theory: a run warns
+                made[key] = self
+        return made[key]  # type: ignore[no-any-return]
 
     @property
     def size(self) -> int:

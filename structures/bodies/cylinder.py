@@ -1,5 +1,6 @@
 """Solid cylinders of one or more bonded layers, struck on the axis: axisymmetric linear elasticity."""
 
+from functools import partial
 from itertools import pairwise
 from math import isclose
 from operator import attrgetter
@@ -12,7 +13,6 @@ from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 
 from structures.bodies.elastic_field import elastic_field
 from structures.bodies.elasticity import (
-    HIGHEST_FREQUENCY,
     Foundation,
     absorbing_faces,
     body_matrices,
@@ -27,6 +27,7 @@ from structures.bodies.rod import Layer, Layers
 from structures.checks import listed
 from structures.described import described_as
 from structures.field import Field
+from structures.fineness import HIGHEST_FREQUENCY
 from structures.quantities import Count, Frequency, Length, OneOf
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -105,9 +106,10 @@ def layered_cylinder(
     mass, stiffness, damping, contact, field = _Section(stack, across, along).held(base, side, patch)
     struck = stack[0].material
     flexibility = -patch_compliance(struck, patch)
-    return Structure(
+    cylinder = Structure(
         mass, stiffness, damping, contact, flexibility, Surface(struck), {"patch_radius": patch}, field=field
     )
+    return cylinder.made_by(partial(layered_cylinder, layers, base, side, patch_radius, highest_frequency, cells))
 
 
 class _Section:

@@ -23,9 +23,6 @@ from structures.structure import Vector
 
 Owner = NDArray[np.int64]
 
-HIGHEST_FREQUENCY = 40.0e3
-"""Hz. The contact of steel beads of 4 to 20 mm diameter lasts 25 to 110 µs and excites little above this frequency."""
-
 
 @described
 class Foundation:

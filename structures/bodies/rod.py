@@ -1,6 +1,7 @@
 """Rods of one or more bonded layers, in the one-dimensional theory of longitudinal waves."""
 
 from collections.abc import Sequence
+from functools import partial
 from math import ceil, pi
 from typing import Annotated
 
@@ -110,7 +111,8 @@ def rod(
         with two contacts, 0 on the face of the first layer and 1 on the face of the last one, which another chain
         strikes.
     elements : int, optional
-        Number of elements in each layer. By default a wave needs 1 µs to cross an element.
+        Number of elements in each layer. By default a wave needs 1 µs to cross an element, less for contacts below
+        10 µs.
 
     Returns
     -------
@@ -164,7 +166,9 @@ def rod(
         mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], contact[free]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
     origin = {"elements": counts, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing)}
-    return Structure(mass, stiffness, damping, contact, 0.0, surfaces[0] if len(surfaces) == 1 else surfaces, origin)
+    struck = surfaces[0] if len(surfaces) == 1 else surfaces
+    made = Structure(mass, stiffness, damping, contact, 0.0, struck, origin)
+    return made.made_by(partial(rod, layers, base, elements))
 
 
 @described
@@ -201,7 +205,8 @@ def _nodes(count: int) -> NDArray[np.intp]:
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], NDArray[np.intp], Vector]:
     """Return the number of elements in each layer, the layer of each element, and its length, m."""
-    travels = [ceil(layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME)) for layer in layers]
+    travel_time = ELEMENT_TRAVEL_TIME / fineness().shorter
+    travels = [ceil(layer.length / (layer.material.bar_speed * travel_time)) for layer in layers]
     usual = [fineness().cells * max(FEWEST_ELEMENTS, travel) for travel in travels]
     counts = usual if elements is None else [elements] * len(layers)
     if sum(counts) > MOST_ELEMENTS:

@@ -70,7 +70,8 @@ def test_structures_are_reduced_wherever_they_stand() -> None:
         hl.batch([hl.CoSimulation(CHAIN, PLATE, reduce=False)], UNTIL, sensors=[3])
 
 
-def test_a_push_too_short_for_the_reduction_is_warned_of() -> None:
+def test_a_reduction_suits_the_push_of_the_run() -> None:
     bead = hl.Sphere(0.4e-3, hl.STEEL_440C)
-    with pytest.warns(hl.HertzlinkWarning, match=r"reduction: its estimated error is .* for this run's push of"):
-        hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.31), PLATE).run(1e-4)
+    run = hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.31), PLATE).run(1e-4)
+    assert input_of(run)["structure"]["reduction"]["pulse"] == 25e-6 / 16.0
+    assert "reduction: " not in run.attrs["warnings"]

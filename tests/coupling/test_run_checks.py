@@ -307,7 +307,7 @@ def test_a_push_that_is_too_short_for_the_reduction() -> None:
     bead = hl.Sphere(1e-3, HARD)
     chain, full = hl.Chain([bead] * 14, bead, 0.4), plate(1e-3, 160e3)
     with pytest.warns(hl.HertzlinkWarning, match="reduction: "):
-        coarse = hl.CoSimulation(chain, hl.reduce(full, 3e-4)).run(3e-4)
+        coarse = hl.CoSimulation(chain, hl.reduce(full, 3e-4, pulse=25e-6)).run(3e-4)
     (finding,) = found(coarse, "reduction")
     pulse = float(finding.split("pulse=")[1].split(")")[0])
     assert pulse == pytest.approx(hl.contact_time(coarse), rel=0.2)

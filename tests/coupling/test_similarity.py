@@ -3,7 +3,7 @@
 Stress, speed and force/length² stay; nothing in a builder, a reduction or a run may contain a length or a time.
 """
 
-import warnings
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -123,26 +123,68 @@ def test_all_lengths_and_times_multiplied(name: str) -> None:
         assert ratios(BUILDERS[name], n) == pytest.approx(expected, rel=1e-7)
 
 
+def ply_plate(n: float) -> hl.Structure:
+    carbon = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+    wall = hl.Laminate([hl.Ply(carbon, 0.5e-3 * n, angle) for angle in (0.0, 1.5, 1.5, 0.0)])
+    return hl.kirchhoff_plate(0.12 * n, 0.1 * n, None, wall, CLAMPED).at(0.04 * n, 0.03 * n)
+
+
 DEFAULTS: dict[str, Callable[[float], hl.Structure]] = {
-    "rod": lambda n: hl.rod(layers(n)),
+    "half-space": lambda n: hl.half_space(PTFE),
+    "rod": lambda n: hl.rod([hl.Layer(STEEL, 0.5 * n, 9e-3 * n)]),
     "cylinder": lambda n: hl.layered_cylinder(layers(n)),
-    "plate": lambda n: hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED).at(0.04 * n, 0.03 * n),
-    "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, UNTIL * n),
-    "beam": lambda n: hl.beam(0.1 * n, 0.9 * n**4, 0.05 * n**2, ALLOY, 0.04 * n),
+    "beam": lambda n: hl.beam(0.3 * n, 333.0 * n**4, 1.57 * n**2, STEEL, 0.1 * n),
+    "thin plate": lambda n: hl.kirchhoff_plate(0.12 * n, 0.1 * n, 2e-3 * n, ALLOY, CLAMPED).at(0.04 * n, 0.03 * n),
+    "thick plate": lambda n: hl.mindlin_plate(0.12 * n, 0.1 * n, 4e-3 * n, ALLOY, CLAMPED).at(0.04 * n, 0.03 * n),
+    "laminate": ply_plate,
+    "solid": cube,
+    "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, 1.2e-3 * n),
 }
 
 
-@pytest.mark.parametrize("name", DEFAULTS)
-def test_defaults_are_exact_enough_or_the_run_warns(name: str) -> None:
-    """Within 0.5 % of the greatest force, where meshes are for 40 kHz however short the push is."""
-    wanted = ratios(DEFAULTS[name], 10.0)
-    for n in (1.0, 0.3, 0.1):
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            found = ratios(DEFAULTS[name], n)
-        if not any(str(one.message).startswith("mesh: ") for one in said):
-            assert found[0] == pytest.approx(wanted[0], abs=5e-3)
-            assert found[2:] == pytest.approx(wanted[2:], rel=5e-3)
+def primary(n: float, body: hl.Structure) -> float:
+    """AR of 12 steel beads of 4.76 mm radius, times n."""
+    bead = hl.Sphere(4.76e-3 * n, STEEL)
+    run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), body).run(1.2e-3 * n)
+    return float(hl.amplitude_ratio(run, 6))
+
+
+@pytest.mark.filterwarnings("error:(mesh|reduction)::hertzlink", "ignore::hertzlink.HertzlinkWarning")
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.thorough] if name in LONG else []) for name in DEFAULTS]
+)
+def test_default_meshes_and_reductions_follow_the_contact(name: str) -> None:
+    build = DEFAULTS[name]
+    wanted = primary(1.0, build(1.0))
+    for n in (0.1, 10.0):
+        assert primary(n, build(n)) == pytest.approx(wanted, rel=5e-3)
+    if build(1.0).valid_until == np.inf:
+        assert primary(0.1, hl.reduce(build(0.1), 1.2e-4)) == pytest.approx(wanted, rel=5e-3)
+
+
+def test_what_an_argument_says_stays_and_a_warning_says_how_wrong() -> None:
+    """A mesh for 40 kHz under beads of 0.476 mm."""
+    plate = hl.kirchhoff_plate(0.012, 0.01, 2e-4, ALLOY, CLAMPED, highest_frequency=4e4).at(4e-3, 3e-3)
+    with pytest.warns(hl.HertzlinkWarning, match="mesh: it resolves .* AR may be wrong by ") as said:
+        found = primary(0.1, plate)
+    words = next(str(one.message) for one in said if str(one.message).startswith("mesh: "))
+    error = float(words.split("AR may be wrong by ")[1].split(",")[0])
+    assert 1e-3 < abs(found - primary(1.0, DEFAULTS["thin plate"](1.0))) < error
+
+
+def test_a_structure_is_made_once_for_short_contacts() -> None:
+    """Damping and reduction are repeated, one structure with two contacts stays one, and large bodies are left."""
+    bar = hl.damped(hl.rod([hl.Layer(STEEL, 0.5, 9e-3)], base="contact"), hl.damping.Rayleigh(100.0))
+    small = hl.reduce(bar, 1e-3)
+    fine = small.for_contacts(4)
+    assert fine is small.for_contacts(4) is fine.for_contacts(4) is not small is small.for_contacts(1)
+    assert pickle.loads(pickle.dumps(small)).for_contacts(4).size == fine.size
+    assert fine.origin["elements"][0] == pytest.approx(4 * bar.origin["elements"][0], abs=4)
+    assert fine.origin["damping"] == small.origin["damping"]
+    assert fine.origin["reduction"]["pulse"] == 25e-6 / 4.0
+    large = hl.rod([hl.Layer(STEEL, 200.0, 9e-3)])
+    assert large.for_contacts(2) is large
+    assert replace(bar, flexibility=1e-9).for_contacts(4).flexibilities.tolist() == [1e-9, 1e-9]
 
 
 @pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
