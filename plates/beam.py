@@ -13,7 +13,7 @@ from structures.caution import caution
 from structures.checks import one_of
 from structures.described import described
 from structures.fineness import default_frequency
-from structures.linear_algebra.symmetric import is_definite
+from structures.linear_algebra.factor import is_definite
 from structures.material import Material, check_stress
 from structures.quantities import (
     Asks,

@@ -22,8 +22,7 @@ from structures.checks import instance, positive, short
 from structures.field import Field
 from structures.fineness import default_frequency
 from structures.html_table import html_table
-from structures.linear_algebra.factor import Matrices
-from structures.linear_algebra.symmetric import is_definite
+from structures.linear_algebra.factor import Matrices, is_definite
 from structures.material import Material, check_stress
 from structures.meshes.mesh_reading import Tag, known
 from structures.structure import Structure

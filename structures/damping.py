@@ -19,8 +19,7 @@ from scipy.sparse.linalg import splu
 from structures.bodies.rod import Layer, rod_parts
 from structures.checks import each, finite, instance, short
 from structures.described import described, described_as, description
-from structures.linear_algebra.factor import symmetric
-from structures.linear_algebra.symmetric import check_definite
+from structures.linear_algebra.factor import check_definite, symmetric
 from structures.material import Material
 from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
 from structures.structure import Structure, Vector, known_field

@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 
 from structures.checks import instance, within
 from structures.kernels import linear
-from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite
+from structures.linear_algebra.factor import SMALL_MATRIX, check_definite
 from structures.modes import modes_of
 from structures.oscillators import OscillatorStep
 from structures.stepping import (

@@ -1,14 +1,14 @@
 """Solid cylinders of one or more bonded layers, struck on the axis: axisymmetric linear elasticity."""
 
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from math import isclose
+from math import ceil, isclose
 from operator import attrgetter
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 
 from structures.bodies.elastic_field import elastic_field
@@ -22,21 +22,44 @@ from structures.bodies.elasticity import (
     pressure_speed,
     shear_speed,
 )
-from structures.bodies.patch_mesh import DEFAULT_CELLS, PATCH_DIVISOR, about_corner, about_patch, check_size, graded
 from structures.bodies.rod import Layer, Layers
 from structures.checks import listed
 from structures.described import described_as
-from structures.field import Field
-from structures.fineness import HIGHEST_FREQUENCY
+from structures.fineness import HIGHEST_FREQUENCY, fineness
 from structures.quantities import Count, Frequency, Length, OneOf
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
-Matrix: TypeAlias = sparse.csr_array
-Numbers: TypeAlias = NDArray[np.int64]
-
 INTEGRATION_ORDER = 5
 """Exact for the mass matrix of rectangular quadratic elements with the weight r."""
+
+PATCH_DIVISOR = 8.0
+"""The default radius of the patch is the shortest of radius, first layer and shear wavelength, divided by this number.
+"""
+
+DEFAULT_CELLS = 4
+"""Default number of cells across the radius of the patch and in the shortest shear wavelength; twice as many change AR
+by less than 0.05 % (docs/numerics.md).
+"""
+
+CELL_GROWTH, EDGE_GROWTH = 1.2, 2.0
+"""Cells grow by the first over `cells` times the distance from the patch; by the second from the edge of the patch, and
+from the corners of bonded layers, up to their size elsewhere.
+"""
+
+PATCH_EDGE_REFINEMENT = 4.0
+"""Cells at the edge of the patch, where the pressure drops to zero, are smaller by this factor. With four cells the
+compliance of the patch is then 0.03 % off; without the refinement it is 0.2 % off.
+"""
+
+CORNER_REFINEMENT = 16.0
+"""Cells at the rim, the interfaces and the base are smaller than radius/cells by this factor: stresses have no bound in
+the corners where two materials, or a layer and its base, are bonded (Williams, J. Appl. Mech. 19 (1952) 526). Cells of
+radius/cells there make steel on a short layer of PTFE 3.6 % too stiff.
+"""
+
+MOST_CELLS = 100_000
+"""Upper limit for the whole mesh: about 800 000 degrees of freedom."""
 
 
 @described_as(called="cylinder")
@@ -99,120 +122,121 @@ def layered_cylinder(
     >>> body.contacts, body.damping is not None, body.flexibility < 0.0
     (1, True, True)
     """
-    stack = _stack(layers)
-    frequency, patch = highest_frequency, _patch_radius(patch_radius, stack, highest_frequency)
-    across, along = _nodes_across(stack, patch, frequency, cells), _nodes_along(stack, patch, frequency, cells)
-    check_size(float(across.size * along.size))
-    mass, stiffness, damping, contact, field = _Section(stack, across, along).held(base, side, patch)
-    struck = stack[0].material
-    flexibility = -patch_compliance(struck, patch)
-    cylinder = Structure(
-        mass, stiffness, damping, contact, flexibility, Surface(struck), {"patch_radius": patch}, field=field
-    )
-    return cylinder.made_by(partial(layered_cylinder, layers, base, side, patch_radius, highest_frequency, cells))
-
-
-class _Section:
-    """The half-plane (r, z) of a stack of layers: r from the axis, z from the struck face into the body.
-
-    across, along: ascending nodes in r and z, m.
-    """
-
-    def __init__(self, layers: list[Layer], across: Vector, along: Vector) -> None:
-        self.materials = [layer.material for layer in layers]
-        self.interfaces = _faces(layers)[1:-1]
-        self.mesh, self.element = MeshQuad.init_tensor(across, along), ElementVector(ElementQuad2())
-        self.basis = Basis(self.mesh, self.element, intorder=INTEGRATION_ORDER)
-        self.middle = self.mesh.p[:, self.mesh.facets].mean(axis=1)
-        r, z = self.middle
-        self.axis, self.outer = np.flatnonzero(r == 0.0), np.flatnonzero(r == across[-1])
-        self.top, self.bottom = np.flatnonzero(z == 0.0), np.flatnonzero(z == along[-1])
-
-    def held(
-        self, base: str | Foundation, side: str, patch: float
-    ) -> tuple[Matrix, Matrix, Matrix | None, Vector, Field]:
-        """Return M, K, C, b and the field of the degrees of freedom that base and axis leave free."""
-        owner = self._owner(self.mesh.p[1, self.mesh.t].mean(axis=0))
-        mass, stiffness = body_matrices(self.basis, self.materials, owner)
-        held = self.basis.get_dofs(self.axis).all(["u^1"])
-        absorbing = [self.outer] if side == "absorbing" else []
-        if isinstance(base, Foundation):
-            stiffness = sparse.csr_array(stiffness + foundation_springs(self._on(self.bottom), base))
-        elif base == "absorbing":
-            absorbing.append(self.bottom)
-        elif base == "fixed":
-            held = np.union1d(held, self.basis.get_dofs(self.bottom).all())
-        free = np.setdiff1d(np.arange(self.basis.N), held)
-        damping = None
-        if absorbing:
-            damping = self._dashpots(np.concatenate(absorbing), rod_like=side == "free")[free][:, free]
-        contact = patch_vector(self._on(self.top[self.middle[0, self.top] < patch]))
-        field = elastic_field(self.mesh, ElementQuad2, INTEGRATION_ORDER, free, self.materials, owner)
-        return mass[free][:, free], stiffness[free][:, free], damping, contact[free], field
-
-    def _dashpots(self, facets: Numbers, rod_like: bool) -> Matrix:
-        """Return the damping of facets that absorb the waves of a rod, or those of a large body."""
-        speed = attrgetter("bar_speed") if rod_like else pressure_speed
-        return absorbing_faces(self._on(facets), self.materials, self._owner(self.middle[1, facets]), speed)
-
-    def _on(self, facets: Numbers) -> Any:
-        return FacetBasis(self.mesh, self.element, facets=facets, intorder=INTEGRATION_ORDER)
-
-    def _owner(self, depth: Vector) -> Numbers:
-        """Return the layer at each depth."""
-        return np.asarray(np.searchsorted(self.interfaces, depth))
-
-
-def _stack(layers: object) -> list[Layer]:
     stack = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     radii = [layer.radius for layer in stack]
     if not all(isclose(radius, radii[0]) for radius in radii):
         raise ValueError(f"layers: have radii {radii} m; a cylinder must have one radius, rod() accepts several")
-    return stack
+    materials = [layer.material for layer in stack]
+    depths = np.concatenate([[0.0], np.cumsum([layer.length for layer in stack])])
+    patch = _patch_radius(patch_radius, stack[0], highest_frequency)
+    coarsest = [shear_speed(material) / highest_frequency / cells for material in materials]
+    across = _nodes_across(radii[0], patch, min(coarsest), cells)
+    along = _nodes_along(depths, radii[0], patch, coarsest, cells)
+    _check_size(float(across.size * along.size))
+
+    # The half-plane (r, z): r from the axis, z from the struck face into the body.
+    mesh, element = MeshQuad.init_tensor(across, along), ElementVector(ElementQuad2())
+    basis = Basis(mesh, element, intorder=INTEGRATION_ORDER)
+    r, z = mesh.p[:, mesh.facets].mean(axis=1)
+    bottom = np.flatnonzero(z == along[-1])
+
+    def on(facets: NDArray[np.intp]) -> Any:
+        return FacetBasis(mesh, element, facets=facets, intorder=INTEGRATION_ORDER)
+
+    def layer_at(depth: Vector) -> NDArray[np.int64]:
+        return np.asarray(np.searchsorted(depths[1:-1], depth))
+
+    owner = layer_at(mesh.p[1, mesh.t].mean(axis=0))
+    mass, stiffness = body_matrices(basis, materials, owner)
+    held = basis.get_dofs(np.flatnonzero(r == 0.0)).all(["u^1"])
+    if isinstance(base, Foundation):
+        stiffness = stiffness + foundation_springs(on(bottom), base)
+    elif base == "fixed":
+        held = np.union1d(held, basis.get_dofs(bottom).all())
+    free = np.setdiff1d(np.arange(basis.N), held)
+    absorbing = np.flatnonzero((z == along[-1]) & (base == "absorbing") | (r == across[-1]) & (side == "absorbing"))
+    damping = None
+    if absorbing.size:
+        speed = attrgetter("bar_speed") if side == "free" else pressure_speed
+        damping = absorbing_faces(on(absorbing), materials, layer_at(z[absorbing]), speed)[free][:, free]
+    contact = patch_vector(on(np.flatnonzero((z == 0.0) & (r < patch))))
+    made = Structure(
+        mass[free][:, free],
+        stiffness[free][:, free],
+        damping,
+        contact[free],
+        -patch_compliance(materials[0], patch),
+        Surface(materials[0]),
+        {"patch_radius": patch},
+        field=elastic_field(mesh, ElementQuad2, INTEGRATION_ORDER, free, materials, owner),
+    )
+    return made.made_by(partial(layered_cylinder, layers, base, side, patch_radius, highest_frequency, cells))
 
 
-def _faces(layers: list[Layer]) -> Vector:
-    """Return the depths of the struck face, the interfaces and the base, m."""
-    return np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
-
-
-def _patch_radius(radius: float | None, layers: list[Layer], frequency: float) -> float:
-    first = layers[0]
+def _patch_radius(radius: float | None, first: Layer, frequency: float) -> float:
     if radius is None:
         return min(first.radius, first.length, shear_speed(first.material) / frequency) / PATCH_DIVISOR
-    patch = radius
-    if patch > first.radius:
+    if radius > first.radius:
         raise ValueError(f"patch_radius = {radius!r}: must not exceed the cylinder's radius, {first.radius} m")
-    if patch > first.length * (1.0 + 1e-6):
+    if radius > first.length * (1.0 + 1e-6):
         raise ValueError(
             f"patch_radius = {radius!r}: must not exceed the first layer's length, {first.length} m, or the patch is "
             "no spot on a large body of its material"
         )
-    return first.radius if isclose(patch, first.radius, rel_tol=1e-6) else patch
+    return first.radius if isclose(radius, first.radius, rel_tol=1e-6) else radius
 
 
-def _nodes_across(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
+def _nodes_across(radius: float, patch: float, coarsest: float, cells: int) -> Vector:
     """Return the nodes in r, m: fine on the patch and finest at its edge, which is a node; fine at the rim."""
-    coarsest, radius = min(shear_speed(layer.material) for layer in layers) / frequency / cells, layers[0].radius
 
     def size(r: Vector) -> Vector:
-        about_both = np.minimum(about_patch(r - patch, patch, cells), about_corner(radius - r, radius, cells))
+        about_both = np.minimum(_about_patch(r - patch, patch, cells), _about_corner(radius - r, radius, cells))
         return np.minimum(about_both, coarsest)
 
-    inside = graded(0.0, patch, size)
-    return inside if patch == radius else np.append(inside[:-1], graded(patch, radius, size))
+    inside = _graded(0.0, patch, size)
+    return inside if patch == radius else np.append(inside[:-1], _graded(patch, radius, size))
 
 
-def _nodes_along(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
+def _nodes_along(depths: Vector, radius: float, patch: float, coarsest: list[float], cells: int) -> Vector:
     """Return the nodes in z, m: fine at the struck face, the interfaces and the base, which are nodes."""
-    faces, parts = _faces(layers), []
-    for layer, (start, end) in zip(layers, pairwise(faces), strict=True):
-        coarsest = shear_speed(layer.material) / frequency / cells
+    nodes = []
+    for coarse, (start, end) in zip(coarsest, pairwise(depths), strict=True):
 
-        def size(z: Vector, coarsest: float = coarsest) -> Vector:
-            nearest = np.abs(z - faces[1:, None]).min(axis=0)
-            about_both = np.minimum(about_patch(z, patch, cells), about_corner(nearest, layers[0].radius, cells))
-            return np.minimum(about_both, coarsest)
+        def size(z: Vector, coarse: float = coarse) -> Vector:
+            nearest = np.abs(z - depths[1:, None]).min(axis=0)
+            about_both = np.minimum(_about_patch(z, patch, cells), _about_corner(nearest, radius, cells))
+            return np.minimum(about_both, coarse)
 
-        parts.append(graded(start, end, size)[:-1])
-    return np.append(np.concatenate(parts), faces[-1])
+        nodes.append(_graded(start, end, size)[:-1])
+    return np.append(np.concatenate(nodes), depths[-1])
+
+
+def _about_patch(beyond: Vector, patch: float, cells: int) -> Vector:
+    """Return the size of cells, m, at a distance beyond the patch's edge (negative inside), m."""
+    on_patch = patch / cells + CELL_GROWTH / cells * np.maximum(beyond, 0.0)
+    at_edge = patch / cells / PATCH_EDGE_REFINEMENT + EDGE_GROWTH / cells * np.abs(beyond)
+    return np.minimum(on_patch, at_edge)
+
+
+def _about_corner(beyond: Vector, radius: float, cells: int) -> Vector:
+    """Return the size of cells, m, at a distance from the rim, an interface or the base, m."""
+    return radius / cells / CORNER_REFINEMENT + EDGE_GROWTH / cells * np.abs(beyond)
+
+
+def _graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vector:
+    """Nodes from start to end, m, about `size` apart: at equal steps of ∫ dx/size."""
+    near = 0.5 * np.geomspace(1e-7, 1.0, 1000)
+    fine = start + (end - start) * np.concatenate([[0.0], near, 1.0 - near[-2::-1], [1.0]])
+    density = fineness().cells / size(fine)
+    passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
+    _check_size(float(passed[-1]))
+    nodes: Vector = np.interp(np.linspace(0.0, passed[-1], ceil(passed[-1] * (1.0 - 1e-9)) + 1), passed, fine)
+    nodes[0], nodes[-1] = start, end
+    return nodes
+
+
+def _check_size(cells: float) -> None:
+    if not cells <= MOST_CELLS:
+        raise ValueError(
+            f"patch_radius, highest_frequency, cells: need {cells:.3g} elements or more; at most {MOST_CELLS} fit"
+        )

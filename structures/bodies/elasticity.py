@@ -1,7 +1,7 @@
 """Linear elasticity of solids: mass and stiffness, absorbing faces, foundations, and the loaded patch.
 
-All functions take a scikit-fem basis of a vector element, either in three dimensions or in the half-plane (r, z) of a
-body of revolution. In the half-plane every integral has the weight 2π r, and the hoop strain u_r/r is added.
+All functions take a scikit-fem basis of a vector element in space, or in the half-plane (r, z) of a body of revolution.
+There every integral has the weight 2π r, and the hoop strain u_r/r is added.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,8 +15,8 @@ from scipy import sparse
 from skfem import BilinearForm, LinearForm
 from skfem.helpers import dot
 
-from structures.bodies.assembly import sum_of_cells
 from structures.described import described
+from structures.linear_algebra.factor import sum_of_cells
 from structures.material import Material
 from structures.quantities import Quantity
 from structures.structure import Vector
@@ -32,11 +32,6 @@ class Foundation:
     ----------
     stiffness : float
         Stiffness per area, N/m³.
-
-    Raises
-    ------
-    ValueError
-        If the stiffness is not positive.
 
     Examples
     --------
@@ -79,35 +74,30 @@ def patch_compliance(material: Material, radius: float) -> float:
 
 
 def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Return the consistent mass and stiffness, n × n each; owner: for each cell, the index of its material.
-
-    A mesh in the plane is that of a body of revolution with the axis x₀ = 0.
-    """
-    cells = Cells(basis, ring=basis.mesh.dim() == 2)
+    """Return the consistent mass, kg, and stiffness, N/m; owner: for each cell, the index of its material."""
     density, lame, shear = (
         np.array([of(material) for material in materials])[owner]
         for of in (attrgetter("density"), first_lame_parameter, shear_modulus)
     )
+    cells = _Cells(basis)
     return cells.mass(density), cells.stiffness(lame, shear)
 
 
 def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) -> list[sparse.csr_array]:
     """Return the contribution of the cells of each material to the stiffness, n × n each; see `body_matrices`."""
-    cells = Cells(basis, ring=basis.mesh.dim() == 2)
+    cells = _Cells(basis)
     return [
         cells.stiffness(first_lame_parameter(material) * (owner == part), shear_modulus(material) * (owner == part))
         for part, material in enumerate(materials)
     ]
 
 
-class Cells:
+class _Cells:
     """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes two
     to five times as long (`benchmarks/factorisation.py`).
-
-    ring: a mesh in the plane is that of a body of revolution.
     """
 
-    def __init__(self, basis: Any, ring: bool) -> None:
+    def __init__(self, basis: Any) -> None:
         self.basis, self.dim = basis, basis.mesh.dim()
         # A cell's degrees of freedom: all components of its first shape function, then all of its second, ...
         functions = [function[0] for function in basis.basis[:: self.dim]]
@@ -115,25 +105,23 @@ class Cells:
         self.values = np.stack([np.asarray(function)[0] for function in functions], axis=1)
         slopes = np.stack([function.grad[0] for function in functions]).transpose(2, 0, 1, 3)
         self.slopes = slopes.reshape(len(slopes), -1, slopes.shape[-1])
-        self.weight, self.hoops = basis.dx[:, None], None
-        if ring:
-            r = np.asarray(basis.global_coordinates())[0][:, None]
-            self.weight, self.hoops = 2.0 * pi * r * self.weight, self.values / r
+        x = np.asarray(basis.global_coordinates())
+        self.weight = (basis.dx * _circumference(x))[:, None]
+        self.hoops = self.values / x[0][:, None] if self.dim == 2 else None
 
     def mass(self, density: Vector) -> sparse.csr_array:
-        """Return n × n, kg; density: of each cell, kg/m³."""
+        """Return ∫ ρ u · v, kg; density: ρ of each cell, kg/m³."""
         overlaps = density[:, None, None] * self._integrals(self.values)
         return self._assembled(overlaps[:, :, None, :, None] * np.eye(self.dim)[:, None, :])
 
     def stiffness(self, lame: Vector, shear: Vector) -> sparse.csr_array:
-        """Return n × n, N/m: ∫ λ div u div v + 2μ ε(u) : ε(v); lame, shear: of each cell, Pa."""
+        """Return ∫ λ div u div v + 2μ ε(u) : ε(v), N/m; lame, shear: λ and μ of each cell, Pa."""
         count = self.values.shape[1]
         shape = len(lame), count, self.dim, count, self.dim
-        products = self._integrals(self.slopes).reshape(shape)
+        products = dilations = self._integrals(self.slopes).reshape(shape)
         traces = np.trace(products, axis1=2, axis2=4)[:, :, None, :, None]
         # 2 ε(u) : ε(v) of u = φ along i and v = ψ along j: ∂ⱼφ ∂ᵢψ, and ∇φ · ∇ψ where i = j.
         strains = products.transpose(0, 1, 4, 3, 2) + traces * np.eye(self.dim)[:, None, :]
-        dilations = products
         if self.hoops is not None:
             widened = self.slopes.copy()
             widened[:, :: self.dim] += self.hoops
@@ -144,38 +132,34 @@ class Cells:
 
     def _integrals(self, functions: Vector) -> Vector:
         """Return the integrals of the products of all pairs, cells × functions × functions."""
-        integrals: Vector = (self.weight * functions) @ functions.transpose(0, 2, 1)
-        return integrals
+        return np.asarray((self.weight * functions) @ functions.transpose(0, 2, 1))
 
     def _assembled(self, blocks: Vector) -> sparse.csr_array:
-        """Return the sum of the cells' blocks, n × n."""
         matrix = sum_of_cells(self.basis.element_dofs.T, blocks, self.basis.N)
         matrix.eliminate_zeros()
         return matrix
 
 
 def absorbing_faces(
-    faces: Any,
-    materials: Sequence[Material],
-    owner: Owner,
-    normal_speed: Callable[[Material], float] = pressure_speed,
+    faces: Any, materials: Sequence[Material], owner: Owner, normal_speed: Callable[[Material], float] = pressure_speed
 ) -> sparse.csr_array:
-    """Return the damping of Lysmer's dashpots, n × n: tractions of ρ c_p times the normal velocity and ρ c_s times the
-    tangential one.
+    """Return the damping, N s/m, of Lysmer's dashpots: tractions ρ c_p times the normal velocity, ρ c_s the tangential.
 
     faces: a facet basis; owner: for each facet, the index of the material behind it; normal_speed: replaces c_p. Waves
     at normal incidence leave without an echo, oblique waves with a small one (Lysmer and Kuhlemeyer, J. Eng. Mech. Div.
     95 (1969) 859).
     """
-    normal = _spread(faces, owner, [material.density * normal_speed(material) for material in materials])
-    across = _spread(faces, owner, [material.density * shear_speed(material) for material in materials])
-    damping = _product.assemble(faces, factor=across) + _normal_product.assemble(faces, factor=normal - across)
-    return sparse.csr_array(damping)
+    normal, across = (
+        np.array([material.density * speed(material) for material in materials])[owner, None] * np.ones_like(faces.dx)
+        for speed in (normal_speed, shear_speed)
+    )
+    return sparse.csr_array(_resistance.assemble(faces, normal=normal, across=across))
 
 
 def foundation_springs(faces: Any, foundation: Foundation) -> sparse.csr_array:
-    """Return the stiffness of an elastic foundation under the facets, n × n."""
-    return sparse.csr_array(_normal_product.assemble(faces, factor=foundation.stiffness * np.ones_like(faces.dx)))
+    """Return the stiffness of an elastic foundation under the facets, n × n, N/m."""
+    normal = foundation.stiffness * np.ones_like(faces.dx)
+    return sparse.csr_array(_resistance.assemble(faces, normal=normal, across=0.0 * normal))
 
 
 def patch_vector(faces: Any) -> Vector:
@@ -185,26 +169,15 @@ def patch_vector(faces: Any) -> Vector:
     return np.asarray(_inward.assemble(faces)) / area
 
 
-def _spread(basis: Any, owner: Owner, values: Sequence[float]) -> Vector:
-    """Return the value of the material of each cell or facet at all its integration points."""
-    spread: Vector = np.asarray(values, dtype=float)[owner, None] * np.ones_like(basis.dx)
-    return spread
-
-
 def _circumference(x: Any) -> Any:
-    """Return the factor from an integral over the mesh to one over the body: 2π r in the half-plane of a body of
-    revolution."""
+    """Return the factor from an integral over the mesh to one over the body: 2π r in a half-plane."""
     return 2.0 * pi * x[0] if x.shape[0] == 2 else np.ones_like(x[0])
 
 
 @BilinearForm
-def _product(u: Any, v: Any, w: Any) -> Any:
-    return w.factor * dot(u, v) * _circumference(w.x)
-
-
-@BilinearForm
-def _normal_product(u: Any, v: Any, w: Any) -> Any:
-    return w.factor * dot(u, w.n) * dot(v, w.n) * _circumference(w.x)
+def _resistance(u: Any, v: Any, w: Any) -> Any:
+    normal = (w.normal - w.across) * dot(u, w.n) * dot(v, w.n)
+    return (w.across * dot(u, v) + normal) * _circumference(w.x)
 
 
 @LinearForm

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import listed
-from structures.described import described
+from structures.described import checked_call, described
 from structures.fineness import fineness
+from structures.linear_algebra.factor import sum_of_cells
 from structures.material import Material
 from structures.quantities import Asks, Count, OneOf, Side, Thickness
-from structures.structure import Structure, Vector
+from structures.structure import Structure
 from structures.surface import Surface
 
 ELEMENT_TRAVEL_TIME = 1.0e-6
@@ -38,10 +39,7 @@ STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) 
 INERTIA = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30.0
 """Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle."""
 
-BASES = ("fixed", "free", "absorbing", "contact")
-
-
-Base = Annotated[str, OneOf(*BASES, others="; cylinder takes a Foundation")]
+Base = Annotated[str, OneOf("fixed", "free", "absorbing", "contact", others="; cylinder takes a Foundation")]
 
 
 @described
@@ -56,11 +54,6 @@ class Layer:
         Length along the axis, m.
     radius : float
         Radius, m, at most 5 m.
-
-    Raises
-    ------
-    ValueError
-        If a length is not positive, or the radius exceeds 5 m.
 
     Examples
     --------
@@ -91,15 +84,10 @@ Layers = Annotated[
 
 
 @described
-def rod(
-    layers: Layers,
-    base: Base = "fixed",
-    elements: Annotated[int, Count()] | None = None,
-) -> Structure:
-    """A rod of bonded layers, struck on the free face of the first layer.
+def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] | None = None) -> Structure:
+    """A rod of bonded layers, struck on the free face of the first layer: E A u″ = ρ A ü in each layer.
 
-    Each layer obeys E A u″ = ρ A ü; the displacement u and the axial force are continuous at the interfaces. The rod is
-    discretised with quadratic line elements.
+    The displacement u and the axial force are continuous at the interfaces. Quadratic line elements.
 
     Parameters
     ----------
@@ -119,11 +107,6 @@ def rod(
     Structure
         The rod, one degree of freedom for each node.
 
-    Raises
-    ------
-    ValueError
-        If `layers` or `base` is wrong, or if more than a million elements are needed.
-
     Notes
     -----
     Hertz's contact law is that of a half-space. Near a soft or slender rod the contact also deforms the sides, which
@@ -139,79 +122,55 @@ def rod(
     (16, 1)
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    counts, owner, width = _mesh(layers, elements and fineness().cells * elements)
-    nodes = _nodes(owner.size)
-    size = int(nodes.max()) + 1
-    axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner]
-    inertia = np.array([layer.material.density * layer.area for layer in layers])[owner]
-    stiffness = _assembled(STRETCHING, axial / width, nodes, size)
-    mass = _assembled(INERTIA, inertia * width, nodes, size)
-    top, bottom = 0, owner.size
-    contact = np.zeros((size, 1))
-    contact[top] = 1.0
-    damping: sparse.csr_array | None = None
-    surfaces = [Surface(layers[0].material)]
+    counts, masses, springs = _of_layers(layers, elements)
+    mass, stiffness = sum(masses[1:], masses[0]), sum(springs[1:], springs[0])
+    first, last, bottom = layers[0].material, layers[-1], sum(counts)
+    contact, damping, surface = np.eye(mass.shape[0], 1), None, Surface(first)
     if base == "absorbing":
-        last = layers[-1]
         impedance = last.material.density * last.material.bar_speed * last.area
         damping = sparse.csr_array(([impedance], ([bottom], [bottom])), shape=mass.shape)
-    if base == "contact":
+    elif base == "contact":
         # The second chain stands beyond the far end: away from that chain, the last face moves back into the rod.
-        last_face = np.zeros(size)
-        last_face[bottom] = -1.0
-        contact = np.column_stack([contact, last_face])
-        surfaces.append(Surface(layers[-1].material))
-    if base == "fixed":
-        free = np.setdiff1d(np.arange(size), [bottom])
+        contact = np.column_stack([contact, -np.eye(mass.shape[0], 1, -bottom)])
+        surface = [surface, Surface(last.material)]  # type: ignore[assignment]
+    elif base == "fixed":
+        free = np.delete(np.arange(mass.shape[0]), bottom)
         mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], contact[free]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
     origin = {"elements": counts, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing)}
-    struck = surfaces[0] if len(surfaces) == 1 else surfaces
-    made = Structure(mass, stiffness, damping, contact, 0.0, struck, origin)
+    made = Structure(mass, stiffness, damping, contact, 0.0, surface, origin)
     return made.made_by(partial(rod, layers, base, elements))
 
 
-@described
+@checked_call
 def rod_parts(
     layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] | None = None
 ) -> list[sparse.csr_array]:
-    """The contribution of each layer to the stiffness matrix of `rod`.
-
-    One matrix of n × n for each layer, N/m; their sum is the stiffness of the rod. The arguments are those of `rod`.
-    """
+    """The contribution of each layer to the stiffness of `rod`, n × n, N/m, whose arguments these are."""
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    _, owner, width = _mesh(layers, elements)
-    nodes = _nodes(owner.size)
-    size = int(nodes.max()) + 1
-    free = np.setdiff1d(np.arange(size), [owner.size] if base == "fixed" else [])
-    return [
-        _assembled(STRETCHING, layer.material.youngs_modulus * layer.area / width[own], nodes[own], size)[free][:, free]
-        for layer, own in ((layer, owner == i) for i, layer in enumerate(layers))
-    ]
+    counts, _, springs = _of_layers(layers, elements)
+    free = np.delete(np.arange(springs[0].shape[0]), [sum(counts)] if base == "fixed" else [])
+    return [part[free][:, free] for part in springs]
 
 
-def _assembled(element: Vector, factor: Vector, nodes: NDArray[np.intp], size: int) -> sparse.csr_array:
-    """Return the matrix of elements at their nodes: that of one of unit length, times the factor of each."""
-    rows, columns = np.repeat(nodes, 3, axis=1), np.tile(nodes, 3)
-    entries = factor[:, None] * element.ravel()
-    return sparse.csr_array((entries.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
-
-
-def _nodes(count: int) -> NDArray[np.intp]:
-    """Return the nodes of each element: its ends, numbered along the rod, and its middle, numbered after all ends."""
-    first = np.arange(count)
-    return np.column_stack([first, first + 1, count + 1 + first])
-
-
-def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], NDArray[np.intp], Vector]:
-    """Return the number of elements in each layer, the layer of each element, and its length, m."""
-    travel_time = ELEMENT_TRAVEL_TIME / fineness().shorter
-    travels = [ceil(layer.length / (layer.material.bar_speed * travel_time)) for layer in layers]
-    usual = [fineness().cells * max(FEWEST_ELEMENTS, travel) for travel in travels]
-    counts = usual if elements is None else [elements] * len(layers)
-    if sum(counts) > MOST_ELEMENTS:
-        raise ValueError(
-            f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"
-        )
-    widths = [layer.length / count for layer, count in zip(layers, counts, strict=True)]
-    return counts, np.repeat(np.arange(len(layers)), counts), np.repeat(widths, counts)
+def _of_layers(
+    layers: list[Layer], elements: int | None
+) -> tuple[list[int], list[sparse.csr_array], list[sparse.csr_array]]:
+    """Return the number of elements in each layer, and the mass and the stiffness of each in the size of the rod."""
+    travel = ELEMENT_TRAVEL_TIME / fineness().shorter
+    usual = [max(FEWEST_ELEMENTS, ceil(layer.length / (layer.material.bar_speed * travel))) for layer in layers]
+    counts = [fineness().cells * (elements or count) for count in usual]
+    total = sum(counts)
+    if total > MOST_ELEMENTS:
+        raise ValueError(f"elements: {float(total):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers")
+    # The nodes of an element are its ends, numbered along the rod, and its middle, numbered after all ends.
+    ends: NDArray[np.int64] = np.arange(total)
+    nodes = np.split(np.column_stack([ends, ends + 1, ends + total + 1]), np.cumsum(counts)[:-1])
+    masses, springs = list[sparse.csr_array](), list[sparse.csr_array]()
+    for layer, count, own in zip(layers, counts, nodes, strict=True):
+        length, shape = layer.length / count, (count, 3, 3)
+        inertia = layer.material.density * layer.area * length * INERTIA
+        stretching = layer.material.youngs_modulus * layer.area / length * STRETCHING
+        masses.append(sum_of_cells(own, np.broadcast_to(inertia, shape), 2 * total + 1))
+        springs.append(sum_of_cells(own, np.broadcast_to(stretching, shape), 2 * total + 1))
+    return counts, masses, springs

@@ -1,20 +1,51 @@
-"""Sparse symmetric factorisations, scaled, and the object that owns those of a body."""
+"""Sparse symmetric matrices: sums over cells, checks, factorisations, and the object that owns those of a body."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse.linalg import SuperLU, eigsh, splu
 
-from structures.linear_algebra.symmetric import SMALL_MATRIX, check_definite, check_symmetric, decomposition
+from structures.linear_algebra.one_thread import one_thread
 
 Vector: TypeAlias = NDArray[np.float64]
 Solve: TypeAlias = Callable[[Vector], Vector]
 
 AT_ONCE = 16
 """Right-hand sides that are solved together, which takes less than half as long for each as alone."""
+
+LARGEST_ASYMMETRY = 1e-8
+"""Largest difference between two entries that must be equal, in units of √(Aᵢᵢ Aⱼⱼ); rounding in a mesh is below 1e-12.
+"""
+
+SMALL_MATRIX = 500
+"""A matrix of at most this many rows is factorised immediately to look for negative eigenvalues, in one or two
+milliseconds. Larger matrices are checked when they are factorised or projected anyway (`reduce`, windows).
+"""
+
+EIGENVALUE_ROUNDING, PROJECTION_ROUNDING = 1e-9, 1e-13
+"""Negative eigenvalues closer to zero are attributed to rounding: those of D^−½ A D^−½, with D the diagonal of A (of
+rigid motions of thin plates they are below 1e-12); and those of A as a fraction of its largest diagonal entry, as the
+rounding of a projection VᵀAV depends on the size of A.
+"""
+
+UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
+
+
+def sum_of_cells(dofs: NDArray[np.int64], blocks: Vector, size: int) -> sparse.csr_array:
+    """Return the matrix, size × size, of cells whose d degrees of freedom, cells × d, have blocks, cells × d × d."""
+    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+    entries = blocks.ravel(), (rows.ravel(), columns.ravel())
+    return sparse.csr_array(sparse.coo_array(entries, shape=(size, size)))
+
+
+def decomposition(matrix: sparse.sparray) -> SuperLU:
+    """Return L U of a symmetric matrix, without pivoting. Raises RuntimeError if a pivot is zero."""
+    return splu(sparse.csc_array(matrix), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
 
 
 def factorise(matrix: sparse.sparray | Vector) -> Solve:
@@ -24,18 +55,14 @@ def factorise(matrix: sparse.sparray | Vector) -> Solve:
     """
     scale = 1.0 / np.sqrt(matrix.diagonal())
     if isinstance(matrix, np.ndarray):
-        by, factors = scale[:, None], lu_factor(scale[:, None] * matrix * scale, check_finite=False)
-
-        def solve_dense(right: Vector) -> Vector:
-            columns = by * right.reshape(len(by), -1)
-            return np.asarray(by * lu_solve(factors, columns, check_finite=False)).reshape(right.shape)
-
-        return solve_dense
-    factor = decomposition(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
+        factors = lu_factor(scale[:, None] * matrix * scale, check_finite=False)
+        inner: Solve = partial(lu_solve, factors, check_finite=False)
+    else:
+        inner = decomposition(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale)).solve
 
     def solve(right: Vector) -> Vector:
         by = scale if right.ndim == 1 else scale[:, None]
-        solution: Vector = by * factor.solve(by * right)
+        solution: Vector = by * inner(by * right)
         return solution
 
     return solve
@@ -53,14 +80,10 @@ def compliance_at(stiffness: sparse.sparray, places: NDArray[np.int64]) -> Vecto
 
 
 class Matrices:
-    """Mass M and stiffness K of a body: checked once, and factorised once for each shift.
+    """Mass M and stiffness K of a body, n × n: checked once, and factorised once for each shift.
 
-    Code that assembles M and K keeps this object and passes it to every structure that shares them, for example to the
-    structures of many contact points on one mesh. It keeps the factorisations. A copy, also one in another process,
-    starts without factorisations.
-
-    mass, stiffness: sparse, n × n. Raises ValueError if one is not square, finite and symmetric, or has a negative
-    eigenvalue (`check_symmetric` says what is found immediately in a large matrix).
+    Structures that share M and K, such as those of many contact points on one mesh, share this object. A copy, also
+    one in another process, starts without factorisations. Raises ValueError as `symmetric` does.
     """
 
     def __init__(self, mass: Any, stiffness: Any) -> None:
@@ -79,9 +102,7 @@ class Matrices:
         return self._solves[shift]
 
     def examine(self) -> None:
-        """Raise a ValueError if a matrix of any size has a negative eigenvalue; needs one factorisation of each,
-        once.
-        """
+        """Raise a ValueError if a matrix of any size has a negative eigenvalue; one factorisation of each, once."""
         if not self._examined:
             check_definite("mass", self.mass)
             check_definite("stiffness", self.stiffness)
@@ -92,7 +113,10 @@ class Matrices:
 
 
 def symmetric(name: str, value: Any) -> sparse.csr_array:
-    """Return matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite."""
+    """Return a matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite.
+
+    No entry on the diagonal may be negative, and none exceed √(Aᵢᵢ Aⱼⱼ); small matrices are factorised.
+    """
     matrix = value
     if not isinstance(matrix, sparse.csr_array):
         matrix = matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix))
@@ -101,8 +125,78 @@ def symmetric(name: str, value: Any) -> sparse.csr_array:
         raise ValueError(f"{name} has shape {matrix.shape}: must be square")
     if not np.isfinite(matrix.data).all():
         raise ValueError(f"{name}: must hold finite numbers")
-    check_symmetric(name, matrix)
+    diagonal, unit = matrix.diagonal(), UNITS[name]
+    if (diagonal < 0.0).any():
+        row = int(np.argmin(diagonal))
+        raise ValueError(
+            f"{name}: must have no negative eigenvalue, but its diagonal entry {row} is {diagonal[row]:.3g} {unit}"
+        )
+    if np.count_nonzero(diagonal) == matrix.count_nonzero():
+        return matrix  # diagonal, and its entries are positive
+    size = np.sqrt(diagonal + PROJECTION_ROUNDING * diagonal.max(initial=0.0))
+    entries, skewed = matrix.tocoo(), (matrix - matrix.T).tocoo()
+    if (abs(skewed.data) > LARGEST_ASYMMETRY * size[skewed.row] * size[skewed.col]).any():
+        worst = int(np.argmax(abs(skewed.data)))
+        row, column = int(skewed.row[worst]), int(skewed.col[worst])
+        raise ValueError(
+            f"{name}: must be symmetric, but entry ({row}, {column}) is {matrix[row, column]:.6g} {unit}, and "
+            f"({column}, {row}) is {matrix[column, row]:.6g}"
+        )
+    beyond = abs(entries.data) - (1.0 + LARGEST_ASYMMETRY) * size[entries.row] * size[entries.col]
+    if (beyond > 0.0).any():
+        worst = int(np.argmax(beyond))
+        row, column = int(entries.row[worst]), int(entries.col[worst])
+        raise ValueError(
+            f"{name}: must have no negative eigenvalue, but entry ({row}, {column}) is {entries.data[worst]:.3g} "
+            f"{unit} between diagonal entries of {diagonal[row]:.3g} and {diagonal[column]:.3g}"
+        )
+    if diagonal.size <= SMALL_MATRIX:
+        check_definite(name, matrix)
     return matrix
+
+
+def check_definite(name: str, matrix: sparse.csr_array) -> None:
+    """Raise a ValueError if a symmetric matrix has a negative eigenvalue beyond rounding, or a mass a zero one."""
+    if is_definite(name, matrix):
+        return
+    kind = "must be positive definite" if name == "mass" else "must have no negative eigenvalue"
+    used = np.flatnonzero(matrix.diagonal())
+    inner = matrix[used][:, used]
+    if used.size <= SMALL_MATRIX:
+        lowest = np.linalg.eigvalsh(inner.toarray())[0]
+    else:
+        lowest = eigsh(inner, k=1, which="SA", return_eigenvectors=False, tol=1e-2)[0]
+    raise ValueError(f"{name}: {kind}, but has one of about {lowest:.3g} {UNITS[name]}")
+
+
+@one_thread
+def is_definite(name: str, matrix: sparse.csr_array) -> bool:
+    """Return whether a symmetric matrix has no negative eigenvalue beyond rounding, and a mass no zero one.
+
+    Rows of zeros are left out: a degree of freedom may be massless, and a free body has no stiffness against rigid
+    motion.
+    """
+    used = np.flatnonzero(matrix.diagonal())
+    if used.size == matrix.count_nonzero():
+        return True  # diagonal, and its entries are positive
+    inner = matrix[used][:, used]
+    scale = 1.0 / np.sqrt(inner.diagonal())
+    # Every motion needs inertia, but a rigid motion needs no stiffness.
+    if name == "mass":
+        raised = np.full(used.size, -EIGENVALUE_ROUNDING)
+    else:
+        raised = EIGENVALUE_ROUNDING + PROJECTION_ROUNDING * np.minimum(scale / scale.min(), 1e8) ** 2
+    spread = sparse.diags_array(scale)
+    scaled = spread @ inner @ spread + sparse.diags_array(raised)
+    try:
+        if used.size <= SMALL_MATRIX:
+            np.linalg.cholesky(scaled.toarray())
+            return True
+        # A = L D Lᵀ: its pivots have the signs of the eigenvalues (Sylvester).
+        factor = decomposition(scaled)
+    except (np.linalg.LinAlgError, RuntimeError):  # RuntimeError: a pivot is zero
+        return False
+    return bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)
 
 
 def numbers(name: str, values: object) -> Vector:
