@@ -11,7 +11,7 @@ from particles.chain import Chain
 from particles.deformable.deformable_chain import moving_chain
 from particles.joined import coordinates, joined
 from particles.moving import ChainState, MovingChain
-from structures.checks import count_of, has_members
+from structures.checks import count_of
 from structures.described import described
 from structures.moving import MovingStructure
 from structures.quantities import Count
@@ -235,8 +235,11 @@ def takes_part(where: str, facing: Any) -> None:
         raise ValueError(
             f"{where} = the class {facing.__name__}: must be an object of it, such as {facing.__name__}(…)"
         )
-    if not isinstance(facing, Structure):
-        has_members(where, facing, ("surface",), {"start": 0, "advance": 3}, PARTICIPANTS, type(facing).__name__)
+    lacking = [name for name in ("surface", "start", "advance") if not hasattr(facing, name)]
+    if not isinstance(facing, Structure) and lacking:
+        raise ValueError(
+            f"{where} = {type(facing).__name__}: has no {' and no '.join(lacking)}; must be {PARTICIPANTS}"
+        )
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:

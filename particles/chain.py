@@ -14,7 +14,7 @@ from particles.dissipation import Dissipation, coefficients_of
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
-from structures.checks import short, takes
+from structures.checks import function, short
 from structures.described import Described, described
 from structures.html_table import html_table
 from structures.quantities import Angle, Likely
@@ -218,6 +218,6 @@ class Chain:
             return
         what = "None, a law such as PowerLaw(k, n), or a function of two bodies"
         if callable(self.law) and not isinstance(self.law, ContactLaw | type):
-            takes(f"law = {short(self.law)}", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
+            function("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
         else:
             check_contact_law("law", self.law, what)

@@ -4,7 +4,7 @@ import inspect
 import math
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from decimal import Decimal
 from difflib import get_close_matches
 from pathlib import Path
@@ -20,7 +20,6 @@ LONGEST_VALUE_TEXT = 100
 
 NO_NUMBERS = (str, bytes, bool, Decimal, np.bool_, np.complexfloating, np.datetime64, np.timedelta64)
 """Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float."""
-
 
 LIKENESS, PART_LIKENESS = 0.6, 0.75
 """The least likeness of a misspelt word, and of one that is a part of a name, from 0 to 1."""
@@ -51,54 +50,71 @@ def finite(name: str, value: float, unit: str = "") -> float:
     return number if abs(number) >= SMALLEST else 0.0
 
 
+def within(
+    name: str, value: float, low: float, high: float, unit: str = "", or_zero: bool = False, ends: bool = True
+) -> float:
+    """Return `value` as a float; a ValueError if it lies outside a range. An end of zero is excluded.
+
+    or_zero: zero is valid, whatever the range. ends: the ends other than zero are valid.
+    """
+    number = finite(name, value, unit) if high == math.inf else _number(name, value, unit)
+    if low < number < high or (or_zero and number == 0.0) or (ends and number in (low, high) and number != 0.0):
+        return number
+    if low >= 0.0 >= number:
+        least = f", at least {SMALLEST:g}" if value > 0.0 else ""
+        must = f"be {'zero or ' * or_zero}a positive number{_of(unit)}{least}"
+    elif high == math.inf:
+        must = f"be at least {low:g}{unit and f' {unit}'}"
+    elif unit == "rad" and high == 2.0 * math.pi:
+        must = "lie between -2π and 2π, in rad; for 45° write math.radians(45)"
+    else:
+        must = f"lie between {low:g} and {high:g}{unit and f' {unit}'}{'' if ends else ', both excluded'}"
+    raise ValueError(f"{name} = {value!r}: must {must}")
+
+
 def positive(name: str, value: float, unit: str = "") -> float:
     """Return `value` as a float; raise a ValueError if it is not positive and finite."""
-    number = finite(name, value, unit)
-    if number <= 0.0:
-        least = f", at least {SMALLEST:g}" if value > 0.0 else ""
-        raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}{least}")
-    return number
-
-
-def existing(what: str, path: Path) -> Path:
-    """Return the path of a regular file, or raise a ValueError. what: how messages begin.
-
-    Files of the system under /proc claim to be regular, and reading one may wait for ever.
-    """
-    if path.is_dir():
-        raise ValueError(f"{what}: is a folder; give a file in it")
-    if not os.path.lexists(path):
-        raise ValueError(f"{what}: there is no such file")
-    if not path.is_file() or path.resolve().is_relative_to("/proc"):
-        raise ValueError(f"{what}: is no regular file")
-    return path
-
-
-def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
-    """Return `value` as a float; a ValueError if it lies outside the range that physics and floating point allow."""
-    number = _number(name, value, unit)
-    if number <= 0.0:
-        raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}")
-    if not low <= number <= high:
-        raise ValueError(f"{name} = {value!r}: must lie between {low:g} and {high:g}{' ' + unit if unit else ''}")
-    return number
+    return within(name, value, 0.0, math.inf, unit)
 
 
 def not_negative(name: str, value: float, unit: str = "") -> float:
     """Return `value` as a float; raise a ValueError if it is negative or not finite."""
-    number = finite(name, value, unit)
-    if number < 0.0:
-        raise ValueError(f"{name} = {value!r}: must be zero or a positive number{_of(unit)}")
-    return number
+    return within(name, value, 0.0, math.inf, unit, or_zero=True)
 
 
-def between(name: str, value: float, low: float, high: float, unit: str = "") -> float:
-    """Return `value` as a float; raise a ValueError if it lies outside a range, whose end may be infinite."""
-    number = finite(name, value, unit)
-    if not low <= number <= high:
-        valid = f"be at least {low:g}" if high == math.inf else f"lie between {low:g} and {high:g}"
-        raise ValueError(f"{name} = {value!r}: must {valid}{' ' + unit if unit else ''}")
-    return number
+def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
+    """Return `value` as a float; a ValueError if it is not a ratio of rebound speed to approach speed, in (0, 1]."""
+    return within(name, value, 0.0, 1.0, unit)
+
+
+def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
+    """Return `value` as an int; raise a ValueError if it is not a whole number from `smallest` to `largest`."""
+    try:
+        number = finite(name, value)
+    except ValueError:
+        number = math.nan
+    if not smallest <= number <= largest or number != int(number):
+        most = f", at most {largest}" if number > largest else f", {smallest} or more"
+        raise ValueError(f"{name} = {short(value)}: must be a whole number{most}")
+    return int(number)
+
+
+def each(
+    check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
+) -> NDArray[np.float64]:
+    """Return `value` as an array; raise a ValueError if one of its numbers fails the check."""
+    try:
+        array = np.asarray(value)
+        if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
+            raise TypeError
+        numbers = array.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        in_unit = f", in {unit}" if unit else ""
+        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}") from None
+    # Minimum and maximum propagate NaN, so checking these two checks all numbers.
+    for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
+        check(name, float(extreme), unit)
+    return numbers
 
 
 def several(value: object) -> TypeGuard[Sequence[Any]]:
@@ -129,58 +145,34 @@ def function(name: str, value: Any, count: int, what: str) -> Any:
     """Return `value`; a ValueError if it is no function of `count` arguments. A class is none: its object is meant."""
     if not callable(value) or isinstance(value, type):
         raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
-    takes(f"{name} = {short(value)}", value, count, what)
-    return value
-
-
-def _of_class(value: object) -> str:
-    """Return what to write where a class was given for an object of it."""
-    return f"; {value.__name__} is a class, so write {value.__name__}(...)" if isinstance(value, type) else ""
-
-
-def takes(name: str, function: Callable[..., object], count: int, what: str) -> None:
-    """Raise a ValueError for a function that does not take this number of arguments."""
     try:
-        signature = inspect.signature(function)
+        signature = inspect.signature(value)
     except (TypeError, ValueError):  # of some functions that are written in C
-        return
+        return value
     try:
         signature.bind(*[None] * count)
     except TypeError as error:
-        raise ValueError(f"{name}: must be {what} ({error})") from None
+        raise ValueError(f"{name} = {short(value)}: must be {what} ({error})") from None
+    return value
 
 
-def has_members(
-    name: str, value: object, attributes: Iterable[str], methods: Mapping[str, int], what: str, shown: str = ""
-) -> None:
-    """Raise a ValueError that names the members a user's object lacks, and methods with a wrong number of arguments."""
-    shown, needed = shown or short(value), (*attributes, *methods)
-    lacking = [attribute for attribute in needed if not hasattr(value, attribute)]
-    if isinstance(value, type) or len(lacking) == len(needed):
-        raise ValueError(f"{name} = {shown}: must be {what}{_of_class(value)}")
-    if lacking:
-        raise ValueError(f"{name} = {shown}: has no {' and no '.join(lacking)}; must be {what}")
-    for method, count in methods.items():
-        attribute, full = getattr(value, method), f"{type(value).__name__}.{method}"
-        if not callable(attribute):
-            raise ValueError(f"{full} = {short(attribute)}: must be a method")
-        takes(full, attribute, count, f"a method of {count} arguments besides self")
+def existing(what: str, path: Path) -> Path:
+    """Return the path of a regular file, or raise a ValueError. what: how messages begin.
+
+    Files of the system under /proc claim to be regular, and reading one may wait for ever.
+    """
+    if not path.is_file() or path.resolve().is_relative_to("/proc"):
+        is_there = "is no regular file" if os.path.lexists(path) else "there is no such file"
+        raise ValueError(f"{what}: {'is a folder; give a file in it' if path.is_dir() else is_there}")
+    return path
 
 
-def count_of(number: int, word: str, many: str = "") -> str:
-    """Return a number and what it counts: "1 entry", "2 entries". many: the plural, where more than its ending
-    differs."""
-    plural = many or (f"{word[:-1]}ies" if word.endswith("y") else f"{word}s")
-    return f"{number} {word if number == 1 else plural}"
-
-
-def short(value: object) -> str:
-    """Return a value as a short text on one line; the value may be a whole chain."""
-    try:
-        text = " ".join(repr(value).split())
-    except ValueError:  # of an integer with thousands of digits
-        return f"{type(value).__name__} of thousands of digits"
-    return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
+def one_of(name: str, value: str, choices: Collection[str]) -> str:
+    """Return `value`; otherwise a ValueError that lists the choices and the nearest ones."""
+    if not isinstance(value, str) or value not in choices:
+        hint = did_you_mean(value, choices)
+        raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint and f' ({hint})'}")
+    return value
 
 
 def near(word: object, choices: Iterable[str]) -> list[str]:
@@ -206,59 +198,25 @@ def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
     return did_you_mean(word, choices, str) or every
 
 
-def one_of(name: str, value: str, choices: Collection[str]) -> str:
-    """Return `value`; otherwise a ValueError that lists the choices and the nearest ones."""
-    if not isinstance(value, str) or value not in choices:
-        hint = did_you_mean(value, choices)
-        raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint and f' ({hint})'}")
-    return value
+def count_of(number: int, word: str, many: str = "") -> str:
+    """Return a number and what it counts: "1 entry", "2 entries". many: the plural, where more than its end differs."""
+    plural = many or (f"{word[:-1]}ies" if word.endswith("y") else f"{word}s")
+    return f"{number} {word if number == 1 else plural}"
 
 
-def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
-    """Return `value` as an int; raise a ValueError if it is not a whole number from `smallest` to `largest`."""
+def short(value: object) -> str:
+    """Return a value as a short text on one line; the value may be a whole chain."""
     try:
-        number = _number(name, value, "")
-    except ValueError:
-        number = math.nan
-    if not number >= smallest or number != int(number):
-        raise ValueError(f"{name} = {short(value)}: must be a whole number, {smallest} or more")
-    if number > largest:
-        raise ValueError(f"{name} = {value!r}: must be a whole number, at most {largest}")
-    return int(number)
-
-
-def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
-    """Return `value` as a float; a ValueError if it is not a ratio of rebound speed to approach speed, in (0, 1]."""
-    if positive(name, value, unit) > 1.0:
-        raise ValueError(f"{name} = {value!r}: must be at most 1; a structure at rest gives no energy")
-    return float(value)
-
-
-def turn(name: str, angle: float) -> float:
-    """Return `angle` as a float; raise a ValueError if it exceeds one turn, because it is then probably in degrees."""
-    number = finite(name, angle, "rad")
-    if abs(number) > 2.0 * math.pi:
-        raise ValueError(f"{name} = {angle!r}: must lie between -2π and 2π, in rad; for 45° write math.radians(45)")
-    return number
-
-
-def each(
-    check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
-) -> NDArray[np.float64]:
-    """Return `value` as an array; raise a ValueError if one of its numbers fails the check."""
-    try:
-        array = np.asarray(value)
-        if value is None or array.dtype.kind not in "iufO" or isinstance(value, Decimal):
-            raise TypeError
-        numbers = array.astype(float)
-    except (TypeError, ValueError, OverflowError):
-        in_unit = f", in {unit}" if unit else ""
-        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}") from None
-    # Minimum and maximum propagate NaN, so checking these two checks all numbers.
-    for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
-        check(name, float(extreme), unit)
-    return numbers
+        text = " ".join(repr(value).split())
+    except ValueError:  # of an integer with thousands of digits
+        return f"{type(value).__name__} of thousands of digits"
+    return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 
 def _of(unit: str) -> str:
     return f" of {unit}" if unit else ""
+
+
+def _of_class(value: object) -> str:
+    """Return what to write where a class was given for an object of it."""
+    return f"; {value.__name__} is a class, so write {value.__name__}(...)" if isinstance(value, type) else ""

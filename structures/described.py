@@ -44,19 +44,34 @@ class Parameter:
         notes = [*self.notes, *(note for _, own in self.members for note in own)]
         return next((note for note in notes if isinstance(note, Quantity)), None)
 
+    def checked(self, value: Any) -> Any:
+        """Return an argument that is what the annotation says, a number as a float; raise a ValueError otherwise."""
+        kind, notes = self.type, self.notes
+        if self.members:
+            # Of a protocol nobody knows what is one.
+            plain = [one for one, its in self.members if not its and inspect.isclass(one)]
+            if any(isinstance(value, one) for one in plain if not getattr(one, "_is_protocol", False)):
+                return value
+            kind, notes = next((member for member in self.members if member[1]), (Any, ()))
+        checks = [note for note in notes if hasattr(note, "check")]
+        for note in checks:
+            value = note.check(self.name, value)
+        if kind in (str, bool) and not checks:
+            instance(self.name, value, kind, "a text" if kind is str else "True or False")
+        elif type(value) is not kind and (entry := description(kind)) and inspect.isclass(kind):
+            instance(self.name, value, kind, entry.what)
+        return value
+
 
 class Described:
     """A class or a function, and what its signature says of it."""
 
     def __init__(self, target: Any, what: str = "", called: str = "", also: tuple[str, ...] = ()) -> None:
         self.target, self.name, self.also = target, target.__name__, also
+        self.kind = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", self.name).lower()
+        """Its name as case files spell it: linear_dashpot of LinearDashpot."""
         self.called = called or self.kind
         self.what = what or f"{'an' if self.name[0] in 'AEIOU' else 'a'} {self.name}"
-
-    @property
-    def kind(self) -> str:
-        """Its name as case files spell it: linear_dashpot of LinearDashpot."""
-        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", self.name).lower()
 
     @cached_property
     def summary(self) -> str:
@@ -69,14 +84,11 @@ class Described:
         is_class = inspect.isclass(self.target)
         call = inspect.unwrap(self.target.__init__ if is_class else self.target)
         hints = {**_hints(call), **_hints(self.target)}
-        arguments = list(inspect.signature(call).parameters.values())[is_class:]
-        of = {argument.name: hints.get(argument.name, argument.annotation) for argument in arguments}
-        return {
-            argument.name: Parameter(
-                argument.name, *noted(of[argument.name]), argument.default, NoneType in get_args(of[argument.name])
-            )
-            for argument in arguments
-        }
+        found = {}
+        for name, argument in list(inspect.signature(call).parameters.items())[is_class:]:
+            hint = hints.get(name, argument.annotation)
+            found[name] = Parameter(name, *noted(hint), argument.default, NoneType in get_args(hint))
+        return found
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -94,13 +106,10 @@ class Described:
         return all(parameter.type is not self.makes for parameter in self.parameters.values())
 
     @cached_property
-    def _looks(self) -> list[tuple[str, Parameter, Any, float, float]]:
-        """Name, default and ends of each parameter: between these its numbers need no further look."""
-        ends = {
-            name: parameter.quantity.usual if parameter.quantity else (inf, -inf)
-            for name, parameter in self.parameters.items()
-        }
-        return [(name, parameter, parameter.default, *ends[name]) for name, parameter in self.parameters.items()]
+    def _usual(self) -> list[tuple[str, Any, Parameter, float, float]]:
+        """Name and default of each parameter, and the ends between which its numbers need no further look."""
+        ends = [one.quantity.usual if one.quantity else (inf, -inf) for one in self.parameters.values()]
+        return [(one.name, one.default, one, *usual) for one, usual in zip(self.parameters.values(), ends, strict=True)]
 
     def checked(self, values: Mapping[str, Any], owner: str) -> dict[str, Any]:
         """Return what checks change of the arguments: numbers become floats.
@@ -108,21 +117,17 @@ class Described:
         A ValueError names the first argument that is wrong; then warnings say what is odd.
         """
         changed: dict[str, Any] = {}
-        odd: list[tuple[Quantity, str, Any]] = []
-        for name, parameter, default, low, high in self._looks:
+        for name, default, parameter, low, high in self._usual:
             value = values.get(name, default)
-            if value is default or (type(value) is float and low < value < high):
+            if value is default or (type(value) is float and (low < value < high or value == default)):
                 continue
             # A default that stands for something else, as None or infinity, is no value of the quantity.
-            if _same(value, default) or (value is None and parameter.may_be_none):
-                continue
-            new = _checked(name, value, parameter)
-            if new is not value:
-                changed[name] = new
-            if parameter.quantity is not None and isinstance(new, float):
-                odd.append((parameter.quantity, name, new))
-        for quantity, name, value in odd:
-            quantity.warn(owner, name, value)
+            if value is not None or not parameter.may_be_none:
+                changed[name] = parameter.checked(value)
+        for name, value in changed.items():
+            quantity = self.parameters[name].quantity
+            if quantity is not None and isinstance(value, float):
+                quantity.warn(owner, name, value)
         return changed
 
 
@@ -177,7 +182,6 @@ def described_as(
     """
 
     def describe(target: Any) -> Any:
-        place = target.__module__, target.__qualname__
         product = _class(target, eq) if inspect.isclass(target) else _function(target)
         for name, parameter in inspect.signature(product).parameters.items():
             if parameter.annotation is parameter.empty:
@@ -185,7 +189,8 @@ def described_as(
                     f"{target.__name__}: {name} has no annotation, must have one, such as {name}: hl.Length or {name}: "
                     "float, by which its arguments are checked"
                 )
-        _ALL[place] = product.__described__ = Described(product, what, called, also)
+        product.__described__ = Described(product, what, called, also)
+        _ALL[target.__module__, target.__qualname__] = product.__described__
         return product
 
     return describe
@@ -200,8 +205,7 @@ def checked_call(target: Thing) -> Thing:
 
 def description(thing: Any) -> Described | None:
     """Return what is known of a class or a function; None where it is not described."""
-    entry = vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
-    return entry if isinstance(entry, Described) else None
+    return vars(thing).get("__described__") if hasattr(thing, "__dict__") else None
 
 
 def registered() -> tuple[Described, ...]:
@@ -216,11 +220,22 @@ def of_family(base: type) -> Iterator[Described]:
             yield entry
 
 
-def as_argument(value: Any) -> Any:
-    """Return an argument as plain data."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return asdict(value)
-    return [as_argument(member) for member in value] if isinstance(value, list | tuple) else value
+def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """Return the type of an annotation, without None, and what is noted on it."""
+    if get_origin(hint) is Annotated:
+        kind, more = noted(get_args(hint)[0])
+        return kind, (*more, *hint.__metadata__)
+    if get_origin(hint) in (Union, UnionType):
+        members = [member for member in get_args(hint) if member is not NoneType]
+        return noted(members[0]) if len(members) == 1 else (Union[tuple(members)], ())  # noqa: UP007
+    return hint, ()
+
+
+def _hints(target: Any) -> dict[str, Any]:
+    try:
+        return get_type_hints(target, include_extras=True)
+    except NameError:  # of a name that only type checkers import
+        return dict(inspect.get_annotations(target))
 
 
 def _class(target: Any, eq: bool) -> Any:
@@ -234,8 +249,7 @@ def _class(target: Any, eq: bool) -> Any:
         entry: Described = type(self).__described__
         if entry.target is product:
             called = vars(self).get("name", "")
-            owner = f"{type(self).__name__} {called!r}" if called else type(self).__name__
-            for name, value in entry.checked(vars(self), owner).items():
+            for name, value in entry.checked(vars(self), type(self).__name__ + f" {called!r}" * bool(called)).items():
                 object.__setattr__(self, name, value)
         if before is not None:
             before(self)
@@ -247,26 +261,22 @@ def _class(target: Any, eq: bool) -> Any:
 
 
 def _function(target: Any) -> Any:
-    parameters = inspect.signature(target).parameters
-    placed = [name for name, parameter in parameters.items() if parameter.kind is parameter.POSITIONAL_OR_KEYWORD]
-    further = {name for name, parameter in parameters.items() if parameter.kind is parameter.VAR_KEYWORD}
-    needed = {name for name, parameter in parameters.items() if parameter.default is parameter.empty} - further
+    signature = inspect.signature(target)
 
     @wraps(target)
     def called(*arguments: Any, **named: Any) -> Any:
-        entry: Described = called.__described__  # type: ignore[attr-defined]
-        # As Signature.bind does, which takes as long as a short function.
-        values = {**dict(zip(placed, arguments, strict=False)), **named}
-        misfits = not needed <= values.keys() or not (further or values.keys() <= parameters.keys())
-        if misfits or len(values) < len(arguments) + len(named):
+        try:
+            bound = signature.bind(*arguments, **named)
+        except TypeError:
             return target(*arguments, **named)  # Python names what is wrong with the call.
-        values |= entry.checked(values, entry.name)
-        product = target(**values)
+        entry: Described = called.__described__  # type: ignore[attr-defined]
+        bound.arguments.update(entry.checked(bound.arguments, entry.name))
+        product = target(*bound.args, **bound.kwargs)
         # A Dataset searches its names for what resembles one that it does not have: the type comes first.
         has_origin = is_dataclass(product) and hasattr(product, "origin")
         if has_origin and entry.builds and product.origin.get("kind", entry.called) == entry.called:
-            stated = {name: values.get(name, parameter.default) for name, parameter in parameters.items()}
-            plain = {name: as_argument(value) for name, value in stated.items()} | dict(product.origin)
+            bound.apply_defaults()
+            plain = {name: as_argument(value) for name, value in bound.arguments.items()} | dict(product.origin)
             stated = {name: value for name, value in plain.items() if value is not None}
             object.__setattr__(product, "origin", {"kind": entry.called, **stated})
         return product
@@ -274,48 +284,8 @@ def _function(target: Any) -> Any:
     return called
 
 
-def _same(value: Any, default: Any) -> bool:
-    """Return whether a value is the default: the same object, or an equal float; all NaN are equal."""
-    floats = isinstance(value, float) and isinstance(default, float)
-    return value is default or (floats and (value == default or (value != value and default != default)))
-
-
-def _checked(name: str, value: Any, parameter: Parameter) -> Any:
-    """Return an argument that is what its annotation says; raise a ValueError otherwise."""
-    kind, notes = parameter.type, parameter.notes
-    if parameter.members:
-        if any(not noted_on and _is(value, member) for member, noted_on in parameter.members):
-            return value
-        kind, notes = next((member for member in parameter.members if member[1]), (Any, ()))
-    for note in notes:
-        value = note.check(name, value) if hasattr(note, "check") else value
-    entry = description(kind) if inspect.isclass(kind) and type(value) is not kind else None
-    if entry is not None:
-        instance(name, value, kind, entry.what)
-    elif kind in (str, bool) and not any(hasattr(note, "check") for note in notes):
-        instance(name, value, kind, "a text" if kind is str else "True or False")
-    return value
-
-
-def _is(value: Any, kind: Any) -> bool:
-    """Return whether a value is of a class; of a protocol nobody knows."""
-    return inspect.isclass(kind) and not getattr(kind, "_is_protocol", False) and isinstance(value, kind)
-
-
-def _hints(target: Any) -> dict[str, Any]:
-    try:
-        return get_type_hints(target, include_extras=True)
-    except NameError:  # of a name that only type checkers import
-        return dict(inspect.get_annotations(target))
-
-
-def noted(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """Return the type of an annotation, without None, and what is noted on it."""
-    if get_origin(hint) is Annotated:
-        inner, *notes = get_args(hint)
-        kind, more = noted(inner)
-        return kind, (*more, *notes)
-    if get_origin(hint) in (Union, UnionType):
-        members = [member for member in get_args(hint) if member is not NoneType]
-        return noted(members[0]) if len(members) == 1 else (Union[tuple(members)], ())  # noqa: UP007
-    return hint, ()
+def as_argument(value: Any) -> Any:
+    """Return an argument as plain data."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
+    return [as_argument(member) for member in value] if isinstance(value, list | tuple) else value

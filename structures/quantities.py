@@ -6,24 +6,11 @@ that is perhaps in another unit, its entry in case files, its unit in reports an
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, isfinite, isnan, pi
-from numbers import Real
+from math import inf, isnan, pi
 from typing import Annotated
 
 from structures.caution import caution
-from structures.checks import (
-    LARGEST,
-    MOST,
-    SMALLEST,
-    between,
-    finite,
-    not_negative,
-    one_of,
-    positive,
-    turn,
-    whole,
-    within,
-)
+from structures.checks import LARGEST, MOST, SMALLEST, one_of, positive, whole, within
 from structures.units import NUMBER, PARTS, spread_of
 
 PLAIN = str.maketrans({"²": "^2", "³": "^3"})
@@ -88,28 +75,7 @@ class Quantity:
 
     def check(self, name: str, value: float) -> float:
         """Return `value` as a float; raise a ValueError that names the argument where it is not valid."""
-        if self.unit == "rad" and isfinite(self.low):
-            return turn(name, value)
-        if self.low == -inf:
-            return finite(name, value, self.unit)
-        if not self.ends:
-            number = finite(name, value, self.unit)
-            if not self.low < number < self.high:
-                range_ = f"between {self.low:g} and {self.high:g}, both excluded"
-                raise ValueError(f"{name} = {value!r}: must lie {range_}")
-            return number
-        if self.or_zero and self.low > 0.0:
-            none = isinstance(value, Real) and value == 0.0  # an array has no truth value
-            return 0.0 if none else within(name, value, self.low, self.high, self.unit)
-        if self.or_zero and self.high < inf:
-            return between(name, value, 0.0, self.high, self.unit)
-        if self.or_zero:
-            return not_negative(name, value, self.unit)
-        if self.low == 0.0 and self.high == inf:
-            return positive(name, value, self.unit)
-        if self.high == inf:
-            return between(name, value, self.low, inf, self.unit)
-        return within(name, value, self.low, self.high, self.unit)
+        return within(name, value, self.low, self.high, self.unit, self.or_zero, self.ends)
 
     def warn(self, owner: str, name: str, value: float) -> None:
         """Warn if a number other than zero lies outside the probable range."""
@@ -133,7 +99,6 @@ def standard_uncertainty(name: str, text: float | str, value: float) -> float:
     return number
 
 
-@dataclass(frozen=True)
 class OneOf:
     """The words that a text may be, for an annotation.
 
@@ -151,12 +116,8 @@ class OneOf:
     'free'
     """
 
-    words: tuple[str, ...]
-    others: str = ""
-
     def __init__(self, *words: str, others: str = "") -> None:
-        object.__setattr__(self, "words", words)
-        object.__setattr__(self, "others", others)
+        self.words, self.others = words, others
 
     def check(self, name: str, value: str) -> str:
         """Return `value`; raise a ValueError that lists the words where it is none of them."""
@@ -172,10 +133,8 @@ class Count:
 
     Parameters
     ----------
-    least : int
-        The least that it may be.
-    most : int
-        The most.
+    least, most : int
+        The least and the greatest that it may be.
 
     Examples
     --------

@@ -41,18 +41,26 @@ def _registry() -> "pint.UnitRegistry[Any]":
     return pint.UnitRegistry(non_int_type=Decimal, cache_folder=None, autoconvert_offset_to_baseunit=False)
 
 
+def _parsed(text: str, number: Decimal = Decimal(1)) -> Any:
+    """Return the number of a unit as pint's quantity; raise a ValueError for a text that is no unit."""
+    import pint
+
+    if (text and not UNIT_TEXT.fullmatch(text)) or LARGEST_POWER.search(text):
+        raise ValueError(f'"{text}" is no unit')
+    try:
+        return _registry().Quantity(number, _registry().parse_units(text))
+    except (pint.PintError, *NO_UNIT):
+        raise ValueError(f'"{text}" is no unit') from None
+
+
 @cache
 def factor(text: str, unit: str) -> Decimal:
     """Return how many of `unit` a unit given as text is; raise a ValueError that says why it is none."""
     import pint
 
-    registry = _registry()
-    if not UNIT_TEXT.fullmatch(text) or LARGEST_POWER.search(text):
-        raise ValueError(f'"{text}" is no unit')
+    one, wanted = _parsed(text), _parsed(unit)
     try:
-        parsed = registry.parse_units(text)
-        wanted = registry.parse_units(unit) if unit else registry.parse_units("dimensionless")
-        return Decimal(registry.Quantity(Decimal(1), parsed).to(wanted).magnitude)
+        return Decimal(one.to(wanted.units).magnitude)
     except pint.DimensionalityError:
         raise ValueError(f'"{text}" is no unit of this quantity') from None
     except (pint.PintError, *NO_UNIT):
@@ -62,13 +70,9 @@ def factor(text: str, unit: str) -> Decimal:
 @cache
 def is_unit(text: str) -> str:
     """Return the full name of a unit, such as "microsecond" of "us", or "" for text that is no unit."""
-    import pint
-
-    if not UNIT_TEXT.fullmatch(text) or LARGEST_POWER.search(text):
-        return ""
     try:
-        return str(_registry().parse_units(text))
-    except (pint.PintError, *NO_UNIT):
+        return str(_parsed(text).units) if text else ""
+    except ValueError:
         return ""
 
 
@@ -77,12 +81,9 @@ def in_si(text: str) -> float:
     import pint
 
     match = NUMBER.fullmatch(text)
-    if match is None or not UNIT_TEXT.fullmatch(match[2] or "m") or LARGEST_POWER.search(match[2]):
-        return math.nan
-    registry = _registry()
     try:
-        quantity = registry.Quantity(Decimal(match[1].replace("_", "")), registry.parse_units(match[2]))
-        return float(quantity.to_base_units().magnitude)
+        quantity = _parsed(match[2], Decimal(match[1].replace("_", ""))) if match else None
+        return math.nan if quantity is None else float(quantity.to_base_units().magnitude)
     except (pint.PintError, *NO_UNIT):
         return math.nan
 
@@ -103,15 +104,11 @@ def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[flo
     sizes = sizes[np.isfinite(sizes)]
     top = float(sizes.max(initial=0.0))
     # Nor have m/s and kg/m³ one.
-    if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0:
+    if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0 or (unit == "kg" and top >= 1.0):
         return 1.0, "" if unit == "1" else unit
-    if unit == "kg" and top < 1.0:  # The kilogram has its prefix already.
-        size, letter = next((prefix for prefix in PREFIXES if 1e3 * top >= prefix[0]), PREFIXES[-1])
-        return 1e3 / size, f"{letter}g"
-    if unit == "kg":
-        return 1.0, unit
-    size, letter = next((prefix for prefix in PREFIXES if top >= prefix[0]), PREFIXES[-1])
-    return 1.0 / size, f"{letter}{unit}"
+    grams, unit = (1e3, "g") if unit == "kg" else (1.0, unit)  # The kilogram has its prefix already.
+    size, letter = next((prefix for prefix in PREFIXES if grams * top >= prefix[0]), PREFIXES[-1])
+    return grams / size, f"{letter}{unit}"
 
 
 def readable(value: float, unit: str, digits: int = 3) -> str:

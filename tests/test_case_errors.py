@@ -319,7 +319,7 @@ def test_a_hint_is_of_the_entry_and_not_of_its_section(
         ("extends=x", "a change cannot extend another case"),
         ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is no unit of this quantity'),
         ("structure.layers[0].material.density=-1", "structure.layers[0].material.density: -1.0 must be a positive number"),
-        ("chain.impact_speed=-3 m/s", 'chain.impact_speed: "-3 m/s" must be a positive number of m/s'),
+        ("chain.impact_speed=-3 m/s", 'chain.impact_speed: "-3 m/s" must be zero or a positive number of m/s'),
         ("structure.layers[1].length=0 mm", 'structure.layers[1].length: "0 mm" must be a positive number of m'),
         ("chain.bead.diameter=-3 mm", 'chain.bead.diameter: "-3 mm" must be a positive number of m'),
         ("run.window=-2 us", 'run.window: "-2 us" must be a positive number of s'),
