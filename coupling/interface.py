@@ -237,9 +237,7 @@ def takes_part(where: str, facing: Any) -> None:
         )
     lacking = [name for name in ("surface", "start", "advance") if not hasattr(facing, name)]
     if not isinstance(facing, Structure) and lacking:
-        raise ValueError(
-            f"{where} = {type(facing).__name__}: has no {' and no '.join(lacking)}; must be {PARTICIPANTS}"
-        )
+        raise ValueError(f"{where} = {type(facing).__name__}: lacks {', '.join(lacking)}; must be {PARTICIPANTS}")
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:

@@ -91,36 +91,48 @@ class Structure:
     """Makes the structure again by the same arguments. It is no field: a changed copy is not made so."""
 
     def __post_init__(self) -> None:
-        contact = _columns(numbers("contact", self.contact))
-        object.__setattr__(self, "contact", contact)
-        n = self.size
+        contact = numbers("contact", self.contact)
+        if contact.ndim not in (1, 2) or contact.shape[1:] == (0,):
+            raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
+        contact = contact if contact.shape[1:] > (1,) else contact.ravel()
+        n, count = len(contact), contact.shape[1] if contact.ndim > 1 else 1
         if n and not (contact.reshape(n, -1) != 0.0).any(axis=0).all():
             raise ValueError("contact: must not be zero, or the contact force moves nothing")
-        if self.matrices is not None:
-            instance("matrices", self.matrices, Matrices, "Matrices(mass, stiffness), or None")
-        if self.matrices is None or not self.matrices.belong(self.mass, self.stiffness):
-            object.__setattr__(self, "matrices", Matrices(self.mass, self.stiffness))
-        object.__setattr__(self, "mass", self.matrices.mass)
-        object.__setattr__(self, "stiffness", self.matrices.stiffness)
-        if self.damping is not None:
-            object.__setattr__(self, "damping", symmetric("damping", self.damping))
-        for name in ("mass", "stiffness", "damping"):
-            matrix = getattr(self, name)
+        matrices = self.matrices
+        if matrices is None or not matrices.belong(self.mass, self.stiffness):
+            matrices = Matrices(self.mass, self.stiffness)
+        damping = None if self.damping is None else symmetric("damping", self.damping)
+        for name, matrix in (("mass", matrices.mass), ("stiffness", matrices.stiffness), ("damping", damping)):
             if matrix is not None and matrix.shape != (n, n):
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
-        if self.contacts == 1:
-            finite("flexibility", self.flexibility, "m/N")
-            instance("surface", self.surface, Surface, "a Surface")
+        flexibility, surface = self.flexibility, self.surface
+        if count == 1:
+            finite("flexibility", flexibility, "m/N")
+            instance("surface", surface, Surface, "a Surface")
         else:
-            object.__setattr__(self, "flexibility", _flexibilities(self.flexibility, self.contacts))
-            object.__setattr__(self, "surface", _surfaces(self.surface, self.contacts))
-        instance("origin", self.origin, Mapping, 'a mapping such as {"kind": "block"}')
-        if not (isinstance(self.valid_until, float) and self.valid_until == inf):
-            object.__setattr__(self, "valid_until", positive("valid_until", self.valid_until, "s"))
-        if self.field is not None:
-            instance("field", self.field, Field, "a Field")
-            if self.field.size > n:
-                raise ValueError(f"field: takes {self.field.size} degrees of freedom, but contact has {n} entries")
+            numbers_of_all = each(finite, "flexibility", flexibility, "m/N")
+            surface = [surface] * count if isinstance(surface, Surface) else surface
+            surface = tuple(listed("surface", surface, Surface, "Surfaces, or one"))
+            if numbers_of_all.shape not in ((), (count,)) or len(surface) != count:
+                raise ValueError(
+                    f"flexibility, surface: must be one for all contacts, or {count}, as there are contacts"
+                )
+            flexibility = np.broadcast_to(numbers_of_all, count).copy()
+        if self.field is not None and self.field.size > n:
+            raise ValueError(f"field: takes {self.field.size} degrees of freedom, but contact has {n} entries")
+        until = self.valid_until if self.valid_until == inf else positive("valid_until", self.valid_until, "s")
+        made = {
+            "contact": contact,
+            "matrices": matrices,
+            "mass": matrices.mass,
+            "stiffness": matrices.stiffness,
+            "damping": damping,
+            "flexibility": flexibility,
+            "surface": surface,
+            "valid_until": until,
+        }
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
 
     @cached_property
     def is_modal(self) -> bool:
@@ -218,35 +230,10 @@ def known_field(structure: Structure, name: str = "structure") -> Field:
     raise ValueError(f"{name}: the {kind} has no field; cylinders, solids and plates have one")
 
 
-def _columns(contact: Vector) -> Vector:
-    """Return the contact vector of one contact point, n numbers, or of several, n × p."""
-    if contact.ndim > 2 or contact.shape[1:] == (0,):
-        raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
-    return contact if contact.shape[1:] > (1,) else contact.ravel()
-
-
 def surfaces_of(structure: Any) -> tuple[Surface, ...]:
     """Return surfaces of all contacts of a structure or a participant, whose `surface` is one or a tuple of them."""
     surface = structure.surface
     return surface if isinstance(surface, tuple) else (surface,)
-
-
-def _flexibilities(values: object, count: int) -> Vector:
-    """Return one number for each contact, from one for all or from as many."""
-    numbers = each(finite, "flexibility", values, "m/N")  # type: ignore[arg-type]
-    if numbers.shape not in ((), (count,)):
-        raise ValueError(f"flexibility = {values!r}: must be one number of m/N, or {count}, as there are contacts")
-    return np.broadcast_to(numbers, count).copy()
-
-
-def _surfaces(values: Any, count: int) -> tuple[Surface, ...]:
-    """Return one Surface for each contact, from one for all or from as many."""
-    surfaces = (
-        [values] * count if isinstance(values, Surface) else listed("surface", values, Surface, "Surfaces, or one")
-    )
-    if len(surfaces) != count:
-        raise ValueError(f"surface = {values!r}: must be one Surface, or {count}, as there are contacts")
-    return tuple(surfaces)
 
 
 @described_as(called="half-space", also=("wall",))

@@ -2,21 +2,21 @@
 
 from functools import lru_cache
 from math import cos, exp, inf, log, pi, sqrt
+from typing import Annotated
 
 import numpy as np
 from scipy.special import ellipe, ellipkm1
 
-from structures.checks import instance, not_negative, one_of
-from structures.described import described_as
+from structures.described import checked_call, described_as
 from structures.material import Material
-from structures.quantities import Curvature, Direction
+from structures.quantities import ContactForce, Curvature, Direction, OneOf
 
 NEARLY_ROUND = 1e-6
 """A contact is treated as round if difference over sum of its relative curvatures is smaller than this number: the
 stiffness k depends on the square of that ratio only.
 """
 
-AXIS_RATIOS = ("exact", "approximate")
+AxisRatio = Annotated[str, OneOf("exact", "approximate")]
 
 
 @described_as("a Surface(material)")
@@ -57,28 +57,24 @@ class Surface:
             object.__setattr__(self, "second_curvature", self.curvature)
 
 
+@checked_call
 def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
     """Return principal relative curvatures 1/R′ ≤ 1/R″ of two surfaces that touch, 1/m (thesis, equations 5.3, 5.4).
 
     Raises ValueError where they would touch along more than a point or a line.
     """
-    instance("first", first, Surface, "a Surface")
-    instance("second", second, Surface, "a Surface")
-    total, steps = 0.0, []
-    for surface in (first, second):
-        curvature, second_curvature = surface.curvature, float(surface.second_curvature or 0.0)
-        total += 0.5 * (curvature + second_curvature)
-        steps.append(curvature - second_curvature)
-    angle = first.direction - second.direction
-    square = steps[0] ** 2 + steps[1] ** 2 + 2.0 * steps[0] * steps[1] * cos(2.0 * angle)
+    pairs = [(surface.curvature, float(surface.second_curvature or 0.0)) for surface in (first, second)]
+    total = 0.5 * sum(map(sum, pairs))
+    one, other = (curvature - second_curvature for curvature, second_curvature in pairs)
+    square = one**2 + other**2 + 2.0 * one * other * cos(2.0 * (first.direction - second.direction))
     difference = 0.5 * sqrt(max(square, 0.0))
     if total + difference <= 0.0 or total - difference < -1e-9 * total:
-        pairs = [(surface.curvature, surface.second_curvature) for surface in (first, second)]
         raise ValueError(f"first, second: curvature = {pairs[0]} and {pairs[1]}: their sum must be positive, in 1/m")
     return max(total - difference, 0.0), total + difference
 
 
-def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") -> float:
+@checked_call
+def hertz_stiffness(first: Surface, second: Surface, axis_ratio: AxisRatio = "exact") -> float:
     """Return the stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
 
     Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹, where 1/R is the sum of the curvatures. Elliptic
@@ -115,18 +111,18 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") 
     >>> round(hl.theory.hertz_stiffness(bead.surface, bead.surface) * 1e-9, 2)
     7.06
     """
-    one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
-    flat, sharp = relative_curvatures(first, second)
-    if flat <= 1e-12 * sharp:
-        raise ValueError(
-            f"curvature: {flat:.3g} in one direction, so bead and surface touch along a line; see contact_law"
-        )
-    compliance = 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
-    round_stiffness = 4.0 / 3.0 / ((flat * sharp) ** 0.5) ** 0.5 / compliance
-    return float(round_stiffness / _elliptic_factor(sharp / flat, axis_ratio) ** 1.5)
+    sharp, ratio, compliance = _point(first, second)
+    round_stiffness = 4.0 / 3.0 * sharp**-0.5 * ratio**0.25 / compliance
+    if ratio - 1.0 < NEARLY_ROUND:
+        return float(round_stiffness)
+    square = _axis_square(ratio, axis_ratio)
+    # F₂ of equation 5.6
+    factor = 2.0 / pi * ellipkm1(square) * (4.0 / (pi * (1.0 - square)) * _root(square)) ** (-1.0 / 3.0)
+    return float(round_stiffness / factor**1.5)
 
 
-def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
+@checked_call
+def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> float:
     """Return the peak pressure p₀ at the centre of a Hertz contact between two surfaces.
 
     Parameters
@@ -157,20 +153,18 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
     >>> round(hl.theory.hertz_pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
     2.72
     """
-    flat, sharp = relative_curvatures(first, second)
-    if flat <= 1e-12 * sharp:
-        raise ValueError(f"curvature: {flat:.3g} in one direction, so the surfaces (of a bead, say) touch along a line")
-    compliance = 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
-    pressing = not_negative("force", force, "N")
-    if not pressing:
+    sharp, ratio, compliance = _point(first, second)
+    if force == 0.0:
         return 0.0
-    cube, ratio = 0.75 * pressing * compliance / sqrt(flat * sharp), sharp / flat
+    cube = 0.75 * force * compliance * sqrt(ratio) / sharp
     if ratio - 1.0 >= NEARLY_ROUND:
         square = _axis_square(ratio, "exact")
         cube *= square**0.75 * 4.0 / (pi * (1.0 - square)) * _root(square)
-    return float(1.5 * pressing / (pi * cube ** (2.0 / 3.0)))
+    return float(1.5 * force / (pi * cube ** (2.0 / 3.0)))
 
 
+@checked_call
+@lru_cache(maxsize=256)
 def yield_pressure(material: Material) -> float:
     """Return the peak pressure of a round contact at which a material starts to yield below the surface (von Mises).
 
@@ -195,12 +189,6 @@ def yield_pressure(material: Material) -> float:
     >>> round(hl.theory.yield_pressure(hl.STEEL_316) * 1e-6)
     331
     """
-    return _yield_pressure(instance("material", material, Material, "a Material"))
-
-
-@lru_cache(maxsize=256)
-def _yield_pressure(material: Material) -> float:
-    """Return the chain's warning asks for each contact of a run."""
     if material.yield_strength is None:
         return inf
     depth = np.linspace(0.01, 2.0, 400)
@@ -209,12 +197,12 @@ def _yield_pressure(material: Material) -> float:
     return float(material.yield_strength / np.abs(inside - around).max())
 
 
-def _elliptic_factor(curvature_ratio: float, axis_ratio: str) -> float:
-    """Return F₂ of equation 5.6; curvature_ratio = R′/R″ ≥ 1."""
-    if curvature_ratio - 1.0 < NEARLY_ROUND:
-        return 1.0
-    square = _axis_square(curvature_ratio, axis_ratio)
-    return float(2.0 / pi * ellipkm1(square) * (4.0 / (pi * (1.0 - square)) * _root(square)) ** (-1.0 / 3.0))
+def _point(first: Surface, second: Surface) -> tuple[float, float, float]:
+    """Return 1/R″, R′/R″ and the sum of the compliances 1/E* of two surfaces that touch at a point."""
+    flat, sharp = relative_curvatures(first, second)
+    if flat <= 1e-12 * sharp:
+        raise ValueError(f"curvature: {flat:.3g} in one direction, so the surfaces touch along a line; see contact_law")
+    return sharp, sharp / flat, 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
 
 
 def _root(square: float) -> float:

@@ -12,7 +12,7 @@ from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from structures.caution import caution
 from structures.checks import one_of
 from structures.structure import Vector
-from structures.surface import AXIS_RATIOS, Surface, hertz_stiffness, relative_curvatures
+from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
 SMALL_CONTACT = 0.2
 """Half-width of a contact over the relative radius of curvature, or over a body's own if that is smaller: up to here
@@ -81,7 +81,7 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
     """
     check_bead("first", first, "a body")
     check_body("second", second)
-    one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
+    one_of("axis_ratio", axis_ratio, ("exact", "approximate"))
     # A user's body may change, or be no key of a dictionary; those defined here are frozen.
     if isinstance(first, SHAPES) and isinstance(second, (*SHAPES, Surface)):
         law = _known_contact_law(first, second, axis_ratio)

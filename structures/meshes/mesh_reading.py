@@ -15,7 +15,6 @@ from structures.structure import Vector
 Tag: TypeAlias = str | int
 Groups: TypeAlias = dict[Tag, Numbers]
 
-
 LONGEST_SIDE = 10.0
 """m. Longer bodies and plates are assumed to be in millimetres."""
 
@@ -28,8 +27,10 @@ FARTHEST = 1e12
 LARGEST_TAG = 2.0**53
 """Larger numbers are no tags."""
 
-UNTAGGED = int(np.iinfo(np.int64).min)
-"""The number of a cell that no group holds."""
+GMSH = "gmsh:physical"
+"""meshio's name of the data that number gmsh's groups: 0 for cells of no group, negative for a group turned over."""
+
+NO_GROUPS = "; gmsh wrote no physical groups, as with Mesh.SaveAll = 1 in files of version 2.2: save them without it"
 
 
 class Tags(NamedTuple):
@@ -56,10 +57,9 @@ def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
     """Return `tag`, or raise a ValueError that lists the existing tags and the nearest one; name: of the argument."""
     if isinstance(tag, str | int) and tag in groups:
         return tag
-    if not groups:
-        raise ValueError(f"{name} = {tag!r}: the mesh has no tags for it{hint}")
     meant = did_you_mean(tag, map(str, groups)) if isinstance(tag, str) else ""
-    raise ValueError(f"{name} = {tag!r}: must be one of {names(groups)}{meant and f' ({meant})'}{hint}")
+    must = f"must be one of {names(groups)}{meant and f' ({meant})'}" if groups else "the mesh has no tags for it"
+    raise ValueError(f"{name} = {tag!r}: {must}{hint}")
 
 
 def points_of(source: Any, flat: bool = False) -> Vector:
@@ -102,30 +102,40 @@ def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[
 def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
     """Return the members of the blocks by name and by number; members are numbered through all blocks.
 
-    field: the name of the data of cells that numbers them; None is the only such data of the file.
+    field: the name of the data of cells that numbers them; None is gmsh's groups, or the only such data of the file.
     """
-    starts = np.cumsum([0] + [len(source.cells[i].data) for i in blocks])
+    sizes = [len(source.cells[i].data) for i in blocks]
     groups: Groups = {}
     for name, parts in source.cell_sets.items():
-        if isinstance(name, str) and name.startswith("gmsh:"):
+        if str(name).startswith("gmsh:"):
             continue
         if len(parts) != len(source.cells):
             raise ValueError(
                 f"mesh: the set {name!r} has {count_of(len(parts), 'block')} of members, the cells have "
                 f"{len(source.cells)}, and which is not known; give the path of the file in place of meshio.read(path)"
             )
-        members = [_members(name, parts[i], len(source.cells[i].data)) for i in blocks if parts[i] is not None]
-        offsets = [start for start, i in zip(starts[:-1], blocks, strict=True) if parts[i] is not None]
-        if members:
-            groups[name] = np.concatenate([start + order for start, order in zip(offsets, members, strict=True)])
-    numbers = _numbers(source, blocks, field)
-    groups.update({int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers) if tag != UNTAGGED})
+        lists = [
+            start + _members(name, [] if parts[i] is None else parts[i], size)
+            for i, size, start in zip(blocks, sizes, np.cumsum([0, *sizes]), strict=False)
+        ]
+        groups[name] = np.concatenate(lists) if lists else np.zeros(0, dtype=np.int64)
+
+    fields = tag_fields(source)
+    if field is not None and field not in fields:
+        if fields:
+            one_of("tags", field, fields)
+        raise ValueError(f"tags = {field!r}: the mesh has no data that numbers its cells")
+    chosen = field or (GMSH if GMSH in fields else fields[0] if len(fields) == 1 else None)
+    if chosen is not None and blocks:
+        numbers = np.concatenate([np.asarray(source.cell_data[chosen][i]).ravel() for i in blocks]).astype(np.int64)
+        by_gmsh = chosen == GMSH
+        numbers = np.abs(numbers) if by_gmsh else numbers
+        groups |= {int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers) if tag or not by_gmsh}
     # gmsh's names: a number and a dimension each. Files of VTK have data of other meanings there.
-    named = source.field_data if "gmsh:physical" in source.cell_data else {}
-    for name, pair in named.items():
-        tag, its_dimension = (*np.ravel(pair).tolist(), None, None)[:2]
+    for name, pair in source.field_data.items() if GMSH in source.cell_data else ():
+        tag, its_dimension = pair.tolist()
         if its_dimension == dimension and tag in groups:  # meshio's sets lack the cells that are turned over
-            groups[name] = np.union1d(groups.get(name, []), groups[tag]).astype(np.int64)
+            groups[name] = np.union1d(groups.get(name, groups[tag]), groups[tag])
     return {tag: members for tag, members in groups.items() if members.size}
 
 
@@ -134,41 +144,25 @@ def tag_fields(source: Any) -> list[str]:
     kinds: dict[str, list[str]] = {"iu": [], "f": []}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]
-        single = all(array.size == len(array) for array in arrays)
-        for kind, names_of_kind in kinds.items():
-            if single and all(array.dtype.kind in kind and _are_whole(array) for array in arrays):
-                names_of_kind.append(name)
+        kind = "iu" if all(array.dtype.kind in "iu" for array in arrays) else "f"
+        if all(array.size == len(array) and array.dtype.kind in kind and _are_whole(array) for array in arrays):
+            kinds[kind].append(name)
     return kinds["iu"] or kinds["f"]
 
 
 def _are_whole(array: Any) -> bool:
-    integral = array.dtype.kind != "f" or (np.isfinite(array).all() and (array == np.round(array)).all())
-    return bool(integral and (array.size == 0 or np.abs(array.astype(float)).max() < LARGEST_TAG))
+    numbers = array.astype(float)
+    return bool((np.abs(numbers) < LARGEST_TAG).all() and (numbers == np.round(numbers)).all())
 
 
 def hint_of(source: Any, field: str | None) -> str:
     """Return what an error adds where gmsh wrote no groups, or several data number the cells and none was chosen."""
     fields = tag_fields(source)
-    if not any(np.any(part) for part in source.cell_data.get("gmsh:physical", [1])):
-        return "; gmsh wrote no physical groups, as with Mesh.SaveAll = 1 in files of version 2.2: save them without it"
-    if field is not None or len(fields) < 2 or "gmsh:physical" in fields:
+    if GMSH in fields:
+        return "" if any(np.any(part) for part in source.cell_data[GMSH]) else NO_GROUPS
+    if field is not None or len(fields) < 2:
         return ""
     return f"; its cells are numbered by {names(fields)}, of which tags= names the one that counts"
-
-
-def _numbers(source: Any, blocks: list[int], field: str | None) -> Numbers:
-    """Return the number of each cell of the blocks in the field; gmsh's physical groups, or the only field there is."""
-    fields = tag_fields(source)
-    if field is not None and field not in fields:
-        if fields:
-            one_of("tags", field, fields)
-        raise ValueError(f"tags = {field!r}: the mesh has no data that numbers its cells")
-    chosen = field or ("gmsh:physical" if "gmsh:physical" in fields else fields[0] if len(fields) == 1 else None)
-    if chosen is None or not blocks:
-        return np.zeros(0, dtype=np.int64)
-    numbers = np.concatenate([np.asarray(source.cell_data[chosen][i]).ravel() for i in blocks]).astype(np.int64)
-    # gmsh writes a group that is turned over as a negative number, and cells of no group as 0.
-    return np.where(numbers == 0, UNTAGGED, np.abs(numbers)) if chosen == "gmsh:physical" else numbers
 
 
 def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) -> None:
@@ -176,8 +170,7 @@ def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) 
 
     what: that, in words. scale: m per unit of the mesh, where the user gave it.
     """
-    sides = np.ptp(points, axis=0)
-    if scale is None and (sides.max() > LONGEST_SIDE or unlikely):
+    if scale is None and (np.ptp(points, axis=0).max() > LONGEST_SIDE or unlikely):
         raise ValueError(
             f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
         )

@@ -412,23 +412,14 @@ def test_what_is_no_participant() -> None:
     class SurfaceOnly:
         surface = Sound.surface
 
-    class TwoArguments(Sound):
-        def advance(self, state: Any, force: float) -> Any:  # type: ignore[override]
-            return None
-
-    class NoMethod(Sound):
-        start = 3  # type: ignore[assignment]
-
     for given, message in (
         (
             NoSurface(),
-            "structure = NoSurface: has no surface; must be a Structure .* or an object with surface, start and adv",
+            "structure = NoSurface: lacks surface; must be a Structure .* or an object with surface, start and adv",
         ),
         (Sound, r"structure = the class Sound: must be an object of it, such as Sound\(…\)"),
-        (Sound().advance, "structure = method: must be a Structure"),
-        (SurfaceOnly(), "structure = SurfaceOnly: has no start and no advance; must be a Structure"),
-        (TwoArguments(), r"TwoArguments\.advance: must be a method of 3 arguments besides self"),
-        (NoMethod(), r"NoMethod\.start = 3: must be a method"),
+        (Sound().advance, "structure = method: lacks .*; must be a Structure"),
+        (SurfaceOnly(), "structure = SurfaceOnly: lacks start, advance; must be a Structure"),
     ):
         with pytest.raises(ValueError, match=message):
             hl.CoSimulation(CHAIN, given, hl.Aitken())
