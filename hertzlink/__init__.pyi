@@ -79,6 +79,7 @@ from plates.infinite import infinite_plate as infinite_plate
 from plates.laminate import Laminate as Laminate
 from plates.laminate import OrthotropicMaterial as OrthotropicMaterial
 from plates.laminate import Ply as Ply
+from plates.modal import ModalPlate as ModalPlate
 from plates.plate import Plate as Plate
 from plates.prestress import Prestress as Prestress
 from plates.prestress import thermal_prestress as thermal_prestress

@@ -132,7 +132,7 @@ def half_plane(
     away = 0.0 if edge == "free" and distance == 0.0 else within("distance", distance, *LENGTHS, "m")
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
-    plate = _HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)
+    plate = HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)
     # Of half the length are waves of four times the frequency.
     highest = HIGHEST_FREQUENCY * fineness().shorter if highest_frequency is None else highest_frequency
     circular = 2.0 * pi * fineness().cells ** 2 * highest
@@ -151,7 +151,7 @@ def half_plane(
     return made.made_by(partial(half_plane, thickness, material, edge, distance, until, highest_frequency))
 
 
-class _HalfPlane(NamedTuple):
+class HalfPlane(NamedTuple):
     """a = √(D/m), m²/s; 8 √(D m), N s/m; the edge, its distance from the contact, m, and Poisson's ratio.
 
     Bands of oscillators are pairs: circular frequencies ω, rad/s, and squares of the contact's entries, 1/kg.
@@ -163,23 +163,22 @@ class _HalfPlane(NamedTuple):
     distance: float
     poisson_ratio: float
 
-    def resolved(self, highest: float, until: float) -> tuple[Vector, Vector]:
-        """Return the rule from zero to a circular frequency, spaced as densely as motion up to `until` s and echoes
-        require.
+    def resolved(self, highest: float, until: float, lowest: float = 0.0) -> tuple[Vector, Vector]:
+        """Return the rule up to a circular frequency, spaced as densely as motion up to `until` s and echoes require.
 
         Waves that cannot return by then are left out: Re Y is that of the infinite plate.
         """
-        a, fastest = self.diffusion, (highest / self.diffusion) ** 0.5
+        a = self.diffusion
         there = self.distance if self.distance < until * (a * highest) ** 0.5 else inf
         path = 0.0 if there == inf else there
         # The phase of sin(ωt) times an echo, a k² t + 2kd, is the same in all intervals.
-        total = a * until * fastest**2 + 2.0 * path * fastest
+        first, total = (until * end + 2.0 * path * (end / a) ** 0.5 for end in (lowest, highest))
         if total > MOST_PHASE:
             raise ValueError(
                 f"until = {until!r}: with highest_frequency = {highest / (2.0 * pi):g} Hz this requires "
                 f"{total / PHASE * GAUSS[0].size:.1g} oscillators; take a shorter record or a lower frequency"
             )
-        phases = np.linspace(0.0, total, int(np.ceil(total / PHASE)) + 1)
+        phases = np.linspace(first, total, int(np.ceil((total - first) / PHASE)) + 1)
         wavenumber, width = _gauss((np.sqrt(path**2 + a * until * phases) - path) / (a * until))
         frequency = a * wavenumber**2
         return frequency, self._weights(frequency, 2.0 * a * wavenumber * width, there)
@@ -224,13 +223,11 @@ def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
     nu = 0.0 if edge == "clamped" else poisson_ratio
     if distance.max(initial=0.0) > MOST_PANELS * PANEL:
         return exact_conductance(distance, edge, nu)
-    number = (distance / PANEL).astype(int)
-    values = np.empty(distance.size)
-    for panel in np.unique(number):
-        inside = number == panel
-        values[inside] = chebyshev.chebval(
-            2.0 * (distance[inside] / PANEL - panel) - 1.0, _series(edge, nu, int(panel))
-        )
+    place, number = np.modf(distance / PANEL)
+    panels, row = np.unique(number, return_inverse=True)
+    series = np.array([_series(edge, nu, int(panel)) for panel in panels])
+    polynomials = np.cos(np.arccos(2.0 * place - 1.0)[:, None] * np.arange(TERMS))
+    values: Vector = np.einsum("ij,ij->i", polynomials, series[row])
     # A series has a constant absolute error; close to a clamped edge Re Y is smaller than that.
     close = distance < 0.5
     values[close] = exact_conductance(distance[close], edge, nu)
