@@ -132,7 +132,8 @@ def mindlin_plate(
     supports : Supports
         How the four edges are held.
     shear_correction : float
-        Factor of the transverse shear stiffness: 5/6 is Reissner's, π²/12 Mindlin's. A Section has its own.
+        Factor of the transverse shear stiffness G t of one material: 5/6 is Reissner's, π²/12 Mindlin's. That of a
+        Laminate follows from the equilibrium of its layers, a Section has its own.
     patch_radius : float, optional
         Radius a of the disc that the contact force is spread over, m; by default half the thickness (see Notes).
     highest_frequency : float, optional
@@ -213,7 +214,7 @@ def mindlin_panel(
         of points. Polygons of curves (sides that meet at less than 30°) are held on the curve: a simple circle of 96
         corners is good to 0.1 %; on quadrilaterals they are refused.
     shear_correction : float
-        Factor of the transverse shear stiffness; see `mindlin_plate`.
+        Factor of the transverse shear stiffness of one material; see `mindlin_plate`.
     patch_radius : float, optional
         Radius of the disc that the contact force is spread over, m; see `mindlin_plate`.
     highest_frequency : float, optional

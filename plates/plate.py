@@ -11,7 +11,7 @@ import numpy as np
 from plates.additions import Addition, check_additions, forces_in_plane, halves_alike, weakest
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
-from plates.laminate import Laminate, struck
+from plates.laminate import Laminate
 from plates.section import Section, all_around, check_thickness, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
@@ -348,7 +348,7 @@ class Plate:
 
     def wall(self, face: str) -> Section:
         """Return the wall with the material that is struck on a face."""
-        return replace(self.section, struck=struck(self.section, self.material, face))
+        return self.material.section("back") if face == "back" and isinstance(self.material, Laminate) else self.section
 
     def _assembled(self, mesh: PlateMesh, held: Mapping[Tag, Support], copies: int) -> tuple[Assembled, Matrices]:
         """Return the plate on a mesh, and its matrices as often as it continues beyond its edges; kept where one mesh

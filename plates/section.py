@@ -1,6 +1,6 @@
 """The wall of a plate as its theory uses it: bending and shear stiffness, mass; of one material or of layers."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Annotated, Any
 
 import numpy as np
@@ -85,6 +85,11 @@ class Section:
     rotary_inertia: Annotated[float, Quantity("kg", "a mass", "2e-6 kg", or_zero=True)]
     thickness: Thickness
     struck: Material
+
+    @property
+    def walls(self) -> list[tuple[Vector, Vector, float]]:
+        """Bending stiffness, shear stiffness, and part of the rotary inertia of each wall in Mindlin's theory: one."""
+        return [(self.bending, self.shear, 1.0)]
 
     def __repr__(self) -> str:
         first, second = self.bending[0, 0], self.bending[1, 1]
@@ -184,5 +189,6 @@ def point_rigidity(section: Section) -> float:
 
 def section_data(section: Section) -> dict[str, Any]:
     """Return the section as plain data, for results."""
-    data = asdict(section)
-    return data | {name: data[name].tolist() for name in ("bending", "shear")}
+    data = {of.name: getattr(section, of.name) for of in fields(Section)}
+    arrays = {name: data[name].tolist() for name in ("bending", "shear")}
+    return data | arrays | {"struck": asdict(section.struck)}

@@ -8,13 +8,22 @@ short waves it causes the logarithmic singularity under a point force. Two corre
 the disc's radius a. First, the transverse stress under the force bends the plate by Poisson's effect, e p̂ with
 e = νt²/10(1 − ν) (Reissner, J. Appl. Mech. 12 (1945) 69); a²/8 is subtracted, because the mean over the disc has the
 same effect. Second, the difference that remains is a constant, which is given as a flexibility.
+
+Under a laminate the same two corrections follow from the static deflection of its layers under p cos kx, by finite
+elements through the thickness, which needs no theory of plates.
 """
 
+from functools import lru_cache
 from math import log, pi
 
 import numpy as np
+from scipy.special import j1
 
+from plates.laminate import LayeredSection, Ply, constants
 from plates.section import Section, all_around
+from structures.bodies.anisotropy import VOIGT_INDEX
+from structures.material import Material
+from structures.structure import Vector
 
 LAYER = -2.252968
 """∫ B(x) − 12/x³ − 2.4/x [x < 1] dx from 0 on."""
@@ -26,10 +35,32 @@ MEAN_OF_BENDING = -0.2373162
 """∫ (4 J₁²(x)/x² − 1 + x²/4 [x < 1]) dx/x³ = −(ln 2 − γ)/4 − 5/24."""
 
 
-def bending_by_poisson(section: Section, radius: float) -> float:
-    """Return e − a²/8, m²: the contact reads w + (e − a²/8) ∇·s, in the mean over a disc of radius a, m."""
+DEGREE = 4
+"""Degree of the elements through the thickness."""
+
+HALVED = 5
+"""Elements of the struck ply, each half as thick as the one below it."""
+
+DIRECTIONS = 12
+"""Directions of the waves over half a turn, where a ply is anisotropic."""
+
+LONGEST, SHORTEST = 0.2, 20.0
+"""The least kt, lower where shear is soft, and the greatest k times the struck ply's thickness. Longer waves see
+Mindlin's theory, shorter ones a half-space."""
+
+PANELS = np.polynomial.legendre.leggauss(6)
+
+
+def bending_by_poisson(section: Section) -> float:
+    """Return e, m²: the contact reads w + (e − a²/8) ∇·s, in the mean over a disc of radius a."""
+    if isinstance(section, LayeredSection):
+        # Of long waves 1/Dk⁴ + 1/Sk² − 2e/Dk² is the deflection of the layers; the rest is of the order k⁰.
+        wavenumber, layers = deflections(section)
+        excess = (layers - plate_deflections(section, wavenumber))[:2] * wavenumber[:2] ** 2
+        ratio = (wavenumber[1] / wavenumber[0]) ** 2
+        return float(-(ratio * excess[0] - excess[1]) / (ratio - 1.0) * _rigidity(section) / 2.0)
     nu = section.struck.poisson_ratio
-    return nu * section.thickness**2 / (10.0 * (1.0 - nu)) - radius**2 / 8.0
+    return nu * section.thickness**2 / (10.0 * (1.0 - nu))
 
 
 def remaining_flexibility(section: Section, radius: float) -> float:
@@ -38,11 +69,123 @@ def remaining_flexibility(section: Section, radius: float) -> float:
 
     2J₁(ka)/ka is the disc's mean. The stiffness of anisotropic walls is averaged over all directions.
     """
-    # The harmonic mean of D over all directions governs the deflection under a point force.
-    rigidity, shear = float(1.0 / (1.0 / all_around(section)).mean()), float(np.sqrt(np.linalg.det(section.shear)))
-    bend, thickness = bending_by_poisson(section, radius), section.thickness
+    if isinstance(section, LayeredSection):
+        return _of_layers(section, radius)
+    rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
+    bend, thickness = bending_by_poisson(section) - radius**2 / 8.0, section.thickness
     ratio = log(thickness / radius)
     plate = radius**2 / rigidity * (MEAN_OF_BENDING - ratio / 4.0)
     plate += (1.0 / shear - 2.0 * bend / rigidity) * (ratio + MEAN_OF_LOGARITHM)
     plate += 2.0 * bend**2 / (rigidity * radius**2)
     return (LAYER * thickness**2 / (12.0 * rigidity) - plate) / (2.0 * pi)
+
+
+def _rigidity(section: Section) -> float:
+    """Return the harmonic mean of D over all directions, N m: it governs the deflection under a point force."""
+    return float(1.0 / (1.0 / all_around(section)).mean())
+
+
+def _of_layers(section: LayeredSection, radius: float) -> float:
+    """Return 1/2π ∫ (layers − half-space − plate · disc²) k dk, m/N."""
+    bend = bending_by_poisson(section), radius
+    wavenumber, layers = deflections(section)
+    edges = np.geomspace(wavenumber[1], wavenumber[-1], 1 + (wavenumber.size - 3) // PANELS[0].size)
+    place, weight = PANELS
+    middle, half = (edges[1:] + edges[:-1])[:, None] / 2.0, np.diff(edges)[:, None] / 2.0
+    inner, weights = (middle + half * place).ravel(), (half * weight).ravel()
+    modulus = section.struck.contact_modulus
+    solid = float(((layers[2:-1] * inner - 2.0 / modulus) * weights).sum())
+    # The mean over the disc, 2J₁(ka)/ka, oscillates: it takes more points, of functions that cost little.
+    ends = edges[0], edges[-1]
+    fine = np.unique(np.concatenate([np.geomspace(*ends, 2001), np.linspace(*ends, 4001)]))
+    disc = (2.0 * j1(fine * radius) / (fine * radius)) ** 2
+    spread = plate_deflections(section, fine, *bend) * disc * fine
+    plate = float(((spread[1:] + spread[:-1]) / 2.0 * np.diff(fine)).sum())
+    plate += 4.0 / pi * float(plate_deflections(section, edges[-1:], *bend)[0]) / (radius**3 * edges[-1])
+    # For longer waves the plate and the layers differ by a constant.
+    long = float(layers[1] - plate_deflections(section, edges[:1], *bend)[0] * disc[0]) * edges[0] ** 2 / 2.0
+    return float(solid - plate + long - 2.0 * float(edges[0]) / modulus) / (2.0 * pi)
+
+
+def plate_deflections(section: Section, wavenumber: Vector, bend: float = 0.0, radius: float = 0.0) -> Vector:
+    """Return what Mindlin's plate deflects under 1 Pa · cos kx, m: the mean over all directions of the wave.
+
+    s = i σ: each wall has the energy ½ k² σᵀ Eᵀ B E σ + ½ (k n w − σ)ᵀ S (k n w − σ), with the unit vector n along the
+    wave; the pressure acts on w − k n·(bend σ − a²/8 σ′), with σ′ of the last wall.
+    """
+    size, mean = 1 + 2 * len(section.walls), np.zeros(wavenumber.size)
+    angles = np.arange(2 * DIRECTIONS) * pi / (2 * DIRECTIONS)
+    for c, s in zip(np.cos(angles), np.sin(angles), strict=True):
+        n, curved = np.array([c, s]), np.array([[c, 0.0], [0.0, s], [s, c]])
+        matrix, load = np.zeros((wavenumber.size, size, size)), np.zeros((wavenumber.size, size, 1))
+        load[:, 0, 0] = 1.0
+        load[:, 1:3, 0] -= bend * wavenumber[:, None] * n
+        load[:, -2:, 0] += radius**2 / 8.0 * wavenumber[:, None] * n
+        for i, (bending, shear, _) in enumerate(section.walls):
+            own = slice(1 + 2 * i, 3 + 2 * i)
+            matrix[:, 0, 0] += wavenumber**2 * (n @ shear @ n)
+            matrix[:, own, own] += wavenumber[:, None, None] ** 2 * (curved.T @ bending @ curved) + shear
+            matrix[:, 0, own] = matrix[:, own, 0] = -wavenumber[:, None] * (shear @ n)
+        mean += (load * np.linalg.solve(matrix, load)).sum(axis=(1, 2)) / angles.size
+    return mean
+
+
+def deflections(section: LayeredSection) -> tuple[Vector, Vector]:
+    """Return wavenumbers k, 1/m, and what the face deflects under 1 Pa · cos kx, m: for two long waves, Gauss points of
+    panels, and the shortest wave."""
+    soft = float(np.linalg.eigvalsh(section.shear)[0]) * section.thickness**2 / (3.0 * section.bending[0, 0])
+    longest = LONGEST / section.thickness * min(1.0, soft**0.5)
+    wavenumber, layers = _deflections(section.plies, round(longest, 9))
+    return wavenumber, layers - section.softer / wavenumber**4
+
+
+@lru_cache(maxsize=64)
+def _deflections(plies: tuple[Ply, ...], longest: float) -> tuple[Vector, Vector]:
+    edges = np.geomspace(2.0 * longest, SHORTEST / plies[0].thickness, 26)
+    points = (edges[1:] + edges[:-1])[:, None] / 2.0 + np.diff(edges)[:, None] / 2.0 * PANELS[0]
+    wavenumber = np.concatenate([[longest, 2.0 * longest], points.ravel(), edges[-1:]])
+    count = 1 if all(isinstance(ply.material, Material) for ply in plies) else DIRECTIONS
+    mean = sum(_along(plies, wavenumber, i * pi / count) for i in range(count)) / count
+    return wavenumber, np.asarray(mean)
+
+
+def _along(plies: tuple[Ply, ...], wavenumber: Vector, direction: float) -> Vector:
+    """Return the same for waves in one direction, rad, by elements through the thickness.
+
+    The displacement is (iU, iV, w) e^{ikx}, so the strains 11, 33, 12 are −kU, w′, −kV, and 23, 13 are iV′, i(U′ + kw).
+    """
+    across, along = np.zeros((6, 3)), np.zeros((6, 3))
+    along[0, 0] = along[5, 1] = -1.0
+    along[4, 2] = across[2, 2] = across[3, 1] = across[4, 0] = 1.0
+    nodes = np.linspace(0.0, 1.0, DEGREE + 1)
+    place, weight = np.polynomial.legendre.leggauss(DEGREE + 1)
+    place, weight = (place + 1.0) / 2.0, weight / 2.0
+    shapes = np.linalg.inv(np.vander(nodes, increasing=True))
+    value = np.vander(place, DEGREE + 1, increasing=True) @ shapes
+    slope = np.vander(place, DEGREE, increasing=True) * np.arange(1, DEGREE + 1) @ shapes[1:]
+    cells = [(plies[0], plies[0].thickness * 2.0**-i) for i in (HALVED, *range(HALVED, 0, -1))]
+    cells += [(ply, ply.thickness / 2.0) for ply in plies[1:] for _ in (0, 1)]
+    size = 3 * (DEGREE * len(cells) + 1)
+    parts = np.zeros((3, size, size))  # of k⁰, k¹, k²
+    for i, (ply, thickness) in enumerate(cells):
+        own = slice(3 * DEGREE * i, 3 * DEGREE * (i + 1) + 3)
+        stiff = _turned(constants(ply.material), ply.angle - direction)
+        by = {name: np.einsum("q,qa,qb->ab", weight, *pair) for name, pair in (
+            ("00", (value, value)), ("01", (value, slope)), ("11", (slope, slope))
+        )}  # fmt: skip
+        mixed = np.kron(by["01"], along.T @ stiff @ across)
+        parts[0, own, own] += np.kron(by["11"] / thickness, across.T @ stiff @ across)
+        parts[1, own, own] += mixed + mixed.T
+        parts[2, own, own] += np.kron(by["00"] * thickness, along.T @ stiff @ along)
+    force = np.eye(1, size, 2)[0]
+    return np.array([np.linalg.solve(parts[0] + k * parts[1] + k**2 * parts[2], force)[2] for k in wavenumber])
+
+
+def _turned(stiffness: Vector, angle: float) -> Vector:
+    """Return elastic constants, 6 × 6, in axes from which the material's are turned about z by an angle, rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    full = stiffness[VOIGT_INDEX[:, :, None, None], VOIGT_INDEX]
+    full = np.einsum("ai,bj,ck,dl,ijkl->abcd", turn, turn, turn, turn, full)
+    rows, columns = [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]
+    return np.asarray(full[rows, columns][:, rows, columns])

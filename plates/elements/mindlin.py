@@ -4,11 +4,13 @@ The deflection w and the slope s = (s_x, s_y) of the fibres across the wall, whi
 functions of one Space: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), mass
 ½ ∫ m ẇ² + J |ṡ|², all integrated in full (Mindlin, J. Appl. Mech. 18 (1951) 31). The high order of the functions
 prevents locking of thin plates. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
+Laminates of stiff and soft plies are two such walls with one w: 5 i, and (s_x, s_y) of each.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -109,17 +111,17 @@ class Mindlin:
                 f"{readable(COARSEST_PATCH * self.patch_radius, 'm')}"
             )
         points, weights = disc(touch.place, self.patch_radius, touch.mirrors)
-        return np.asarray(
-            functions.mean(points, weights, bending_by_poisson(touch.wall, self.patch_radius)) @ expansion
-        )
+        bend = bending_by_poisson(touch.wall)
+        return np.asarray(functions.mean(points, weights, bend, -(self.patch_radius**2) / 8.0) @ expansion)
 
 
 class MindlinFunctions:
     """Mindlin's w and s of one section on a mesh, as polynomials of a degree."""
 
     def __init__(self, mesh: Any, section: Section, degree: int) -> None:
-        self.space, self.section = Space(mesh, degree), section
-        self.size = 3 * self.space.size
+        self.space, self.section, self.walls = Space(mesh, degree), section, section.walls
+        self.each = 1 + 2 * len(self.walls)
+        self.size = self.each * self.space.size
 
     def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
         """Return M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
@@ -133,15 +135,18 @@ class MindlinFunctions:
         stretched = products(weight)
         curved = stretched if weakening is None else products(weight * weakening(points))
         crossed = [(weight[:, None] * slopes[a]) @ values.swapaxes(1, 2) for a in "xy"]
-        shear, stiffness = self.section.shear, _bending(self.section.bending, curved)
-        stiffness[0, 0] = np.asarray(sum(shear[i, j] * stretched["xy"[i] + "xy"[j]] for i in (0, 1) for j in (0, 1)))
-        for i in (0, 1):
-            stiffness[0, 1 + i] = -(shear[0, i] * crossed[0] + shear[1, i] * crossed[1])
-            stiffness[1 + i, 0] = stiffness[0, 1 + i].swapaxes(1, 2)
-            for j in (0, 1):
-                stiffness[1 + i, 1 + j] = stiffness[1 + i, 1 + j] + shear[i, j] * inertia
-        turning = self.section.rotary_inertia * inertia
-        mass = {(0, 0): self.section.mass * inertia, (1, 1): turning, (2, 2): turning}
+        total: Vector = np.sum([shear for _, shear, _ in self.walls], axis=0)
+        deflected = sum(total[i, j] * stretched["xy"[i] + "xy"[j]] for i in (0, 1) for j in (0, 1))
+        mass, stiffness = {(0, 0): self.section.mass * inertia}, {(0, 0): np.asarray(deflected)}
+        for wall, (bending, shear, part) in enumerate(self.walls):
+            s = 1 + 2 * wall
+            bent = _bending(bending, curved)
+            for i in (0, 1):
+                stiffness[0, s + i] = -(shear[0, i] * crossed[0] + shear[1, i] * crossed[1])
+                stiffness[s + i, 0] = stiffness[0, s + i].swapaxes(1, 2)
+                mass[s + i, s + i] = part * self.section.rotary_inertia * inertia
+                for j in (0, 1):
+                    stiffness[s + i, s + j] = bent[1 + i, 1 + j] + shear[i, j] * inertia
         return self._assembled(self.space.cell_dofs, mass), self._assembled(self.space.cell_dofs, stiffness)
 
     def tension(self, forces: Vector) -> Matrix:
@@ -155,7 +160,7 @@ class MindlinFunctions:
         """Return the matrix of blocks for (row, column) of w, s_x and s_y, each cells × functions × functions."""
         rows, columns, entries = [], [], []
         for (i, j), block in blocks.items():
-            row, column = np.broadcast_arrays(3 * dofs[:, :, None] + i, 3 * dofs[:, None, :] + j)
+            row, column = np.broadcast_arrays(self.each * dofs[:, :, None] + i, self.each * dofs[:, None, :] + j)
             rows.append(row.ravel())
             columns.append(column.ravel())
             entries.append(block.ravel())
@@ -173,7 +178,9 @@ class MindlinFunctions:
         blocks: Blocks = {(0, 0): edge.translation * overlap}
         for i in (0, 1):
             for j in (0, 1):
-                blocks[1 + i, 1 + j] = edge.rotation * (normal[:, i] * normal[:, j])[:, None, None] * overlap
+                turned = edge.rotation * (normal[:, i] * normal[:, j])[:, None, None] * overlap
+                for s, (_, _, part) in enumerate(self.walls):
+                    blocks[1 + 2 * s + i, 1 + 2 * s + j] = part * turned
         return self._assembled(self.space.cell_dofs[mesh.f2t[0, facets]], blocks)
 
     def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
@@ -197,30 +204,38 @@ class MindlinFunctions:
             ways = {"clamped": (bend.along, bend.outward), "simple": (bend.along,), "symmetry": (bend.outward,)}
             for direction in ways.get(support, ()):
                 np.add.at(held, dofs, direction[..., :, None] * direction[..., None, :])
-        return _remaining(still, held, follows)
+        return _remaining(still, held, follows, len(self.walls))
 
     def deflection(self, points: Vector) -> Matrix:
         """Return what reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
-        return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
+        return sparse.csr_array(sparse.kron(self.space.at(points).value, np.eye(1, self.each)))
 
     def stiffener(self, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
         """Return M and K of a beam that bends and twists with the plate, size × size."""
-        return beam_on_space(self.space, stiffener)
+        return beam_on_space(self.space, stiffener, self.each)
 
-    def mean(self, points: Vector, weights: Vector, bend: float) -> Vector:
-        """Return the mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""
+    def mean(self, points: Vector, weights: Vector, first: float, last: float) -> Vector:
+        """Return the mean, with weights, of w + first ∇·s + last ∇·s at points, p × 2, m, with s of the first and the
+        last wall: one number for each degree of freedom.
+
+        The last wall hardly shears, so its s is the slope of w, which the disc's mean bends.
+        """
         reading, mean = self.space.at(points), np.zeros(self.size)
-        mean[0::3], mean[1::3], mean[2::3] = (
-            weights @ values for values in (reading.value, bend * reading.slope_x, bend * reading.slope_y)
-        )
+        mean[0 :: self.each] = weights @ reading.value
+        for place, bend in ((1, first), (self.each - 2, last)):
+            mean[place :: self.each] += bend * (weights @ reading.slope_x)
+            mean[place + 1 :: self.each] += bend * (weights @ reading.slope_y)
         return mean
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
         """Return what reads w, and κ in three rows, at places of the reference cell, 2 × places, cell by cell."""
         reading = self.space.sampled(places)
-        along_x = sparse.kron(reading.slope_x, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
-        along_y = sparse.kron(reading.slope_y, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
-        deflection = sparse.kron(reading.value, np.array([[1.0, 0.0, 0.0]]), format="csr")
+        # The moments are those of all walls, so their curvatures count by their parts of the bending stiffness.
+        x, y = np.zeros((3, self.each)), np.zeros((3, self.each))
+        for s, (_, _, part) in enumerate(self.walls):
+            x[0, 1 + 2 * s] = x[2, 2 + 2 * s] = y[1, 2 + 2 * s] = y[2, 1 + 2 * s] = part
+        along_x, along_y = sparse.kron(reading.slope_x, x), sparse.kron(reading.slope_y, y)
+        deflection = sparse.kron(reading.value, np.eye(1, self.each), format="csr")
         return sparse.csr_array(deflection), sparse.csr_array(along_x + along_y)
 
 
@@ -234,23 +249,26 @@ def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
     }
 
 
-def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector) -> Matrix:
-    """Return motions that remain where w follows s. held: the sum of d dᵀ over the directions d in which s is held."""
+def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector, walls: int) -> Matrix:
+    """Return motions that remain where w follows the last wall's s. held: the sum of d dᵀ over the directions d in
+    which s is held."""
     strength, axes = np.linalg.eigh(held)
     free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
     axes[free.all(axis=1)] = np.eye(2)
     moves = np.flatnonzero(~still)
-    rows, columns, entries = [3 * moves], [3 * moves], [np.ones(moves.size)]
-    for axis in (0, 1):
+    each = 1 + 2 * walls
+    rows, columns, entries = [each * moves], [each * moves], [np.ones(moves.size)]
+    for s, axis in product(range(1, each, 2), (0, 1)):
         turns = np.flatnonzero(free[:, axis])
         into = axes[turns, :, axis]
-        rows += [3 * turns + 1, 3 * turns + 2, 3 * turns]
-        columns += [3 * turns + 1 + axis] * 3
-        entries += [into[:, 0], into[:, 1], np.where(still[turns], (follows[turns] * into).sum(axis=1), 0.0)]
+        after = np.where(still[turns] & (s == each - 2), (follows[turns] * into).sum(axis=1), 0.0)
+        rows += [each * turns + s, each * turns + s + 1, each * turns]
+        columns += [each * turns + s + axis] * 3
+        entries += [into[:, 0], into[:, 1], after]
     remaining, column = np.unique(np.concatenate(columns), return_inverse=True)
     places = np.concatenate(rows), column
     matrix = sparse.csr_array(
-        sparse.coo_array((np.concatenate(entries), places), shape=(3 * still.size, remaining.size))
+        sparse.coo_array((np.concatenate(entries), places), shape=(each * still.size, remaining.size))
     )
     matrix.eliminate_zeros()
     return matrix

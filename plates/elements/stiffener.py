@@ -18,10 +18,10 @@ ROUNDING = 1e-9
 """Parts of a line, or of a side, that are below rounding."""
 
 
-def beam_on_space(space: Space, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
+def beam_on_space(space: Space, stiffener: Stiffener, each: int) -> tuple[Matrix, Matrix]:
     """Return M and K of a beam that bends and twists with the plate: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it.
 
-    Degrees of freedom 3 i, 3 i + 1 and 3 i + 2 are w, s_x and s_y of function i.
+    Of the `each` degrees of freedom of a function, w is the first and s of the last wall are the last two.
     """
     start, end = np.array(stiffener.start, dtype=float), np.array(stiffener.end, dtype=float)
     step = end - start
@@ -33,8 +33,8 @@ def beam_on_space(space: Space, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
     weight = sparse.diags_array((0.5 * weights * size * length).ravel())
     reading = space.at(start + part[:, None] * step)
     slope = x * reading.slope_x + y * reading.slope_y
-    bent, twisted = (sparse.kron(slope, np.array([[0.0, *into]])) for into in ((x, y), (-y, x)))
-    value = sparse.kron(reading.value, np.array([[1.0, 0.0, 0.0]]))
+    bent, twisted = (sparse.kron(slope, [[*(each - 2) * [0.0], *into]]) for into in ((x, y), (-y, x)))
+    value = sparse.kron(reading.value, np.eye(1, each))
     stiffness = stiffener.bending_stiffness * (bent.T @ weight @ bent)
     stiffness = stiffness + stiffener.torsion_stiffness * (twisted.T @ weight @ twisted)
     return sparse.csr_array(stiffener.mass_per_length * (value.T @ weight @ value)), sparse.csr_array(stiffness)

@@ -146,7 +146,10 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: hl.Laminate([hl.Ply(sheet(shear_modulus_across=2e9), 1e-3)]),
             r"shear_modulus_across.*ν = 1\.5",
         ),
-        (lambda: hl.Laminate([hl.Ply(CARBON, 1e-3)]).section(0.0), r"shear_correction = 0\.0"),
+        (
+            lambda: hl.mindlin_plate(0.2, 0.1, None, LAMINATE, hl.Supports(), shear_correction=0.8),
+            r"shear_correction = 0\.8: a laminate has its own shear stiffness",
+        ),
         (
             lambda: section_of(2e-3, hl.Laminate([hl.Ply(CARBON, 1e-3)])),
             r"thickness = 0\.002: must be None or .* 0\.001",
