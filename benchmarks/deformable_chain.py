@@ -19,10 +19,8 @@ from coupled_plate import one_thread, timed, verdict
 
 import hertzlink as hl
 from coupling.results.wave_finder import placed
-from particles.laws.active_set import forces_of_steps
-from particles.laws.axisymmetric import ELEMENTS
-from particles.laws.axisymmetric_mesh import body_of, half_plane
-from particles.laws.compliance import surface_compliance
+from particles.laws.axisymmetric import ELEMENTS, forces_of_steps
+from particles.laws.axisymmetric_mesh import body_of, half_plane, surface_compliance
 
 RADIUS, HOLLOW = 9.525e-3, (0.5, 0.75, 0.908)
 """Radius of the thesis's hollow spheres, m, and their ratios of inner to outer radius."""

@@ -6,11 +6,12 @@ from functools import partial
 import numpy as np
 
 from coupling.recording.frames import Motion
-from particles.contacts import once_per_pair
+from particles.contacts import OF_HERTZ, once_per_pair, yield_pressures
 from particles.deformable.deformable_chain import DeformableChain
 from particles.laws.yielding import JacksonGreen
 from particles.moving import MovingChain
-from particles.overloads import overloads, slower, unknown_strengths, weaker
+from structures.material import Material
+from structures.surface import Surface, yield_pressure
 
 SLIGHT = 1.12
 """The pressure of a contact, in units of that at which it yields, up to which no run is warned of: 1.4 times the force.
@@ -30,21 +31,58 @@ def yields(chains: Sequence[Sequence[MovingChain]], motions: Sequence[Motion]) -
 
     chains: of each motion, one for each run.
     """
-    ratios = [overloads(of_runs[0], motion.peaks) for of_runs, motion in zip(chains, motions, strict=True)]
+    ratios = []
+    for of_runs, motion in zip(chains, motions, strict=True):
+        unit, power, limit = of_runs[0].once("pressures", partial(_pressures, of_runs[0]))
+        ratios.append(unit * np.maximum(motion.peaks, 0.0) ** power / limit)
     greatest = np.array([of_chain.max(axis=1) for of_chain in ratios])
     for run in np.flatnonzero(greatest.max(axis=0) > SLIGHT).tolist():
         number = int(greatest[:, run].argmax())
         chain, contact, ratio = chains[number][run], int(ratios[number][run].argmax()), float(greatest[number, run])
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-        what = weaker(chain, contact).name or "the softer body"
-        law = chain.once("takes a law of yielding", partial(_takes_a_law, chain))
-        yield (
-            run,
-            f"yield: {where} presses {what} to {ratio:.3g} times the pressure at which it yields; "
-            + (f"its dent is left out; {CURE}" if law else slower(chain, contact, ratio)),
-        )
-    unknown = dict.fromkeys(strength for of_runs in chains for strength in unknown_strengths(of_runs[0]))
+        weaker: Material = chain.once(f"weaker {contact}", partial(_weaker, chain, contact))
+        power = chain.once("pressures", partial(_pressures, chain))[1][contact]
+        if chain.once("takes a law of yielding", partial(_takes_a_law, chain)):
+            cure = f"its dent is left out; {CURE}"
+        # Forces of Hertz grow with the speed's power 6/5; a preload, or another law, has no such rule.
+        elif power == OF_HERTZ and chain.chain.speed > 0.0 and not chain.static_force.any():
+            slower = chain.chain.speed * ratio ** (-5.0 / (6.0 * power))
+            cure = f"none yields below an impact speed of about {slower:.2g} m/s"
+        else:
+            cure = f"a yield strength of {1e-9 * ratio * float(weaker.yield_strength or 0.0):.2g} GPa would bear it"
+        what = weaker.name or "the softer body"
+        yield run, f"yield: {where} presses {what} to {ratio:.3g} times the pressure at which it yields; {cure}"
+    unknown = dict.fromkeys(strength for of_runs in chains for strength in _unknown_strengths(of_runs[0]))
     yield from ((run, strength) for run in range(greatest.shape[1]) for strength in unknown)
+
+
+def _pressures(chain: MovingChain) -> np.ndarray:
+    """Return the pressures of contacts; those whose law yields leave nothing out."""
+    yielding = chain.yielding or [None] * len(chain.pairs)
+    return yield_pressures([None if beyond else pair for pair, beyond in zip(chain.pairs, yielding, strict=True)])
+
+
+def _materials(chain: MovingChain, contact: int) -> list[Material]:
+    return [(side if isinstance(side, Surface) else side.surface).material for side in chain.pairs[contact] or ()]
+
+
+def _weaker(chain: MovingChain, contact: int) -> Material:
+    return min(_materials(chain, contact), key=yield_pressure)
+
+
+def _unknown_strengths(chain: MovingChain) -> Iterator[str]:
+    """Yield a finding for each contact of a law of yielding that takes the strength of the one body for both."""
+    for i, contact in enumerate(chain.yielding or ()):
+        if contact is None or contact.law.yield_strength is not None:
+            continue
+        for material in _materials(chain, i):
+            if material.yield_strength is None:
+                taken = contact.bodies.material.name or "the other body"
+                yield (
+                    f"strength: that of {material.name or 'a body'} is not known, and that of {taken}, "
+                    f"{1e-6 * contact.bodies.strength:.4g} MPa, is taken where they touch; give "
+                    "Material(..., yield_strength=)"
+                )
 
 
 def _takes_a_law(chain: MovingChain) -> bool:
@@ -53,7 +91,7 @@ def _takes_a_law(chain: MovingChain) -> bool:
         return False
     law, laws = JacksonGreen(), chain.laws
     try:
-        once_per_pair(chain.pairs, lambda pair, i: law.of_law(*pair, laws[i]))  # type: ignore[arg-type]
+        once_per_pair(chain.pairs, lambda pair, i: law.contact(*pair, laws[i]))
     except ValueError:
         return False
     return True

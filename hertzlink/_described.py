@@ -5,7 +5,7 @@ from importlib import import_module
 from hertzlink._names import HOME, PUBLIC, listed_in
 from hertzlink._rooms import ROOMS
 
-WITHOUT_NAME = ("particles.laws.computed",)
+WITHOUT_NAME = ("particles.laws.axisymmetric",)
 """Modules of parts without a public name: the law that `computed_law` returns."""
 
 

@@ -9,12 +9,13 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 
-from particles.bead import Bead, check_bead, check_beads, likely_bead, plain_data
+from particles.bead import Bead, check_bead, plain_data
 from particles.dissipation import Dissipation, coefficients_of
-from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
+from particles.excitation import Excitation, Impact
+from particles.kernels.drives import FREE, MOVED
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
-from structures.checks import function, short
+from structures.checks import function, listed, short
 from structures.described import Described, described
 from structures.html_table import html_table
 from structures.quantities import Angle, Likely
@@ -23,13 +24,6 @@ from structures.surface import Surface
 
 LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
 """A function of two bodies, or of a body and a surface, that returns the law of their contact."""
-
-
-def reduced_masses(mass: Vector) -> Vector:
-    """Return the reduced masses of the N + 1 contacts of these bodies, kg; a structure, a piston or a force counts as
-    immovable."""
-    inverse = np.append(1.0 / mass, 0.0)
-    return np.asarray(1.0 / (inverse[:-1] + inverse[1:]))
 
 
 @described
@@ -62,11 +56,6 @@ class Chain:
         default `contact_law`. A YieldingLaw, such as laws.Thornton(), lets all contacts of `contact_law` yield, that
         with the structure too.
 
-    Raises
-    ------
-    ValueError
-        For an invalid argument; the message names it, its value and what would be right.
-
     References
     ----------
     Khatri's thesis, equations 1.5, 3.1 and 6.1, with the positive part of each bracket.
@@ -89,19 +78,38 @@ class Chain:
     law: ContactLaw | LawOfPair | YieldingLaw | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "beads", check_beads("beads", self.beads))
-        self._check_striker()
+        object.__setattr__(self, "beads", tuple(listed("beads", self.beads, object, "one bead or more")))
+        # Chains repeat their beads, and a batch has thousands of chains: each bead is checked once.
+        places = dict[int, int]()
+        for place, bead in enumerate(self.beads):
+            places.setdefault(id(bead), place)
+        for place in places.values():
+            check_bead(f"beads[{place}]", self.beads[place], doubt=True)
+        if isinstance(self.striker, Excitation):
+            if self.impact_speed is not None:
+                raise ValueError(f"impact_speed = {self.impact_speed!r}: the striker sets it; must be left out")
+        elif self.striker is not None:
+            what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
+            check_bead("striker", self.striker, what, doubt=id(self.striker) not in places)
+            Likely.SPEED.check("impact_speed", self.impact_speed)  # type: ignore[arg-type]
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(
                 f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"
             )
         self._check_law()
-        check_excitation(self.excitation, self.beads[0], self.gravity_along)
+        drive, faced = self.excitation.drive, self.excitation.faces(self.beads[0])
+        if (drive.kind == FREE and self.body is None) or (drive.kind == MOVED and faced is None):
+            raise ValueError(f"striker = {self.striker!r}: must have a body if its drive is FREE, a surface if MOVED")
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
-        # The package's own losses are right by their annotations.
-        if self.dissipation is not None and type(self.dissipation).__module__ != coefficients_of.__module__:
+        if self.dissipation is not None:
             coefficients_of(self.dissipation, reduced_masses(self.masses))
+
+    def _check_law(self) -> None:
+        if callable(self.law) and not isinstance(self.law, ContactLaw | type):
+            function("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
+        elif not isinstance(self.law, YieldingLaw | None):
+            check_contact_law("law", self.law, "None, a law such as PowerLaw(k, n), or a function of two bodies")
 
     def __repr__(self) -> str:
         settings = [f"{name}={value}" for name, value in self._special]
@@ -114,14 +122,32 @@ class Chain:
         settings = [(name, f"{value} {known.units.get(name, '')}".rstrip()) for name, value in self._special]
         return html_table(type(self).__name__, [*rows, *settings])
 
+    @property
+    def _kinds(self) -> str:
+        """Beads in a few words: 20 Sphere, or 10 Sphere + 10 Cylinder."""
+        names = [type(bead).__name__ for bead in self.beads]
+        return " + ".join(f"{names.count(name)} {name}" for name in dict.fromkeys(names))
+
+    @property
+    def _struck(self) -> str:
+        if isinstance(self.striker, Excitation):
+            return f"struck by {short(self.striker)}"
+        who = "first bead starts" if self.striker is None else f"struck by {type(self.striker).__name__}"
+        return f"{who} at {self.impact_speed or 0.0:.4g} m/s".replace(" at 0 m/s", " at rest")
+
+    @property
+    def _special(self) -> list[tuple[str, str]]:
+        """Arguments that differ from their defaults: names and values."""
+        rest = [field for field in fields(self) if field.name not in ("beads", "striker", "impact_speed")]
+        changed = [field for field in rest if getattr(self, field.name) != field.default]
+        return [(field.name, short(getattr(self, field.name))) for field in changed]
+
     @cached_property
     def excitation(self) -> Excitation:
         """The excitation that sets the chain in motion, whatever the form of `striker`."""
         if isinstance(self.striker, Excitation):
             return self.striker
-        if self.striker is None:
-            return FirstBeadMoves(self.impact_speed or 0.0)
-        return FreeStriker(self.striker, self.impact_speed or 0.0)
+        return Impact(self.striker, self.impact_speed or 0.0)
 
     @property
     def gravity_along(self) -> float:
@@ -176,48 +202,29 @@ class Chain:
         plain = {field.name: plain_data(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
         return {"beads": [described[id(bead)] for bead in self.beads], **plain}
 
-    @property
-    def _kinds(self) -> str:
-        """Beads in a few words: 20 Sphere, or 10 Sphere + 10 Cylinder."""
-        names = [type(bead).__name__ for bead in self.beads]
-        return " + ".join(f"{names.count(name)} {name}" for name in dict.fromkeys(names))
 
-    @property
-    def _struck(self) -> str:
-        if isinstance(self.striker, Excitation):
-            return f"struck by {short(self.striker)}"
-        who = "first bead starts" if self.striker is None else f"struck by {type(self.striker).__name__}"
-        return f"{who} at {self.impact_speed or 0.0:.4g} m/s".replace(" at 0 m/s", " at rest")
+def reduced_masses(mass: Vector) -> Vector:
+    """Return the reduced masses of the N + 1 contacts of these bodies, kg; a structure, a piston or a force counts as
+    immovable."""
+    inverse = np.append(1.0 / mass, 0.0)
+    return np.asarray(1.0 / (inverse[:-1] + inverse[1:]))
 
-    @property
-    def _special(self) -> list[tuple[str, str]]:
-        """Arguments that differ from their defaults: names and values."""
-        rest = [field for field in fields(self) if field.name not in ("beads", "striker", "impact_speed")]
-        changed = [field for field in rest if getattr(self, field.name) != field.default]
-        return [(field.name, short(getattr(self, field.name))) for field in changed]
 
-    def _check_striker(self) -> None:
-        if isinstance(self.striker, Excitation):
-            if self.impact_speed is not None:
-                kind = type(self.striker).__name__
-                raise ValueError(
-                    f"impact_speed = {self.impact_speed!r}: must be left out for a {kind}, which sets the speed"
-                )
-            return
-        if self.striker is not None:
-            what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
-            check_bead("striker", self.striker, what)
-            if not any(self.striker is bead for bead in self.beads):
-                likely_bead(self.striker)
-            if self.impact_speed is None:
-                raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
-            Likely.SPEED.check("impact_speed", self.impact_speed)
+def static_forces(chain: Chain, surface: Surface | None, dead_load: float) -> Vector:
+    """Return the static force of each contact, N; that of contact 1 is what the place of body 0 bears of the preload.
 
-    def _check_law(self) -> None:
-        if self.law is None or isinstance(self.law, YieldingLaw):
-            return
-        what = "None, a law such as PowerLaw(k, n), or a function of two bodies"
-        if callable(self.law) and not isinstance(self.law, ContactLaw | type):
-            function("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
-        else:
-            check_contact_law("law", self.law, what)
+    dead_load: what presses on the first bead where nothing there bears the preload, N.
+    """
+    for name, value, along in (
+        ("gravity", chain.gravity, chain.gravity_along),
+        ("preload", chain.preload, chain.preload),
+    ):
+        # Gravity may act across a chain that nothing holds.
+        if surface is None and abs(along) > 1e-12 * value:
+            raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
+    weights = np.cumsum([bead.mass for bead in chain.beads])
+    static = np.concatenate([[chain.preload - dead_load], chain.preload + chain.gravity_along * weights])
+    if static.min() < 0.0:
+        least = chain.preload - static.min()
+        raise ValueError(f"preload = {chain.preload!r}: must be at least {least:.4g} N to hold a chain that hangs")
+    return static

@@ -1,20 +1,21 @@
 """The contacts of a chain: the two bodies of each, its law, and the table that the compiled loops take for it."""
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import pairwise
-from math import inf
+from math import inf, pi, sqrt
 from typing import Any, TypeVar
 
 import numpy as np
 
-from particles.bead import Bead
+from particles.bead import Bead, Cylinder
 from particles.chain import Chain
 from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
-from particles.laws.computed import ComputedLaw, force_by_formula
+from particles.laws.axisymmetric import ComputedLaw, force_by_formula
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, filled, unchanging
 from particles.laws.yielding import YieldingContact, YieldingLaw
 from structures.structure import Vector
-from structures.surface import Surface
+from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
 from structures.units import readable
 
 T = TypeVar("T")
@@ -23,11 +24,12 @@ Laws = Sequence[ContactLaw | None]
 Groups = dict[ContactLaw, Vector]
 """Each different law, and the numbers from zero of the contacts that have it."""
 
-TABLE_ERROR = 1e-4
-"""Relative error of the table of a user's law, above which a run warns; AR then changes by about as much."""
+TABLE_ERROR, OTHER_BODIES = 1e-4, 0.01
+"""Relative error of the table of a user's law, above which a run warns; AR then changes by about as much. Relative
+difference of two forces by formulas, above which a computed law is that of other bodies."""
 
-OTHER_BODIES = 0.01
-"""Relative difference of two forces by formulas, above which a computed law is that of other bodies."""
+OF_HERTZ = 1.0 / 3.0
+"""Power of the force in the pressure of a round or elliptic contact."""
 
 
 def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> tuple[Pair | None, ...]:
@@ -76,7 +78,7 @@ def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple
     chain_law = chain.law
     if not isinstance(chain_law, YieldingLaw):
         return None
-    yielding = once_per_pair(pairs, lambda pair, i: chain_law.of_law(*pair, laws[i]))  # type: ignore[arg-type]
+    yielding = once_per_pair(pairs, lambda pair, i: chain_law.contact(*pair, laws[i]))
     if not any(yielding):
         raise ValueError(
             f"law = {chain_law!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) "
@@ -114,20 +116,6 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
                 dent[i] = contact.dent(overlaps[i])
                 hard[i] = contact.force(overlaps[i]) / (overlaps[i] - dent[i]) ** 1.5
     return np.concatenate([limit, hard, dent])
-
-
-def _foreign(pairs: Sequence[Pair | None], law: ComputedLaw, contacts: Sequence[int]) -> list[str]:
-    """Return a finding where a law was computed for other bodies than those of some of its contacts."""
-    last = law.approaches[-1]
-    different = {(id(pair[0]), id(pair[1])): i for i in reversed(contacts) if (pair := pairs[i]) is not None}
-    for first in sorted(different.values()):
-        ratio = force_by_formula(pairs[first], last) / law.formula  # type: ignore[arg-type]
-        if abs(ratio - 1.0) > OTHER_BODIES:
-            return [
-                f"contact law: that of contact {first + 1} ({law.name}) was computed for other bodies; by formulas the "
-                f"force is {ratio:.3g} times theirs there; give the law of its bodies, or a function of two bodies"
-            ]
-    return []
 
 
 def grouped(laws: Laws) -> Groups:
@@ -181,10 +169,48 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
                 f"{readable(law.largest, 'm')}, up to which its law ({law.name}) is trusted"
             )
         if isinstance(law, ComputedLaw) and law.formula > 0.0:
-            beyond += _foreign(pairs, law, contacts.tolist())
+            some = [(i, pair) for i in contacts[::-1].tolist() if (pair := pairs[i]) is not None]
+            for first in sorted({(id(one), id(other)): i for i, (one, other) in some}.values()):
+                ratio = force_by_formula(pairs[first], law.approaches[-1]) / law.formula  # type: ignore[arg-type]
+                if abs(ratio - 1.0) > OTHER_BODIES:
+                    beyond.append(
+                        f"contact law: that of contact {first + 1} ({law.name}) was computed for other bodies; by "
+                        f"formulas the force is {ratio:.3g} times theirs there; give the law of its bodies, or a "
+                        "function of two bodies"
+                    )
+                    break
         if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > TABLE_ERROR:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
                 "give a law that is smooth, at least over a thirtieth of its approach"
             )
     return list(remarks), beyond
+
+
+def yield_pressures(pairs: Sequence[Pair | None]) -> Vector:
+    """Return unit, power and limit of each contact, 3 × contacts: the greatest pressure is p₀ = unit · F^power, Pa, and
+    the weaker body yields from the limit on, which is infinite where nothing is known."""
+
+    def of(pair: Pair, _: int) -> tuple[float, float, float]:
+        surface, facing = (side if isinstance(side, Surface) else side.surface for side in pair)
+        return _yield_pressure(surface, facing, min((s.length for s in pair if isinstance(s, Cylinder)), default=inf))
+
+    return np.array([pressure or UNKNOWN for pressure in once_per_pair(pairs, of)]).T
+
+
+UNKNOWN = 0.0, 1.0, inf
+
+
+@lru_cache(maxsize=256)  # thousands of runs have the same beads
+def _yield_pressure(surface: Surface, facing: Surface, length: float) -> tuple[float, float, float]:
+    limit = min(yield_pressure(surface.material), yield_pressure(facing.material))
+    if limit == inf:
+        return UNKNOWN
+    try:
+        flat, sharp = relative_curvatures(surface, facing)
+    except ValueError:
+        return UNKNOWN  # bodies that conform have a law of the user's own
+    if flat > 1e-12 * sharp:
+        return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
+    modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
+    return sqrt(modulus * sharp / (pi * length)), 0.5, limit

@@ -7,23 +7,19 @@ pull. The drag and the thesis's form of the power law act on single bodies and d
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import fields
-from inspect import getattr_static
 from math import cos, cosh
 from typing import Annotated, Any, cast
 
 import numpy as np
 
 from particles.kernels.losses import BodyLoss, Losses, MixedLoss, NoLoss
-from structures.checks import count_of, finite, short
+from structures.checks import short
 from structures.described import described
 from structures.quantities import OneOf, Quantity, Time
 from structures.structure import Vector
 
-FORMS = ("pairwise", "thesis")
-
 CONTACT_PIECES = "dashpot", "tangent", "secant"
-PIECES = *CONTACT_PIECES, "bodies", "drag"
-"""The forms of a loss that the compiled loops have; the first three in the order of `particles.kernels.losses`."""
+"""The forms of a loss at a contact, in the order of `particles.kernels.losses`."""
 
 NEIGHBOURS = 4.0
 """Largest damping rate of equation 4.1 over that of one contact: a body has two, and each contact joins two bodies."""
@@ -66,7 +62,6 @@ class Dissipation(ABC):
 
     @property
     def exponent(self) -> float:
-        """Power of the approach rate."""
         return 1.0
 
     @abstractmethod
@@ -76,10 +71,10 @@ class Dissipation(ABC):
     def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
         """Return how fast the loss would stop each contact, 1/s, which limits the step.
 
-        mass, kg: reduced masses; speed, m/s: of the bodies. The deepest approach enters through tangent and secant
-        only: F′ and F/δ, N/m, at the depth at which a contact holds all energy of the impact, plus that of the preload.
-        The default is for the forms above, whose c is in N s/m where α is 1 (1/s for "drag"). A piece of your own needs
-        its own: the greatest derivative of its force by the rate, over the mass.
+        mass, kg: reduced masses; speed, m/s: of the bodies; tangent, secant: F′ and F/δ, N/m, at the depth at which a
+        contact holds all energy of the impact, plus that of the preload. The default is for the forms above, whose c is
+        in N s/m where α is 1 (1/s for "drag"). For a piece of your own return the greatest derivative of its force by
+        the rate, over the mass.
         """
         if self.piece == "tangent":
             grown = tangent
@@ -89,14 +84,6 @@ class Dissipation(ABC):
             grown = np.full_like(tangent, NEIGHBOURS if self.piece == "bodies" else 1.0)
         rates: Vector = coefficients_of(self, mass) * grown * speed ** (self.exponent - 1.0)
         return rates if self.piece == "drag" else rates / mass
-
-
-class _Even(Dissipation):
-    """A loss that has the same coefficient everywhere, its first number."""
-
-    def coefficients(self, mass: Vector) -> Vector:
-        """Return this number at each contact, or on each body."""
-        return np.full_like(mass, getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
 
 
 def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: Vector, free: Vector) -> Any:
@@ -121,12 +108,12 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
             built_in.coefficient[place], built_in.exponent[place] = at_contacts, loss.exponent
             built_in.form[place] = CONTACT_PIECES.index(piece)
         else:
-            fields = loss.exponent if piece == "bodies" else tuple(getattr(loss, name) for name in piece._fields[1:])
-            numbers, where = owns.setdefault((piece, fields), (np.zeros(begin[-1]), np.zeros(begin[-1], bool)))
+            more = loss.exponent if piece == "bodies" else tuple(getattr(loss, name) for name in piece._fields[1:])
+            numbers, where = owns.setdefault((piece, more), (np.zeros(begin[-1]), np.zeros(begin[-1], bool)))
             numbers[place], where[place] = (on_bodies if piece == "bodies" else at_contacts), True
     joined: Any = built_in
-    for (piece, fields), (numbers, where) in owns.items():
-        own = BodyLoss(numbers, np.full_like(numbers, fields)) if piece == "bodies" else piece(numbers, *fields)
+    for (piece, more), (numbers, where) in owns.items():
+        own = BodyLoss(numbers, np.full_like(numbers, more)) if piece == "bodies" else piece(numbers, *more)
         joined = own if where.all() else MixedLoss(own, joined, where)
     return joined
 
@@ -134,47 +121,36 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     """Return coefficients of a loss at contacts of these reduced masses, kg; a ValueError if they are not valid."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
-    if piece not in PIECES:
-        _check_own(name, piece, loss)
-    argument = mass.copy()
-    answer = np.asarray(loss.coefficients(argument))
-    if not np.array_equal(argument, mass):
-        raise ValueError(f"{name}.coefficients: must return new numbers, not change the masses that it receives")
-    return _of_masses(f"{name}.coefficients", answer, mass, "or the loss adds energy")
+    if piece not in (*CONTACT_PIECES, "bodies", "drag") and getattr(piece, "_fields", ("",))[0] != "coefficient":
+        raise ValueError(
+            f"{name}.piece = {short(piece)}: must be dashpot, tangent, secant, bodies, drag, or a NamedTuple with the "
+            "static method with_loss, whose first field is coefficient"
+        )
+    return _one_each(f"{name}.coefficients", loss.coefficients(mass.copy()), mass)
 
 
 def fastest_rate(loss: Dissipation, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> float:
     """Return the largest of a loss's rates, 1/s; a ValueError if they are not valid."""
-    rates = np.asarray(loss.rates(mass, tangent, secant, speed))
-    return float(_of_masses(f"{type(loss).__name__}.rates", rates, mass, "as they limit the step").max())
+    rates = loss.rates(mass, tangent, secant, speed)
+    return float(_one_each(f"{type(loss).__name__}.rates", rates, mass).max())
 
 
-def _of_masses(name: str, answer: Any, mass: Vector, why: str) -> Vector:
-    """Return a user's numbers; a ValueError where there is not one for each mass, or one is negative or not finite."""
-    if answer.dtype.kind not in "fiu" or answer.shape != mass.shape:
+def _one_each(name: str, answer: Any, mass: Vector) -> Vector:
+    numbers = np.asarray(answer)
+    right = numbers.dtype.kind in "fiu" and numbers.shape == mass.shape
+    if not right or not np.all((numbers >= 0.0) & (numbers < np.inf)):
         raise ValueError(
-            f"{name}: must return {count_of(mass.size, 'number')}, one for each contact, not {short(answer)}; a "
-            f"chain of {mass.size - 1} has that with the striker and that with the structure too"
+            f"{name} = {short(answer)}: must be {mass.size} finite numbers, one for each contact with that of striker "
+            "and structure, and none negative"
         )
-    wrong = ~(np.isfinite(answer) & (answer >= 0.0))
-    if wrong.any():
-        raise ValueError(f"{name}: must be finite and not negative, {why}, not {answer[wrong][0]!r}")
-    return np.array(answer, dtype=float)
+    return np.array(numbers, dtype=float)
 
 
-def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
-    """Raise a ValueError for a piece of a user's own that the compiled loops cannot take."""
-    method = "with_loss(loss, i, elastic, slope, overlap, rate)"
-    fields = getattr(piece, "_fields", ()) if isinstance(piece, type) else ()
-    if not fields or not isinstance(getattr_static(piece, "with_loss", None), staticmethod):
-        raise ValueError(
-            f"{name}.piece = {short(piece)}: must be one of {', '.join(PIECES)}, or a NamedTuple with the static "
-            f"method {method}"
-        )
-    if fields[0] != "coefficient":
-        raise ValueError(f"{name}.piece = {piece.__name__}: its first field must be coefficient, not {fields[0]}")
-    for field in fields[1:]:
-        finite(f"{name}.{field}, a field of its piece {piece.__name__},", getattr(loss, field, None))  # type: ignore[arg-type]
+class _Even(Dissipation):
+    """A loss that has the same coefficient everywhere, its first number."""
+
+    def coefficients(self, mass: Vector) -> Vector:
+        return np.full_like(mass, getattr(self, fields(self)[0].name))  # type: ignore[arg-type]
 
 
 @described
@@ -185,11 +161,6 @@ class LinearDashpot(_Even):
     ----------
     coefficient : float
         γ, N s/m. The thesis gives no value; 4 to 6 reproduces its amplitude ratios on steel.
-
-    Raises
-    ------
-    ValueError
-        For a negative coefficient.
 
     References
     ----------
@@ -212,15 +183,9 @@ class LinearDashpot(_Even):
 class PowerDashpot(_Even):
     """A viscous force that grows as a power of a rate.
 
-    The form "pairwise" acts between touching beads, γ |dδ/dt|^α against the approach rate. It keeps momentum, and for
-    α = 1 it is LinearDashpot.
-
-    The form "thesis" is equation 4.1, a force γ s|δ̇ₙ − δ̇ₙ₊₁|^α on bead n, with s the sign of that difference of the
-    approach rates behind and ahead. As printed, with γ < 0, it would add energy; here γ > 0 removes it. It has no
-    reaction, so momentum is lost unless α = 1. The thesis states no unit: as a force (steel: α = 1.81, γ = 5.58) it
-    takes 72 % of the peak between its sensors 9 and 56, as an acceleration 0.1 %. It leaves the striker's contact out
-    (δ₁ ≡ 0); here every contact counts. If beads move together the printed form may add energy; at such instants it
-    is left out.
+    "pairwise" acts between touching beads, γ |dδ/dt|^α against the approach rate. It keeps momentum. "thesis" is
+    equation 4.1 with γ > 0, a force on each bead by the difference of the approach rates at its two contacts. It keeps
+    momentum for α = 1 only (docs/theory.md).
 
     Parameters
     ----------
@@ -230,11 +195,6 @@ class PowerDashpot(_Even):
         α, from 1 to 5.
     form : str
         "pairwise" or "thesis".
-
-    Raises
-    ------
-    ValueError
-        For a negative coefficient, an exponent out of range, and another form.
 
     References
     ----------
@@ -249,11 +209,10 @@ class PowerDashpot(_Even):
 
     coefficient: Annotated[float, Quantity("N (s/m)^α", or_zero=True, written="")]
     exponent: Annotated[float, Quantity(low=1.0, high=5.0)] = 1.0
-    form: Annotated[str, OneOf(*FORMS)] = "pairwise"
+    form: Annotated[str, OneOf("pairwise", "thesis")] = "pairwise"
 
     @property
     def piece(self) -> str:  # type: ignore[override]
-        """Form of the force."""
         return "dashpot" if self.form == "pairwise" else "bodies"
 
 
@@ -265,11 +224,6 @@ class MassProportional(_Even):
     ----------
     rate : float
         α₁, 1/s. The thesis prints 6900 "N s/m" for a chain of steel spheres, but the unit is 1/s.
-
-    Raises
-    ------
-    ValueError
-        For a negative rate.
 
     References
     ----------
@@ -294,11 +248,6 @@ class KuwabaraKono(_Even):
     ----------
     time : float
         Relaxation time τ, s.
-
-    Raises
-    ------
-    ValueError
-        For a negative time.
 
     References
     ----------
@@ -326,11 +275,6 @@ class Tsuji(Dissipation):
     coefficient : float
         α, dimensionless.
 
-    Raises
-    ------
-    ValueError
-        For a negative coefficient.
-
     References
     ----------
     Tsuji, Tanaka and Ishida, Powder Technol. 71 (1992) 239, equation 5.
@@ -346,7 +290,6 @@ class Tsuji(Dissipation):
     piece = "secant"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """Return α √(m/1.25) at each contact."""
         return self.coefficient * np.sqrt(mass / 1.25)
 
 
@@ -361,11 +304,6 @@ class Restitution(Dissipation):
     ----------
     coefficient : float
         e, rebound over approach speed, from 0.01 to 1, at any speed.
-
-    Raises
-    ------
-    ValueError
-        For a coefficient out of range.
 
     References
     ----------
@@ -382,7 +320,6 @@ class Restitution(Dissipation):
     piece = "secant"
 
     def coefficients(self, mass: Vector) -> Vector:
-        """Return 2ζ √m at each contact."""
         return 2.0 * self.damping_ratio * np.sqrt(mass)
 
     @property

@@ -6,14 +6,14 @@ A `Chain` turns each form of its `striker` into an Excitation, which answers all
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, sqrt
-from typing import Annotated, NamedTuple
+from math import sqrt
+from typing import Annotated, Any
 
 import numpy as np
 
-from particles.bead import Bead, check_bead, likely_bead
+from particles.bead import Bead, check_bead
 from particles.kernels.drives import FREE, MOVED, PUSHED, STEADY
-from structures.checks import finite, instance, not_negative, short
+from structures.checks import finite, listed, short
 from structures.described import described
 from structures.quantities import Coordinate, Force, Likely, Moment
 from structures.structure import Vector
@@ -22,21 +22,30 @@ from structures.surface import Surface
 STILL = 1e-2
 """m/s, the scale of speeds in a chain that is at rest."""
 
-KINDS = {"FREE": FREE, "PUSHED": PUSHED, "MOVED": MOVED, "STEADY": STEADY}
-"""What body 0 may be in the compiled loops."""
 
-
-class Drive(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Drive:
     """An excitation as the compiled loops know it.
 
-    kind: what body 0 is, one of FREE, PUSHED, MOVED and STEADY. history: 3 × n, times (s), values (N or m)
-    and rates of the drive. spring (N/m) pushes body 0 until `left` (m) of its compression is gone.
+    kind: what body 0 is, one of FREE, PUSHED, MOVED and STEADY of `particles.kernels.drives`. history: 3 × n, times (s)
+    from 0, values (N or m) and rates. spring (N/m) pushes body 0 until `left` (m) of its compression is gone.
     """
 
     kind: int
-    history: Vector = np.zeros((3, 1))
+    history: Any = ((0.0,),) * 3
     spring: float = 0.0
     left: float = 0.0
+
+    def __post_init__(self) -> None:
+        history = np.array(self.history, dtype=float)
+        right = history.ndim == 2 and len(history) == 3 and history.size > 0 and np.isfinite(history).all()
+        rising = right and history[0, 0] == 0.0 and np.all(np.diff(history[0]) > 0.0)
+        if self.kind not in (FREE, PUSHED, MOVED, STEADY) or not rising:
+            raise ValueError(
+                f"Drive({self.kind!r}, {short(self.history)}): must have a kind of particles.kernels.drives, and a "
+                "history of 3 × n finite numbers: times that increase from 0 s, values, rates"
+            )
+        object.__setattr__(self, "history", history)
 
 
 class Excitation(ABC):
@@ -98,50 +107,27 @@ class Excitation(ABC):
 
 
 @dataclass(frozen=True)
-class FreeStriker(Excitation):
-    """A bead that arrives at a speed, m/s."""
+class Impact(Excitation):
+    """A bead that arrives at a speed, m/s; without one the first bead starts at that speed, which may be zero."""
 
-    striker: Bead
-    impact_speed: float
-
-    @property
-    def body(self) -> Bead:  # type: ignore[override]
-        """The striker."""
-        return self.striker
+    body: Bead | None = None
+    impact_speed: float = 0.0
 
     @property
-    def drive(self) -> Drive:
-        """A free body."""
-        return Drive(FREE)
-
-    def speed(self, gravity: float) -> float:
-        """Return the impact speed, m/s."""
-        return self.impact_speed
-
-    def energy(self, mass: float, gravity: float) -> float:
-        """Return its kinetic energy, J."""
-        return 0.5 * self.striker.mass * self.impact_speed**2
-
-
-@dataclass(frozen=True)
-class FirstBeadMoves(Excitation):
-    """No striker: the first bead starts at a speed, m/s, which may be zero."""
-
-    impact_speed: float
-    allows_structure_behind = True
+    def allows_structure_behind(self) -> bool:  # type: ignore[override]
+        return self.body is None
 
     @property
     def drive(self) -> Drive:
-        """None."""
-        return Drive(STEADY)
+        return Drive(STEADY if self.body is None else FREE)
 
     def speed(self, gravity: float) -> float:
-        """Return the first bead's, m/s."""
         return self.impact_speed
 
     def energy(self, mass: float, gravity: float) -> float:
-        """Return the first bead's kinetic energy, at rest ½ m (10 mm/s)², J."""
-        return 0.5 * mass * (self.impact_speed or STILL) ** 2
+        if self.body is None:
+            return 0.5 * mass * (self.impact_speed or STILL) ** 2
+        return 0.5 * self.body.mass * self.impact_speed**2
 
 
 @described
@@ -162,11 +148,6 @@ class SpringLoaded(Excitation):
     travel : float, optional
         Way of the striker to the first bead, m; by default the compression.
 
-    Raises
-    ------
-    ValueError
-        For numbers that are not positive; from a chain, where the spring is too weak to reach it.
-
     References
     ----------
     Khatri's thesis, section 6.3.
@@ -186,20 +167,16 @@ class SpringLoaded(Excitation):
     travel: Annotated[float, Likely.WAY] | None = None
 
     def __post_init__(self) -> None:
-        likely_bead(check_bead("striker", self.striker))
+        check_bead("striker", self.striker, doubt=True)
         if self.travel is None:
             object.__setattr__(self, "travel", self.compression)
-        if not isfinite(self.stiffness * self.compression * self.compression):
-            raise ValueError(f"compression = {self.compression!r}: must be smaller; the spring's energy is not finite")
 
     @property
     def body(self) -> Bead:  # type: ignore[override]
-        """The striker."""
         return self.striker
 
     @property
     def drive(self) -> Drive:
-        """A free body, and the spring behind it."""
         return Drive(FREE, spring=self.stiffness, left=self.left)
 
     @property
@@ -223,7 +200,7 @@ class SpringLoaded(Excitation):
 
 
 class _History(Excitation):
-    """An excitation by a curve through points over time. A subclass names what its values are, and their unit."""
+    """An excitation by monotone cubics through points over time. A subclass names its values, and their unit."""
 
     time: Sequence[float]
     kind: int
@@ -231,38 +208,35 @@ class _History(Excitation):
     unit: str
 
     def __post_init__(self) -> None:
-        columns = {}
-        for column, unit in (("time", "s"), (self.values, self.unit)):
-            numbers = getattr(self, column)
-            if not isinstance(numbers, Sequence | np.ndarray) or getattr(numbers, "ndim", 1) != 1 or len(numbers) < 2:
-                raise ValueError(f"{column}: must be a list of two numbers or more")
-            columns[column] = tuple(finite(column, number, unit) for number in numbers)
-            object.__setattr__(self, column, columns[column])
-        times, values = columns["time"], columns[self.values]
-        if len(times) != len(values):
-            raise ValueError(f"{self.values}: {len(values)} values for {len(times)} times; must be as many")
-        if times[0] != 0.0 or min(np.diff(times)) <= 0.0:
-            raise ValueError("time: must increase from 0 s")
-        Likely.TIME.warn(type(self).__name__, "time[-1]", times[-1])
+        for name, unit in (("time", "s"), (self.values, self.unit)):
+            numbers = listed(name, getattr(self, name), object, "two numbers or more")
+            object.__setattr__(self, name, tuple(finite(name, number, unit) for number in numbers))
+        steps, values = np.diff(self.time), getattr(self, self.values)
+        if not steps.size or self.time[0] != 0.0 or steps.min() <= 0.0 or len(values) != len(self.time):
+            raise ValueError(
+                f"time = {short(self.time)}: must increase from 0 s, two numbers or more, as many as of {self.values}"
+            )
+        Likely.TIME.warn(type(self).__name__, "time[-1]", self.time[-1])
+
+    def __repr__(self) -> str:
+        largest = max(map(abs, getattr(self, self.values)))
+        return f"{type(self).__name__}({len(self.time)} points up to {self.time[-1]:.4g} s, {largest:.4g} {self.unit})"
 
     @property
-    def history(self) -> tuple[Vector, Vector, Vector]:
-        """Times, values and rates, of monotone cubics."""
+    def history(self) -> Vector:
+        """Times, values and rates, 3 × n."""
         from scipy.interpolate import PchipInterpolator
 
         values = getattr(self, self.values)
-        rates = PchipInterpolator(self.time, values)(self.time, 1)
-        return np.asarray(self.time, float), np.asarray(values, float), rates
+        return np.array([self.time, values, PchipInterpolator(self.time, values)(self.time, 1)])
 
     @property
     def duration(self) -> float:  # type: ignore[override]
-        """The length of the history, s."""
         return self.time[-1]
 
     @property
     def drive(self) -> Drive:
-        """The history."""
-        return Drive(self.kind, np.array(self.history))
+        return Drive(self.kind, self.history)
 
 
 @described
@@ -279,11 +253,6 @@ class PushedBead(_History):
     force : sequence of float
         Forces, N, as many as times.
 
-    Raises
-    ------
-    ValueError
-        For times that do not increase from zero, and sequences of different lengths.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -296,14 +265,6 @@ class PushedBead(_History):
     force: Sequence[Force]
     allows_structure_behind = True
     kind, values, unit = PUSHED, "force", "N"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not isfinite(self.energy(1.0, 0.0)):
-            raise ValueError(f"force = {short(self.force)}: must be smaller; its work is not finite")
-
-    def __repr__(self) -> str:
-        return f"PushedBead({len(self.time)} points up to {self.time[-1]:.4g} s, {max(map(abs, self.force)):.4g} N)"
 
     def energy(self, mass: float, gravity: float) -> float:
         """Return ½ J²/m of the history's impulse J, J."""
@@ -328,12 +289,6 @@ class Piston(_History):
     surface : Surface, optional
         Surface of the piston; by default a flat of the first bead's material.
 
-    Raises
-    ------
-    ValueError
-        For times that do not increase from zero, displacements that do not start at zero, and sequences of different
-        lengths.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -354,10 +309,6 @@ class Piston(_History):
         if self.displacement[0] != 0.0:
             raise ValueError(f"displacement: must start from 0 m, not {self.displacement[0]!r}")
 
-    def __repr__(self) -> str:
-        stroke = f"{max(map(abs, self.displacement)):.4g} m"
-        return f"Piston({len(self.time)} points up to {self.time[-1]:.4g} s, {stroke}, surface={self.surface!r})"
-
     def energy(self, mass: float, gravity: float) -> float:
         """Return that of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
         times, values, rates = self.history
@@ -365,41 +316,4 @@ class Piston(_History):
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2
 
     def faces(self, bead: Bead) -> Surface | None:
-        """Return the piston's surface."""
         return self.surface or Surface(bead.surface.material)
-
-
-def check_excitation(excitation: Excitation, bead: Bead, gravity: float) -> None:
-    """Raise a ValueError where a member of a user's excitation of a chain is not as `Excitation` describes it."""
-    if type(excitation) in (FreeStriker, FirstBeadMoves, SpringLoaded, PushedBead, Piston):
-        return
-    name = type(excitation).__name__
-    if excitation.body is not None:
-        check_bead(f"{name}.body", excitation.body, "a bead, or None")
-    for flag in ("bears_preload", "allows_structure_behind"):
-        instance(f"{name}.{flag}", getattr(excitation, flag), bool, "True or False")
-    not_negative(f"{name}.duration", excitation.duration, "s")
-    finite(f"{name}.speed(gravity)", excitation.speed(gravity), "m/s")
-    not_negative(f"{name}.energy(mass, gravity)", excitation.energy(bead.mass, gravity), "J")
-    faced = excitation.faces(bead)
-    instance(f"{name}.faces(bead)", faced, Surface | None, "a Surface, or None")  # type: ignore[arg-type]
-    drive = instance(f"{name}.drive", excitation.drive, Drive, "a Drive(kind, history)")
-    _check_drive(f"{name}.drive", drive)
-    if drive.kind == FREE and excitation.body is None:
-        raise ValueError(f"{name}.body = None: must be a bead if the kind of drive is FREE")
-    if drive.kind == MOVED and faced is None:
-        raise ValueError(f"{name}.faces(bead) = None: must be a Surface, which the first bead touches, for MOVED")
-
-
-def _check_drive(name: str, drive: Drive) -> None:
-    if isinstance(drive.kind, bool) or drive.kind not in KINDS.values():
-        raise ValueError(f"{name}.kind = {short(drive.kind)}: must be {', '.join(KINDS)} of particles.kernels.drives")
-    history = np.asarray(drive.history)
-    if history.dtype.kind not in "iuf" or history.ndim != 2 or len(history) != 3 or not history.size:
-        raise ValueError(f"{name}.history = {short(drive.history)}: must be 3 × n numbers: times, values, rates")
-    if not np.isfinite(history).all():
-        raise ValueError(f"{name}.history = {short(drive.history)}: must hold finite numbers")
-    if history[0, 0] != 0.0 or (np.diff(history[0]) <= 0.0).any():
-        raise ValueError(f"{name}.history[0] = {short(history[0])}: must be times, s, that increase from 0")
-    not_negative(f"{name}.spring", drive.spring, "N/m")
-    not_negative(f"{name}.left", drive.left, "m")

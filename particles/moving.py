@@ -9,9 +9,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from scipy.special import gamma
 
-from particles import contacts, statics
+from particles import contacts
 from particles.bead import Bead
-from particles.chain import Chain, reduced_masses
+from particles.chain import Chain, reduced_masses, static_forces
 from particles.dissipation import fastest_rate
 from particles.joined import joined, pace_of
 from particles.kernels import motion as kernels
@@ -193,7 +193,7 @@ class MovingChain:
     @fact
     def static_force(self) -> Vector:
         """The static force of each contact, N."""
-        return statics.static_forces(self.chain, self.surface, self.behind is not None)
+        return static_forces(self.chain, self.surface, self.dead_load)
 
     @fact
     def laws(self) -> tuple[ContactLaw | None, ...]:
@@ -390,7 +390,8 @@ class MovingChain:
     @property
     def dead_load(self) -> float:
         """What presses on the first bead where nothing there bears the preload, N."""
-        return statics.dead_load(self.chain, self.behind is not None)
+        borne = self.behind is not None or self.chain.excitation.bears_preload
+        return 0.0 if borne else self.chain.preload
 
     @property
     def vibrating(self) -> Vibrating | None:

@@ -1,11 +1,7 @@
-"""Theory of waves in a chain of identical particles whose contacts obey F = k δⁿ: closed forms, SI units.
+"""Waves in a chain of identical particles whose contacts obey F = k δⁿ: closed forms of Nesterenko's long-wave theory.
 
-The basis is Nesterenko's long-wave equation 1.7 (equations and sections: Khatri's thesis). It assumes that the strain ξ
-changes little over one particle. For Hertz's n = 3/2 the wave is only five particles long. The docstrings give the
-difference from a chain of point masses (measured with `Chain`).
-
-Methods take a number, or an array where the type says so, and return the same kind. They raise a ValueError that names
-the argument if a number is not finite or out of its range.
+Equation numbers are those of Khatri's thesis; docs/theory.md says where they are misprinted. The theory assumes that
+the strain changes little over one particle; each docstring gives its difference from a chain of point masses.
 """
 
 from math import pi, sqrt
@@ -25,27 +21,20 @@ HERTZ = 1.5
 """Exponent of Hertz's law F = k δ^1.5."""
 
 PARTICLE_TO_STRIKER_SPEED = 0.682
-"""Ratio of the greatest speed of a particle to the speed of a striker that equals the particles.
-
-Thesis, equation 6.16; Chatterjee 1999. It holds for n = 3/2 without preload and losses, ten particles or more from
-either end. `Chain` gives 0.6816.
-"""
+"""Greatest speed of a particle over the speed of a striker that equals the particles, for Hertz's law without preload
+and losses, ten particles or more from either end (equation 6.16; Chatterjee 1999). `Chain` gives 0.6816."""
 
 CONTACT_TO_CENTRE_FORCE = 1.414
-"""β: ratio of the greatest contact force to the greatest bead-centre force.
-
-The bead-centre force is the mean of the two contact forces of a bead. A sensor in the bead measures it.
-
-Thesis, equation 3.2; the "F_{d,e}" printed next to it is a misprint. For equal spheres without preload `Chain` gives
-1.4138. The wave profile of equation 1.8 would give cos(1/√10)⁻⁶ = 1.357.
-"""
+"""β: greatest contact force over the greatest force at a bead's centre, the mean of its two contact forces, which a
+sensor in the bead measures (equation 3.2). `Chain` gives 1.4138 for equal spheres without preload."""
 
 
 @described
 class UniformChain:
     """A long chain of identical particles whose contacts obey F = k δⁿ, and closed forms of the waves in it.
 
-    Linear waves are small compared with the preload F₀: F_d ≪ F₀. Solitary waves are long, and need n > 1.
+    Linear waves are small compared with the preload F₀. Solitary waves are long, and need n > 1. Methods take a number,
+    or an array where the type says so, and return the same kind.
 
     Parameters
     ----------
@@ -57,11 +46,6 @@ class UniformChain:
         Stiffness k of the contacts, N/mⁿ.
     exponent : float
         Exponent n ≥ 1 of the contacts; 3/2 is Hertz's.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite or out of its range.
 
     References
     ----------
@@ -86,28 +70,13 @@ class UniformChain:
     stiffness: Annotated[float, Quantity("N/m^n", "a stiffness", "1e10")]
     exponent: Annotated[float, Quantity(low=1.0, high=10.0)] = HERTZ
 
-    @property
-    def _steep(self) -> float:
-        """The exponent of a chain with solitary waves: they exist for n > 1 only (Ji and Hong 1999)."""
-        if self.exponent <= 1.0:
-            raise ValueError(
-                f"exponent = {self.exponent!r}: must be greater than 1; softer contacts carry no solitary wave"
-            )
-        return self.exponent
-
     def tangent_stiffness(self, preload: Number) -> Number:
-        """Return the tangent stiffness of a contact under a preload F₀, N: C = n k^{1/n} F₀^{(n−1)/n}, N/m (section
-        1.4)."""
+        """Return the tangent stiffness of a contact under a preload F₀, N: C = n k^{1/n} F₀^{(n−1)/n}, N/m."""
         n, force = self.exponent, each(not_negative, "preload", preload, "N")
         return _like(preload, n * self.stiffness ** (1.0 / n) * force ** ((n - 1.0) / n))
 
     def angular_frequency(self, wave_number: Number, preload: float) -> Number:
-        """Return the angular frequency of a linear wave of wave number k, rad/m: ω² = (4C/m) sin²(kD/2), rad/s
-        (equation 1.4).
-
-        ω is periodic in k: the waves with |k| ≤ π/D, which are longer than 2D, are all waves of the chain. The thesis
-        prints ka for kd, and ≅ for =.
-        """
+        """Return ω of a linear wave of wave number k, rad/m: ω² = (4C/m) sin²(kD/2), rad/s (equation 1.4)."""
         waves, preload = each(finite, "wave_number", wave_number, "rad/m"), not_negative("preload", preload, "N")
         highest = 2.0 * pi * self.cutoff_frequency(preload)
         return _like(wave_number, highest * np.abs(np.sin(waves * self.size / 2.0)))
@@ -117,20 +86,15 @@ class UniformChain:
         return _like(preload, np.sqrt(self.tangent_stiffness(preload) / self.mass) / pi)
 
     def sound_speed(self, preload: Number) -> Number:
-        """Return the speed of long linear waves under a preload, N: D √(C/m), m/s; zero without preload, the sonic
-        vacuum."""
+        """Return the speed of long linear waves under a preload, N: D √(C/m), m/s; zero without preload."""
         return _like(preload, self.size * np.sqrt(self.tangent_stiffness(preload) / self.mass))
 
     def wave_speed_from_force(self, force: Number, preload: float = 0.0) -> Number:
         """Return the speed V of a solitary wave, m/s, from the peak F_d of its contact force above the preload F₀, N.
 
         V = D √(2/(n+1)) √(k^{1/n}/m) F_m^{(n−1)/(2n)} √[1 + n q^{n+1} − (n+1) qⁿ] / (1 − q), with the total peak
-        F_m = F₀ + F_d and q = (F₀/F_m)^{1/n}. For F_d → 0 it equals `sound_speed` to all digits.
-
-        For n = 3/2 this is equation 5.10. For spheres it is 1.9, whose f_r must be F_m/F₀, and not F_d/F₀ as printed.
-        Without preload it is 5.12, where the root of k^{1/n}/m is missing in print; for n = 3/2 it is 5.11, and for
-        spheres 1.10. A Hertzian chain is 1.2 % faster without preload, and 0.3 % faster for F_d = 5 F₀. A sensor
-        measures the bead-centre force: without preload, multiply it by CONTACT_TO_CENTRE_FORCE = 1.414.
+        F_m = F₀ + F_d and q = (F₀/F_m)^{1/n} (equations 1.9, 5.10 and 5.12, corrected). A Hertzian chain is 1.2 %
+        faster without preload, and 0.3 % faster for F_d = 5 F₀.
         """
         n, rest = self._steep, not_negative("preload", preload, "N")
         dynamic = each(not_negative, "force", force, "N")
@@ -148,55 +112,34 @@ class UniformChain:
         return _like(force, self.size * np.sqrt(square))
 
     def wave_speed_from_particle_speed(self, particle_speed: Number) -> Number:
-        """Return speed V of a solitary wave, m/s, from the greatest speed v_p of its particles, m/s, without preload.
+        """Return the speed V of a solitary wave, m/s, from the greatest speed v_p of its particles, m/s, no preload.
 
-        V = D [2 k v_p^{n−1} / ((n+1) m)]^{1/(n+1)}, which follows from v_p = V ξ_max.
-
-        For n = 3/2 and particles of the radius R this is (16/25)^{1/5} 2R (v_p k²/m²)^{1/5} = 1.829 R
-        (v_p k²/m²)^{1/5}: equations 6.12 and 6.13, which are right as printed. A is k in these equations, whereas A is
-        k/m in equation 1.5. A Hertzian chain is 0.8 % slower.
+        V = D [2 k v_p^{n−1} / ((n+1) m)]^{1/(n+1)} (equations 6.12 and 6.13). A Hertzian chain is 0.8 % slower.
         """
         n, v = self._steep, each(positive, "particle_speed", particle_speed, "m/s")
         growth = 2.0 * self.stiffness / ((n + 1.0) * self.mass) * v ** (n - 1.0)
         return _like(particle_speed, self.size * growth ** (1.0 / (n + 1.0)))
 
     def peak_force_from_particle_speed(self, particle_speed: Number) -> Number:
-        """Return the peak contact force F_m of a solitary wave, N, from the greatest speed v_p of its particles,
-        without preload.
+        """Return the peak contact force of a solitary wave, N, from the greatest speed v_p of its particles.
 
-        F_m = k [(n+1) m v_p²/(2k)]^{n/(n+1)}: the force for which equations 5.12 (corrected) and 6.12 give the same
-        speed. For a striker that equals the particles v_p is PARTICLE_TO_STRIKER_SPEED = 0.682 times its speed.
-
-        The formula is useful for n close to 1 only. It uses the peak strain, whereas a contact feels the mean strain
-        over a particle. A Hertzian chain has 0.886 of this force. A chain with n = 1.222 has 0.946 of it.
+        F_m = k [(n+1) m v_p²/(2k)]^{n/(n+1)}, for which equations 5.12 and 6.12 give the same speed. A contact feels
+        the mean strain over a particle: a Hertzian chain has 0.886 of this force, one with n = 1.222 has 0.946.
         """
         n, k, v = self._steep, self.stiffness, each(positive, "particle_speed", particle_speed, "m/s")
         return _like(particle_speed, k * ((n + 1.0) * self.mass * v**2 / (2.0 * k)) ** (n / (n + 1.0)))
 
     @property
     def width(self) -> float:
-        """Length L of a solitary wave without preload, m, from zero to zero of the strain (equation 5.13).
-
-        L = πD/(n−1) √(n(n+1)/6), which is 4.967 D for n = 3/2. It does not depend on the amplitude. The long-wave
-        theory is more accurate for n closer to 1.
-        """
+        """Length of a solitary wave without preload, m: L = πD/(n−1) √(n(n+1)/6), 4.967 D for n = 3/2 (5.13)."""
         n = self._steep
         return pi * self.size / (n - 1.0) * sqrt(n * (n + 1.0) / 6.0)
 
     def strain(self, position: Number, time: float, speed: float) -> Number:
-        """Return the strain ξ of the solitary wave of a given speed V, m/s, without preload, at a position, m, and a
-        time, s.
+        """Return the strain of the solitary wave of a speed V, m/s, no preload, at a position, m, and a time, s.
 
-        ξ = [(n+1) V²/(2c²)]^{1/(n−1)} cos^{2/(n−1)}(π (x − Vt)/L) for x within half the width L of the crest, and zero
-        elsewhere, with c² = k D^{n+1}/m. The crest is at x = 0 at time zero.
-
-        For n = 3/2 this is (5V²/4c²)² cos⁴(√10 (x − Vt)/(5D)); for spheres c² = 2E/(πρ(1−ν²)). This is one hump of the
-        periodic solution that the thesis prints as equation 1.8. It solves equation 1.7. For other n it solves the
-        corresponding equation V²ξ = c² [ξⁿ + nD²/(6(n+1)) ξ^{(n−1)/2} (ξ^{(n+1)/2})″].
-
-        The particles move at the speed V ξ, and the contact forces are about k (D ξ)ⁿ. The speed of a bead in a
-        Hertzian chain is a pulse that is equally wide at 1 % of its height, 14 % narrower at half of it, and never
-        exactly zero.
+        ξ = [(n+1) V²/(2c²)]^{1/(n−1)} cos^{2/(n−1)}(π (x − Vt)/L) with c² = k D^{n+1}/m, within half the width L of the
+        crest (equation 1.8). Particles move at V ξ, and contact forces are about k (D ξ)ⁿ.
         """
         n, v = self._steep, positive("speed", speed, "m/s")
         x = each(finite, "position", position, "m") - v * finite("time", time, "s")
@@ -205,21 +148,22 @@ class UniformChain:
         return _like(position, (crest * np.where(phase < pi / 2.0, np.cos(phase), 0.0) ** 2) ** (1.0 / (n - 1.0)))
 
     def transit_time(self, beads: float, striker_speed: Number, restitution: float = 1.0) -> Number:
-        """Return time T of a solitary wave over N beads to a structure and back, s, from the speed of the striker, m/s.
+        """Return the time of a solitary wave over N beads to a structure and back, s, from the striker's speed, m/s.
 
-        T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} for n = 3/2, without preload, where the restitution
-        e = v_ref/v_in = (V_ref/V_in)⁵ of the structure compares particle speeds v, and the striker equals the beads.
-        The time in contact with the structure is not included (see `theory.hertz_contact_time`). N counts the beads
-        between sensor and structure, not those of the chain, as under equation 6.10.
-
-        Equations 6.17 and 6.19 print k^{+2/5}. The 2.361 in 6.19 and 6.20 is 1.180 (1 + e^{−1/5}) for e = 1. The 1.414
-        in 6.39 is (π/2)^{2/5} times 1.180, which follows from m/k of a sphere; e^{1/5} is printed there for e^{−1/5}.
-        Before 6.19 the power 5 in e = (V_ref/V_in)⁵ is printed as −1/5.
+        T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} for n = 3/2, no preload, and a striker that equals
+        the beads (equations 6.17 and 6.19, corrected). e is the restitution of the structure, a ratio of particle
+        speeds. The time in contact with the structure is not included; N counts beads between sensor and structure.
         """
         number, e = positive("beads", beads), restitution_coefficient("restitution", restitution)
         v = each(positive, "striker_speed", striker_speed, "m/s")
         speed = self.wave_speed_from_particle_speed(PARTICLE_TO_STRIKER_SPEED * v)
         return _like(striker_speed, number * self.size / speed * (1.0 + e**-0.2))
+
+    @property
+    def _steep(self) -> float:
+        if self.exponent <= 1.0:
+            raise ValueError(f"exponent = {self.exponent!r}: must be greater than 1 for a solitary wave")
+        return self.exponent
 
 
 def _like(value: Number, result: Vector) -> Number:

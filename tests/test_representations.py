@@ -67,12 +67,6 @@ def test_units_of_a_chain_are_those_of_its_simulation() -> None:
     assert re.search(r"gravity\s+9.81 m/s²", text_of(CHAIN._repr_html_()))
 
 
-def test_a_law_shows_forces_within_its_range_only() -> None:
-    table = text_of(hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0, 3.0])._repr_html_())
-    assert re.findall(r"F\(([\d.]+) µm\)\s+([\d.]+) N", table) == [("1", "1"), ("2", "3")]
-    assert "10 µm" in text_of(hl.laws.PowerLaw(1e9)._repr_html_())
-
-
 def test_text_is_escaped() -> None:
     table = NoWave("primary", "a < b & c")._repr_html_()
     assert "a &lt; b &amp; c" in table

@@ -221,9 +221,10 @@ def _draw_striker(drawn: Drawn, chain: Mapping[str, Any], x: float, y: float) ->
 
 def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
     """Return the width along the chain and height across it, mm."""
-    wide = 2e3 * float(bead.get("radius") or 0.5 * float(bead.get("size") or 0.01))
+    size = bead.get("size")
+    wide = 2e3 * float(bead.get("radius") or 0.5 * float(size or 0.01))
     if bead.get("class") not in LONG:
-        return wide, wide
+        return wide if size is None else 1e3 * float(size), wide
     length, angle = 1e3 * float(bead["length"]), float(bead.get("angle") or 0.0)
     if bead.get("axis") == "along":
         return length, wide
@@ -235,8 +236,8 @@ def _words(bead: Mapping[str, Any]) -> str:
     material, kind = bead.get("material"), str(bead.get("class", "bead")).rpartition(".")[2]
     of = material.get("name") if isinstance(material, Mapping) else None
     words = [CAPITAL.sub(r" \1", kind).lower()]
-    if "radius" in bead:
-        words.append(f"{2e3 * float(bead['radius']):.4g} mm")
+    if "size" in bead or "radius" in bead:
+        words.append(f"{1e3 * float(bead.get('size') or 2.0 * bead['radius']):.4g} mm")
     if kind in LONG:
         words[-1] += f" × {1e3 * bead['length']:.4g} mm"
     if kind == "HollowSphere":

@@ -16,7 +16,7 @@ from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.results import over, scalars
 from hertzlink.studies.table import SIMILAR, Row, Rows
 from hertzlink.studies.waves import PowerFit, power_fit
-from particles.laws.computed import ComputedLaw
+from particles.laws.axisymmetric import ComputedLaw
 from particles.solitary import HERTZ
 from structures.caution import collected
 from structures.surface import relative_curvatures

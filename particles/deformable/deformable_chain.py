@@ -8,7 +8,7 @@ contact's law, which is not linear; the part at the other pole is a flexibility 
 from collections.abc import Callable
 from functools import cached_property, lru_cache
 from math import ceil, inf, log2, pi
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -44,6 +44,8 @@ BEYOND = 4.0
 LEAST_LEFT = 0.2
 """Part of a contact's flexibility that the modes must leave to it: else small errors of both are large ones of what is
 left."""
+
+T = TypeVar("T")
 
 
 @described
@@ -81,11 +83,6 @@ class DeformableChain(Chain):
     damping : Viscous or callable or None
         The loss inside the beads and the striker: `hl.damping.Modal`, `hl.damping.Rayleigh` or
         `hl.damping.StandardLinearSolid`, or a function of a bead that returns one of them or None.
-
-    Raises
-    ------
-    ValueError
-        For other bodies, for a number of modes out of range, and as a Chain does.
 
     References
     ----------
@@ -132,64 +129,48 @@ class MovingDeformableChain(MovingChain):
 
     chain: DeformableChain
 
+    def _of_bodies(self, of: Callable[[Any], T]) -> tuple[T | None, ...]:
+        """Return of(body) of body 0 and of the beads, found once for equal ones; None where there is no body."""
+        bodies = (self.chain.body, *self.chain.beads)
+        found = {body: None if body is None else of(body) for body in dict.fromkeys(bodies)}
+        return tuple(found[body] for body in bodies)
+
     @cached_property
     def shapes(self) -> tuple[Vibration | None, ...]:
         """The vibrations of body 0 and of the beads; None where there is no body."""
-        elastic = self.chain.modes - 1
-        bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
-        vibrations = {body: self.chain.vibrations(body, elastic) for body in dict.fromkeys(bodies) if body is not None}
-        return tuple(None if body is None else vibrations[body] for body in bodies)
+        return self._of_bodies(lambda body: self.chain.vibrations(body, self.chain.modes - 1))
 
     @cached_property
     def vibrations(self) -> Vibrating:
         """The vibrations of the bodies as a piece of the compiled loops."""
-        bodies, elastic = len(self.shapes), self.chain.modes - 1
+        damping, bodies, elastic = self.chain.damping, len(self.shapes), self.chain.modes - 1
         stiffness, struck, far, rate, arm, relaxation = (np.zeros((bodies, elastic)) for _ in range(6))
         cross = np.zeros(bodies)
-        for i, (shape, loss) in enumerate(zip(self.shapes, self.losses, strict=True)):
+        losses = self._of_bodies(lambda body: damping(body) if callable(damping) else damping)
+        for i, (shape, loss) in enumerate(zip(self.shapes, losses, strict=True)):
+            if not isinstance(loss, Viscous | None):
+                raise ValueError(f"damping: gives {short(loss)} for a bead; must be {DAMPING}")
             if shape is not None and elastic:
                 stiffness[i], struck[i], far[i] = shape.frequencies**2, shape.struck, shape.far
                 cross[i] = shape.cross
                 if loss is not None:
                     stiffness[i], rate[i], arm[i], relaxation[i] = loss.of_modes(shape.frequencies)
-        none = np.zeros((bodies, 0))
         if not arm.any():
-            arm = relaxation = none
-            rate = rate if rate.any() else none
+            none = np.zeros((bodies, 0))
+            arm, relaxation, rate = none, none, rate if rate.any() else none
         return Vibrating(stiffness, struck, far, cross, rate, arm, relaxation)
-
-    @cached_property
-    def losses(self) -> tuple[Viscous | None, ...]:
-        """The losses inside body 0 and the beads; None where there is no body, or no loss."""
-        damping = self.chain.damping
-        if damping is None or isinstance(damping, Viscous):
-            return (damping,) * len(self.shapes)
-        bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
-        losses = {body: damping(body) for body in dict.fromkeys(bodies) if body is not None}
-        for body, loss in losses.items():
-            if not (loss is None or isinstance(loss, Viscous)):
-                raise ValueError(
-                    f"damping: gives {short(loss)} for {short(body)}; must be hl.damping.Modal, Rayleigh or "
-                    "StandardLinearSolid, or None"
-                )
-        return tuple(None if body is None else losses[body] for body in bodies)
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
         """Force against the approach of poles less what the modes hold: the residual flexibility, and Hertz's."""
         if self.chain.modes == 1:
             return self.laws
-        contact_laws: dict[tuple[int, float], ContactLaw] = {}
-        local: list[ContactLaw | None] = []
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
-        for law, in_modes in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
-            if law is not None and (id(law), in_modes) not in contact_laws:
-                as_stated = law is self.chain.law or callable(self.chain.law)
-                contact_laws[id(law), in_modes] = _without(
-                    law, in_modes, self._deepest(law), self.chain.modes, as_stated
-                )
-            local.append(None if law is None else contact_laws[id(law), in_modes])
-        return tuple(local)
+        in_modes = np.add(softness, [*softness[1:], 0.0]).tolist()
+        return tuple(
+            law and _without(law, flexibility, self._deepest(law), self.chain.modes)
+            for law, flexibility in zip(self.laws, in_modes, strict=True)
+        )
 
     @property
     def vibrating(self) -> Vibrating | None:
@@ -222,7 +203,7 @@ class MovingDeformableChain(MovingChain):
         """The step by default, s."""
         return min(super().longest_step, self._shortest_period / (STEPS_PER_VIBRATION * max(self.fineness, 1.0)))
 
-    @property
+    @cached_property
     def _shortest_period(self) -> float:
         stiffness, arm = self.vibrations.stiffness, self.vibrations.arm
         fastest = float((stiffness + arm if arm.size else stiffness).max(initial=0.0)) ** 0.5
@@ -258,10 +239,7 @@ class MovingDeformableChain(MovingChain):
             acceleration -= vibrations.rate * self.amplitudes(velocity)
         if vibrations.arm.size:
             acceleration -= vibrations.arm * self._stretch(position)
-        section = np.zeros_like(vibrations.struck)
-        for i, shape in enumerate(self.shapes):
-            if shape is not None and section.size:
-                section[i] = shape.section
+        section = np.array([np.zeros(self.chain.modes - 1) if s is None else s.section for s in self.shapes])
         force: Vector = 0.5 * (behind + ahead)[:, :, 0] - (section * acceleration).sum(axis=2)
         return force
 
@@ -336,24 +314,16 @@ _law_of_bodies = lru_cache(maxsize=256)(computed_law)
 
 
 @lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables
-def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, as_stated: bool) -> ContactLaw:
-    """Return the law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
-
-    as_stated: whether it is the user's, which may be at fault itself.
-    """
+def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
+    """Return the law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least."""
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
     enough = np.append(True, np.diff(local) > LEAST_LEFT * np.diff(approaches))
     count = approaches.size if enough.all() else int(enough.argmin())
-    if approaches[count - 1] < deepest and as_stated:
-        raise ValueError(
-            f"law = {short(law)}: is too stiff for beads that vibrate so, with modes = {modes!r}, beyond "
-            f"{approaches[count - 1]:.3g} m; give one for the approach of mid-planes, or take fewer modes"
-        )
     if approaches[count - 1] < deepest:
         raise ValueError(
-            f"modes = {modes!r}: too many for a contact pressed by {deepest:.3g} m; they suit up to "
-            f"{approaches[count - 1]:.3g} m; take fewer"
+            f"modes = {modes!r}: too many for a contact that is pressed by {deepest:.3g} m, and whose law is that of "
+            f"{law.name}; they suit up to {approaches[count - 1]:.3g} m; take fewer, or give a law= of mid-planes"
         )
     return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

@@ -8,7 +8,8 @@ unit forces the same way, relative to the centre of mass, the other pole moves b
 under point forces, their difference is not; in modes, b = Σ struck far/ω².
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, pi, sqrt
 from operator import itemgetter
@@ -17,29 +18,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
-from skfem import MeshQuad, MeshQuad2
 
 from particles.bead import Bead, check_bead
-from particles.laws.axisymmetric_mesh import MOST_CELLS, Spheroid, body_of
-from particles.laws.compliance import motions
+from particles.laws.axisymmetric_mesh import Spheroid, body_of, cells, motions
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.checks import positive, whole
 from structures.linear_algebra.factor import factorise
 from structures.material import Material
 from structures.structure import Vector
 
-CELLS = 16
-"""Over the radius, for up to TYPICAL modes: of a sphere, these come out 2e-5 too high, 7e-5 for a Poisson's ratio of
-0.45; with 12, three times as much."""
+CELLS, TYPICAL = 16, 10
+"""Cells over the radius, for up to TYPICAL modes: of a sphere, these come out 2e-5 too high, 7e-5 for a Poisson's ratio
+of 0.45; with 12 cells, three times as much. Meshes for more modes are finer in proportion."""
 
-BENDING_CELLS = 11
-"""Over √(radius × wall), the reach of a thin wall's bending."""
-
-TYPICAL = 10
-"""Modes, up to which CELLS suffice; meshes for more are finer in proportion."""
-
-FEWEST = 2
-"""Cells through a wall."""
+BENDING_CELLS, FEWEST = 11, 2
+"""Cells over √(radius × wall), the reach of a thin wall's bending, and through a wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,34 +77,40 @@ def vibration(bead: Bead, modes: int, spacing: float | None = None) -> Vibration
 
 @lru_cache(maxsize=64)
 def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
-    body = body_of(bead, 1.0, "bead")
-    mesh, angle, depth = _mesh(body, mode_spacing(body, modes) if spacing is None else spacing)  # type: ignore[arg-type]
-    section = Section(mesh, angle, depth, body.material, bead.mass)
+    body: Any = body_of(bead, 1.0, "bead")
+    longest = max(body.radius, body.half) / (spacing or mode_spacing(body, modes)) * (1.0 - 1e-9)
+    rows, columns = max(ceil(longest * (1.0 - body.hollow)), FEWEST), max(ceil(0.5 * pi * longest), FEWEST)
+
+    def place(angle: Vector, depth: Vector) -> Vector:
+        """Cells of even size on each circle about the centre, whose depth is 1."""
+        return np.stack([body.radius * (1.0 - depth) * np.sin(angle), -body.half * (1.0 - depth) * np.cos(angle)])
+
+    across, down = np.linspace(0.0, 0.5 * pi, columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1)
+    section = Section(*cells(across, down, place), body.material, bead.mass)
     opposite, together = section.half(opposite=True), section.half(opposite=False)
     if modes > together.weight.size // 2:
         raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
-    shift = lowest_rate(body)  # type: ignore[arg-type]
-    rows = []
+    found = []
     for half, rigid, sign in ((opposite, 0, -1.0), (together, 1, 1.0)):
-        squares, shapes = lowest_modes(half, modes + rigid, shift)
-        rows += [
-            *np.column_stack([squares, shapes[half.pole], half.weight @ shapes, np.full_like(squares, sign)])[rigid:]
-        ]
-    between = drift(together.stiffness, together.weight, together.pole) - squeeze(opposite.stiffness, opposite.pole)
-    square, struck, momentum, same = np.array(sorted(rows, key=itemgetter(0))[:modes]).reshape(-1, 4).T
+        squares, shapes = lowest_modes(half, modes + rigid, body)
+        of_half = np.column_stack([squares, shapes[half.pole], half.weight @ shapes, np.full_like(squares, sign)])
+        found += [*of_half[rigid:]]
+    square, struck, momentum, same = np.array(sorted(found, key=itemgetter(0))[:modes]).reshape(-1, 4).T
+    push = np.zeros(opposite.along.size)
+    push[opposite.pole] = 1.0
+    squeezed = factorise(opposite.stiffness)(push)[opposite.pole]
+    # In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
+    held, weight = np.delete(np.arange(together.along.size), together.pole), together.weight
+    sag = factorise(together.stiffness[held][:, held])(weight[held])
+    drifted = weight[held] @ sag / weight.sum() ** 2
     return Vibration(
         np.sqrt(square),
         struck,
         same * struck,
         compression=float(np.sum((1.0 - same) * struck**2 / square)),
-        cross=0.5 * between - float(np.sum(same * struck**2 / square)),
+        cross=float(0.5 * (drifted - squeezed) - np.sum(same * struck**2 / square)),
         section=np.where(same < 0.0, momentum, 0.0),
     )
-
-
-def lowest_rate(body: Spheroid) -> float:
-    """Return the scale of the lowest ω², 1/s²."""
-    return (shear_speed(body.material) / body.half) ** 2
 
 
 def mode_spacing(body: Spheroid, modes: int) -> float:
@@ -148,7 +147,7 @@ class Section:
     def __init__(self, mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> None:
         self.angle = angle
         basis, self.across, self.along = motions(mesh)
-        self.centre, self.pole = depth == 1.0, int(np.flatnonzero((self.angle == 0.0) & (depth == 0.0))[0])
+        self.centre, self.pole = depth == 1.0, int(np.flatnonzero((angle == 0.0) & (depth == 0.0))[0])
         unscaled, self.stiffness = body_matrices(basis, [material], np.zeros(mesh.nelements, dtype=np.int64))
         self.mass = unscaled * (0.5 * mass / unscaled[self.along][:, self.along].sum())
 
@@ -163,36 +162,19 @@ class Section:
         moving = np.flatnonzero(np.isin(joined, free))
         places = np.searchsorted(free, joined[moving])
         spread = sparse.csr_array((np.ones(moving.size), (moving, places)), shape=(joined.size, free.size))
-        along = np.isin(free, self.along).astype(float)
         # Taken before the mid-plane is held: its nodes carry momentum of cells that move.
         weight = spread.T @ self.mass[:, self.along].sum(axis=1)
         pole = int(np.searchsorted(free, self.along[self.pole]))
-        return Half(spread.T @ self.mass @ spread, spread.T @ self.stiffness @ spread, along, weight, pole, spread)
+        mass, stiffness = (spread.T @ matrix @ spread for matrix in (self.mass, self.stiffness))
+        return Half(mass, stiffness, np.isin(free, self.along).astype(float), weight, pole, spread)
 
 
-def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
-    """Return the quadratic cells, of even size on each circle about the centre; and of each node the angle from the
-    pole, rad, and the depth over that of the centre."""
-    longest = max(body.radius, body.half) / spacing * (1.0 - 1e-9)
-    rows = max(ceil(longest * (1.0 - body.hollow)), FEWEST)
-    columns = max(ceil(0.5 * pi * longest), FEWEST)
-    if rows * columns > MOST_CELLS:
-        raise ValueError(f"spacing = {spacing:.3g}: needs {rows * columns} cells; at most {MOST_CELLS} fit")
-    across, down = np.linspace(0.0, 0.5 * pi, columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1)
-    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(across, down))
-    angle, depth = flat.doflocs
-    places = np.stack([body.radius * (1.0 - depth) * np.sin(angle), -body.half * (1.0 - depth) * np.cos(angle)])
-    return replace(flat, doflocs=places), angle, depth
-
-
-def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
+def lowest_modes(half: Half, count: int, body: Spheroid) -> tuple[Vector, Vector]:
     """Return ω² of the lowest modes of the whole bead in this half, ascending, and their shapes, n × count,
-    mass-normalised.
-
-    Their poles move inwards. shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
-    """
+    mass-normalised; their poles move inwards."""
     if count == 0:
         return np.zeros(0), np.zeros((half.along.size, 0))
+    shift = (shear_speed(body.material) / body.half) ** 2  # so that the rigid motion does not stop the factorisation
     inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
     start = np.random.default_rng(0).normal(size=half.mass.shape[0])
     squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
@@ -203,19 +185,15 @@ def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
     return squares, shapes
 
 
-def squeeze(stiffness: Any, pole: int) -> float:
-    """Return the motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is
-    refined."""
-    force = np.zeros(stiffness.shape[0])
-    force[pole] = 1.0
-    return float(factorise(stiffness)(force)[pole])
+def hung(half: Half) -> Callable[[Vector], Vector]:
+    """Return the motion about the centre of mass under a load, in the frame of a bead that it accelerates evenly."""
+    held = np.delete(np.arange(half.along.size), half.pole)
+    solve, weight = factorise(half.stiffness[held][:, held]), half.weight
+    mass = float(half.along @ weight)
 
+    def motion(load: Vector) -> Vector:
+        balanced, moved = load - weight * float(half.along @ load) / mass, np.zeros(half.along.size)
+        moved[held] = solve(balanced[held])
+        return moved - half.along * float(weight @ moved) / mass
 
-def drift(stiffness: Any, weight: Vector, pole: int) -> float:
-    """Return the motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
-
-    In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
-    """
-    held = np.delete(np.arange(weight.size), pole)
-    sag = factorise(stiffness[held][:, held])(weight[held])
-    return float(weight[held] @ sag) / float(weight.sum()) ** 2
+    return motion

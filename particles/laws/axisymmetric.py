@@ -1,35 +1,31 @@
 """Contact laws by finite elements: bodies of revolution that touch at their poles, hollow ones too.
 
-Each body is half a bead, down to its mid-plane, condensed to its surface (`compliance`); both are pressed together
-without friction (`active_set`). Linear elasticity, so strains must stay small.
+Each body is half a bead, down to its mid-plane, condensed to its surface (`surface_compliance`); both are pressed
+together without friction by a primal-dual active set. Linear elasticity, so strains must stay small.
 """
 
 from dataclasses import replace
-from math import sqrt
+from math import log2, nan, sqrt
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 
 from particles.bead import Bead, HollowSphere, check_bead, check_body
-from particles.laws.active_set import edge_approach
-from particles.laws.axisymmetric_mesh import body_of
-from particles.laws.compliance import MIDPLANES, condensed, forces_at_corners
-from particles.laws.computed import ComputedLaw, Points, continued_to_zero, error_and_order, force_by_formula
+from particles.laws.axisymmetric_mesh import WIDEST_CONTACT, Spheroid, body_of, half_plane, surface_compliance
 from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
-from structures.caution import caution
+from structures.caution import caution, collected
 from structures.checks import within
-from structures.described import checked_call
-from structures.quantities import Length, OneOf, Quantity
+from structures.described import checked_call, described
+from structures.quantities import Component, ContactForce, Length, OneOf, Place, Quantity
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
 
-ELEMENTS = 30
-"""Over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm."""
-
-FEWEST = 3
-"""Elements over the radius of the narrowest contact that is computed."""
+ELEMENTS, FEWEST = 30, 3
+"""Elements over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm; and
+over that of the narrowest contact that is computed."""
 
 MOST, COARSE = 200, 5.0
 """Elements over what may touch of a shell, if no size is asked for; the factor on their size to see how far that is."""
@@ -37,24 +33,66 @@ MOST, COARSE = 200, 5.0
 LARGE_ERROR = 0.01
 """Relative error of the force, above which a law carries a caution."""
 
-THIN = 0.1
-"""Approach over the thickness of a wall, from which its rotations count."""
+TRIES = 12
+"""Trials of a wider mesh, and of a rough law that reaches a force."""
 
-MARGIN = 1.15
-"""How far the mesh lets bodies touch, over the contact's radius that is expected; it widens where they touch beyond."""
+PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
+"""Forces below the first computed one, over it."""
 
-WIDENING = 1.4
-"""Factor on the reach where bodies touch beyond it; the law is then computed again."""
+Points = tuple[Vector, Vector]
+"""Approaches, m, and forces, N."""
 
-LEAST_PART = 1e-12
-"""The least approach that is computed, over the radius: narrower contacts a mesh cannot distinguish from a point."""
 
-ROUGH, TRIES = 2.0, 12
-"""A factor on the elements' size, and trials, of the rough law that shows the approach at a force."""
+@described
+class ComputedLaw(TabulatedLaw):
+    """A contact law by a numerical method, computed from the approach `smallest` to `largest`.
 
-STEP_OUT, SURPLUS, BEYOND = 1.2, 1.05, 1.03
-"""The rough law's range grows by this factor until it holds more than the force; the fine one ends beyond the rough
-approach, which is some per cent off."""
+    Below that range the law continues as that of its theory in series with a spring, through the first computed point;
+    beyond it a run warns.
+
+    Parameters
+    ----------
+    approaches : sequence of float
+        Approaches, m, increasing.
+    forces : sequence of float
+        Forces, N, increasing.
+    name : str
+        The method.
+    caution : str
+        What a user of the law must know; a run repeats it as a warning.
+    largest : float
+        Largest approach that was computed, m.
+    smallest : float
+        Smallest approach that was computed, m.
+    error : float
+        Largest relative error of the force in the range, estimated from coarser meshes.
+    order : float
+        Observed order of convergence; nan where the meshes are too coarse to show it.
+    formula : float
+        Force at the last point by `contact_law` of the two bodies, N; 0 where they are not known. A chain in which the
+        law has other bodies warns.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> law = hl.laws.computed_law(bead, max_force=50.0, spacing=20e-6)
+    >>> law
+    ComputedLaw('finite elements', ... points up to ... m and ... N)
+    >>> law.error < 0.01
+    True
+    """
+
+    smallest: Place = 0.0
+    error: Annotated[float, Quantity(or_zero=True)] = 0.0
+    order: Component = nan
+    formula: ContactForce = 0.0
+
+
+def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:
+    """Return the force of two bodies by `contact_law` at an approach, m, in N."""
+    with collected():  # the doubts of the formula do not matter where a number only tells bodies apart
+        return float(contact_law(*bodies).force(np.array(approach)))
 
 
 @checked_call
@@ -63,7 +101,7 @@ def computed_law(
     second: Bead | Surface | None = None,
     max_force: Annotated[float, Quantity("N", "a force", "2 N")] | None = None,
     max_approach: Length | None = None,
-    midplane: Annotated[str, OneOf(*MIDPLANES)] = "roller",
+    midplane: Annotated[str, OneOf("roller", "clamped")] = "roller",
     spacing: Length | None = None,
 ) -> ComputedLaw:
     """Return the law of two bodies of revolution that touch at their poles, by axisymmetric finite elements.
@@ -93,13 +131,6 @@ def computed_law(
     ComputedLaw
         It holds its error, and the observed order of convergence.
 
-    Raises
-    ------
-    ValueError
-        For other bodies, and for a contact of few elements.
-    RuntimeError
-        Where the nodes in contact were not found.
-
     References
     ----------
     Khatri's thesis, sections 3.2 and 5.3; Hintermüller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865.
@@ -113,67 +144,93 @@ def computed_law(
     """
     check_bead("first", first, "a body")
     second = first if second is None else check_body("second", second)
-    return _Contact(first, second, midplane, spacing).law(max_force, max_approach)
+    if (max_force is None) == (max_approach is None):
+        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
+    contact = _Contact(first, second, midplane)
+    # Narrower contacts a mesh cannot distinguish from a point.
+    smallest, radius = 1e-12 / contact.sharpest, 1.0 / contact.sharpest
+    if max_approach is not None:
+        return contact.up_to(within("max_approach", max_approach, smallest, radius, "m"), spacing)
+    low, high = contact.theory.force(np.array([smallest, radius]))
+    force = within("max_force", max_force, float(low), float(high), "N")  # type: ignore[arg-type]
+    # A rough law shows how far the bodies approach.
+    approach = float(contact.theory.approach(np.array(force)))
+    for _ in range(TRIES):
+        approach *= 1.2
+        rough = TabulatedLaw(*contact.steps(approach, 2.0 * contact.good_size(approach)))  # type: ignore[arg-type]
+        if rough.forces[-1] > 1.05 * force:
+            law = contact.up_to(1.03 * float(rough.approach(np.array(force))), spacing)
+            return replace(law, largest=float(law.approach(np.array(force))))
+    raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
 
 
 class _Contact:
     """Two bodies that touch at their poles, and what their radii and walls allow."""
 
-    def __init__(self, first: Bead, second: Bead | Surface, midplane: str, spacing: float | None) -> None:
-        self.bodies, self.midplane, self.spacing = (first, second), midplane, spacing
-        self.beads = ("first", first), ("second", second)
-        for name, bead in self.beads:
+    def __init__(self, first: Bead, second: Bead | Surface, midplane: str) -> None:
+        self.bodies, self.midplane = (first, second), midplane
+        for name, bead in zip(("first", "second"), self.bodies, strict=True):
             body_of(bead, 1.0, name)
         surface, facing = first.surface, second if isinstance(second, Surface) else second.surface
         self.curvature = relative_curvatures(surface, facing)[1]
         self.sharpest = max(sharpest_curvatures(surface, facing))
-        self.below, self.radius = PowerLaw(hertz_stiffness(surface, facing)), 1.0 / self.sharpest
-        self.theory = contact_law(first, second)
+        self.hertz, self.theory = PowerLaw(hertz_stiffness(surface, facing)), contact_law(first, second)
+        self.shells = [bead for bead in self.bodies if isinstance(bead, HollowSphere)]
 
     def widest(self, approach: float) -> float:
         """Return the contact's radius at an approach, m, by Hertz's law, less the approach that goes into shells."""
-        overlap = float(self.below.approach(self.theory.force(np.array(approach))))
+        overlap = float(self.hertz.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
-    def law(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
-        """Return the law up to one of the two, N or m."""
-        smallest = LEAST_PART * self.radius
-        if max_approach is not None and max_force is None:
-            return self.up_to(within("max_approach", max_approach, smallest, self.radius, "m"))
-        if max_force is None or max_approach is not None:
-            raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
-        low, high = self.theory.force(np.array([smallest, self.radius]))
-        law = self.up_to_force(within("max_force", max_force, float(low), float(high), "N"))
-        return replace(law, largest=float(law.approach(np.array(max_force, float))))
+    def good_size(self, approach: float) -> float:
+        """Return the size of the elements, m; thin shells, which touch far beyond Hertz, have larger ones."""
+        size = self.widest(approach) / ELEMENTS
+        return max(size, self._mesh(approach, size, COARSE)[2] / MOST) if self.shells else size
 
-    def up_to(self, approach: float) -> ComputedLaw:
-        """Return the law up to an approach, m."""
-        size = self._good(approach) if self.spacing is None else self.spacing
-        if size * FEWEST > self.widest(approach):
-            raise self._too_coarse(approach, size)
-        fine = self.steps(approach, size)
-        if fine[0][0] >= approach:
-            raise self._too_coarse(approach, size)
-        error, order = error_and_order(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
-        doubts = self._doubts(approach)
+    def up_to(self, approach: float, spacing: float | None) -> ComputedLaw:
+        """Return the law up to an approach, m, by elements of a size, m."""
+        size, radius = spacing or self.good_size(approach), self.widest(approach)
+        fine = self.steps(approach, size) if size * FEWEST <= radius else None
+        if fine is None or fine[0][0] >= approach:
+            raise ValueError(
+                f"spacing = {size:.3g} m: leaves the radius of the widest contact fewer than {FEWEST} cells; "
+                f"{radius / ELEMENTS:.3g} m is a good one"
+            )
+        (approaches, forces), error, order = fine, *self._error(fine, approach, size)
+        doubts = dict[str, None]()
+        if radius * self.sharpest > SMALL_CONTACT:
+            doubts[f"a contact of {readable(radius, 'm')} radius is too wide for small strains"] = None
+        if any(approach > 0.1 * (shell.radius - shell.inner_radius) for shell in self.shells):
+            doubts[f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles"] = None
         if error > LARGE_ERROR:
-            doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
+            doubts[f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %"] = None
         words = "; ".join(doubts)
         if words:
             caution(f"contact law: {words}")
-        points = continued_to_zero(fine, self.below)
-        expected = force_by_formula(self.bodies, float(fine[0][-1]))
-        return ComputedLaw(*points, "finite elements", words, approach, float(fine[0][0]), error, order, expected)  # type: ignore[arg-type]
+        # Below the first point, Hertz's law in series with the spring that leads to it.
+        first = forces[0] * PARTS_BELOW
+        softness = (approaches[0] - float(self.hertz.approach(np.array(forces[0])))) / forces[0]
+        below = self.hertz.approach(first) + softness * first
+        expected = force_by_formula(self.bodies, float(approaches[-1]))
+        return ComputedLaw(
+            np.append(below, approaches), np.append(first, forces), "finite elements", words, approach,  # type: ignore[arg-type]
+            float(approaches[0]), error, order, expected,
+        )  # fmt: skip
 
-    def up_to_force(self, force: float) -> ComputedLaw:
-        """Return the law up to a force, N: a rough law shows how far the bodies approach."""
-        approach = float(self.theory.approach(np.array(force)))
-        for _ in range(TRIES):
-            approach *= STEP_OUT
-            rough = TabulatedLaw(*self.steps(approach, ROUGH * self._good(approach)))  # type: ignore[arg-type]
-            if rough.forces[-1] > SURPLUS * force:
-                return self.up_to(BEYOND * float(rough.approach(np.array(force))))
-        raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
+    def _error(self, fine: Points, approach: float, size: float) -> tuple[float, float]:
+        """Return the largest relative error of the force, and the observed order, from meshes of cells twice as large.
+
+        The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
+        observed orders above two are not trusted to last: the error is then that of this order.
+        """
+        coarse, coarsest = (self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0))
+        approaches, forces = fine
+        by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
+        near, far = np.abs(by_coarse - forces) / forces, np.abs(by_coarsest - by_coarse) / forces
+        common = approaches >= coarsest[0][0]
+        order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
+        gain = 2.0 ** min(max(order, 1.0), 2.0) if order == order else 2.0
+        return float(near.max()) / (gain - 1.0), order
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
         """Return the approaches, m, at which the contact's edge meets a corner of the mesh, past `approach` by one;
@@ -181,45 +238,76 @@ class _Contact:
 
         size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
         """
-        compliance, gap, _ = self._wide_enough(approach, size, coarser)
-        return forces_at_corners(compliance, gap, fewest, approach)
+        compliance, gap, _ = self._mesh(approach, size, coarser)
+        edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
+        rising = edges[edges >= np.maximum.accumulate(edges)]
+        approaches = rising[: max(int(np.searchsorted(rising, approach)) + 1, 2)]
+        return approaches, forces_of_steps(compliance, gap, approaches)
 
-    def _wide_enough(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
-        """Return the compliance and gap of a mesh that lets the bodies touch as far as they do at an approach, and how
-        far, m."""
-        reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
+    def _mesh(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
+        """Return the compliance of both bodies together, m × m, m/N, the gap between them, m, and the mesh's reach, m:
+        as far as they touch at an approach."""
+        reach = 1.15 * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
-            bodies = [body_of(bead, reach, name) for name, bead in self.beads]
-            compliance, gap = condensed(bodies, reach, size, coarser, self.midplane)
+            known, compliance, gap = dict[Bead | Surface, Vector](), np.zeros(1), np.zeros(1)
+            for name, bead in zip(("first", "second"), self.bodies, strict=True):
+                body = body_of(bead, reach, name)
+                if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
+                    raise ValueError(
+                        f"{name}: radius = {body.radius:.3g} m is too small for a contact of {reach:.3g} m"
+                    )
+                plane = half_plane(body, reach, size, coarser)
+                gap = gap + body.drop(plane.along[plane.surface])
+                if bead not in known:
+                    known[bead] = surface_compliance(body, plane, self.midplane)
+                compliance = compliance + known[bead]
             if edge_approach(compliance, gap, gap.size - 1) >= approach:
                 return compliance, gap, reach
-            reach *= WIDENING
+            reach *= 1.4
         raise ValueError(
             f"max_force or max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less"
         )
 
-    def _good(self, approach: float) -> float:
-        """Return the size of the elements, m, where none is asked for: thin shells, which touch far beyond Hertz, have
-        larger."""
-        size = self.widest(approach) / ELEMENTS
-        if not any(isinstance(bead, HollowSphere) for _, bead in self.beads):
-            return size
-        return max(size, self._wide_enough(approach, size, COARSE)[2] / MOST)
 
-    def _too_coarse(self, approach: float, size: float) -> ValueError:
-        return ValueError(
-            f"spacing = {size:.3g} m: leaves the radius of the widest contact fewer than {FEWEST} cells; "
-            f"{self.widest(approach) / ELEMENTS:.3g} m is a good one"
-        )
+class ContactNotConverged(RuntimeError):
+    """The nodes in contact were not found."""
 
-    def _doubts(self, approach: float) -> list[str]:
-        """Return where strains or turns are no longer small."""
-        doubts, radius = [], self.widest(approach)
-        if radius * self.sharpest > SMALL_CONTACT:
-            doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")
-        for _, bead in self.beads:
-            if isinstance(bead, HollowSphere) and approach > THIN * (bead.radius - bead.inner_radius):
-                doubts.append(
-                    f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles"
-                )
-        return list(dict.fromkeys(doubts))
+
+def contact_forces(
+    compliance: Vector, gap: Vector, approach: float, touching: NDArray[np.bool_]
+) -> tuple[Vector, NDArray[np.bool_]]:
+    """Return the forces of the m nodes, N, at an approach, m, and which of them touch: a primal-dual active set.
+
+    compliance: of both bodies together, m × m, m/N; gap: between the undeformed surfaces, m numbers, m; touching: which
+    nodes to begin with, best those of an approach nearby. No node pulls, none overlaps. Ten changes are many.
+    """
+    for _ in range(100):
+        forces = np.zeros(gap.size)
+        overlap = approach - gap
+        forces[touching] = np.linalg.solve(compliance[np.ix_(touching, touching)], overlap[touching])
+        free_overlap = overlap - compliance @ forces
+        # A node on the contact's edge, whose force and gap are both zero but for rounding, may be of either kind.
+        pushed, overlapped = -1e-10 * np.abs(forces).max(), 1e-10 * abs(approach)
+        changed = np.where(touching, forces >= pushed, free_overlap > overlapped)
+        if np.array_equal(changed, touching):
+            return forces, touching
+        touching = changed
+    raise ContactNotConverged(f"approach = {approach:.4g} m: the nodes in contact were not found; try another spacing")
+
+
+def forces_of_steps(compliance: Vector, gap: Vector, approaches: Vector) -> Vector:
+    """Return the force at each of ascending approaches, N, m; each active set begins with the last."""
+    touching, total = gap < 0.5 * approaches[0], []
+    touching[0] = True
+    for approach in approaches:
+        forces, touching = contact_forces(compliance, gap, float(approach), touching)
+        total.append(forces.sum())
+    return np.array(total)
+
+
+def edge_approach(compliance: Vector, gap: Vector, last: int) -> float:
+    """Return the approach, m, at which the edge of a round contact is the node `last`: its force is then just zero."""
+    inside = slice(0, last + 1)
+    right = np.stack([gap[inside], np.ones(last + 1)], axis=1)
+    by_gap, by_approach = np.linalg.solve(compliance[inside, inside], right)[last]
+    return float(by_gap / by_approach)

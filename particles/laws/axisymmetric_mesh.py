@@ -1,14 +1,18 @@
-"""Half-planes (r, z) of bodies of revolution that are touched at a pole: quadratic cells, graded to the contact."""
+"""Bodies of revolution that are touched at a pole: half-planes (r, z) of quadratic cells, compliance of the surface."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, cos, log1p, pi, sin
+from math import ceil, cos, inf, log1p, pi, sin
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshQuad, MeshQuad2
+from scipy import sparse
+from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 from particles.bead import Bead, Ellipsoid, HollowSphere, Sphere
+from structures.bodies.elasticity import part_stiffnesses
+from structures.linear_algebra.factor import compliance_at
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface
@@ -21,14 +25,18 @@ GROWTH = 0.2
 LARGE = 1e4
 """Extent of what stands for a half-space, over the reach of the contact; its far sides are held."""
 
-MOST_TOUCHING = 400
-"""Cells in a row that may touch, each two nodes to press one by one: a minute."""
-
-MOST_CELLS = 40_000
-"""Of one body: some 330 000 degrees of freedom."""
+MOST_TOUCHING, MOST_CELLS = 400, 40_000
+"""Cells in a row that may touch, each two nodes to press one by one: a minute. Cells of one body: some 330 000 degrees
+of freedom."""
 
 STEEPEST = 0.25 * pi
 """The angle from the pole up to which nodes lie at equal steps of r; beyond, at equal steps of the angle."""
+
+INTEGRATION_ORDER = 5
+"""Exact for the mass matrix of rectangular quadratic elements with the weight r."""
+
+WIDEST_CONTACT = 0.5
+"""Radius of a contact over that of a body, beyond which half a bead pressed along its axis is no model."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +62,7 @@ class Spheroid:
         return np.stack([self.radius * inwards * np.sin(angle), self.half * inwards * np.cos(angle)])
 
     def drop(self, r: Vector) -> Vector:
-        """Return how far the surface falls away from the plane that touches it at its pole, m: the arc, without
-        expansion."""
+        """Return how far the arc falls away from the plane that touches it at its pole, m."""
         x = r / self.radius
         fall: Vector = self.half * x**2 / (1.0 + np.sqrt(1.0 - x**2))
         return fall
@@ -71,41 +78,17 @@ class Block:
 
     @property
     def extents(self) -> tuple[float, float]:
-        """The reach of the mesh along the surface, and along the axis, m."""
         return self.extent, self.extent
 
     def place(self, along: Vector, depth: Vector) -> Vector:
-        """Return (r, z), m, of points at a radius and a depth, m."""
         return np.stack([along, -depth])
 
     def drop(self, r: Vector) -> Vector:
-        """Return how far the surface falls away from the plane that touches it at its pole, m: the arc, without
-        expansion."""
         fall: Vector = self.curvature * r**2 / (1.0 + np.sqrt(1.0 - (self.curvature * r) ** 2))
         return fall
 
 
 Body = Spheroid | Block
-
-
-@dataclass(frozen=True)
-class HalfPlane:
-    """A mesh in (r, z) of quadratic cells, and its nodes: `along` and `depth` as in `Body.place`, m, n each.
-
-    reach, m: how far from the pole the body may touch.
-    """
-
-    mesh: Any
-    along: Vector
-    depth: Vector
-    reach: float
-
-    @property
-    def surface(self) -> Whole:
-        """Numbers of the nodes that may touch, from the pole on."""
-        touching = np.flatnonzero((self.depth == 0.0) & (self.along <= self.reach * (1.0 + 1e-9)))
-        nodes: Whole = touching[np.argsort(self.along[touching])]
-        return nodes
 
 
 def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
@@ -127,6 +110,49 @@ def body_of(bead: Bead | Surface, widest: float, name: str) -> Body:
     )
 
 
+def cells(across: Vector, down: Vector, place: Callable[[Vector, Vector], Vector]) -> tuple[Any, Vector, Vector]:
+    """Return a mesh of quadratic cells between places along the surface and depths below it; and of each node where it
+    is along, and how deep. place: (r, z), m, of points there."""
+    if across.size * down.size > MOST_CELLS:
+        raise ValueError(f"spacing: needs {across.size * down.size} cells; must be larger, at most {MOST_CELLS} fit")
+    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(across, down))
+    along, depth = flat.doflocs
+    return replace(flat, doflocs=place(along, depth)), along, depth
+
+
+def graded(length: float, first: float, coarser: float = 1.0, largest: float = inf) -> Vector:
+    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance), up to a largest
+    one."""
+    far = min((largest - first) / GROWTH, length)
+    near = log1p(GROWTH * far / first) / GROWTH
+    count = near + (length - far) / largest
+    steps = np.linspace(0.0, count, max(ceil(count / coarser), 2) + 1)
+    growing = first / GROWTH * np.expm1(GROWTH * np.minimum(steps, near))
+    nodes = growing if largest == inf else np.where(steps < near, growing, far + (steps - near) * largest)
+    nodes[-1] = length
+    return nodes
+
+
+@dataclass(frozen=True)
+class HalfPlane:
+    """A mesh in (r, z), and of its nodes `along` and `depth` as in `Body.place`, m.
+
+    reach, m: how far from the pole the body may touch.
+    """
+
+    mesh: Any
+    along: Vector
+    depth: Vector
+    reach: float
+
+    @property
+    def surface(self) -> Whole:
+        """Numbers of the nodes that may touch, from the pole on."""
+        touching = np.flatnonzero((self.depth == 0.0) & (self.along <= self.reach * (1.0 + 1e-9)))
+        nodes: Whole = touching[np.argsort(self.along[touching])]
+        return nodes
+
+
 def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> HalfPlane:
     """Return a body's mesh: nodes at equal steps of r up to `reach`, m, from there and downwards growing by GROWTH.
 
@@ -141,18 +167,40 @@ def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -
         )
     even = np.linspace(0.0, reach, ceil(reach / spacing / coarser * (1.0 - 1e-9)) + 1)
     across = np.append(even[:-1], reach + graded(width - reach, spacing, coarser))
-    down = graded(height, spacing, coarser)
-    if across.size * down.size > MOST_CELLS:
-        raise ValueError(f"spacing = {spacing:.3g}: needs {across.size * down.size} cells; at most {MOST_CELLS} fit")
-    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(across, down))
-    along, depth = flat.doflocs
-    return HalfPlane(replace(flat, doflocs=body.place(along, depth)), along, depth, reach)
+    return HalfPlane(*cells(across, graded(height, spacing, coarser), body.place), reach)
 
 
-def graded(length: float, first: float, coarser: float) -> Vector:
-    """Return the nodes from 0 to a length, m: cells of the size coarser · (first + GROWTH · distance)."""
-    cells = log1p(GROWTH * length / first)
-    count = max(ceil(cells / GROWTH / coarser), 2)
-    nodes: Vector = first / GROWTH * np.expm1(cells * np.linspace(0.0, 1.0, count + 1))
-    nodes[-1] = length
-    return nodes
+def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
+    """Return the shape functions of motions on quadratic cells, and the numbers of those across and along the axis."""
+    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
+    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    return basis, across, along
+
+
+def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sparse.csr_array, Whole]:
+    """Return the stiffness of what the supports leave free, n × n, N/m; and where in it the axial motions of
+    `plane.surface` are.
+
+    midplane: "roller", free to slide sideways, or "clamped". The far sides of a half-space are held. All nodes at the
+    centre of a solid bead share one place, which neither axis nor mid-plane lets move: held, they may share it.
+    """
+    basis, across, axial = motions(plane.mesh)
+    axis, end, bottom = plane.along == 0.0, plane.along == plane.along.max(), plane.depth == plane.depth.max()
+    if isinstance(body, Block):
+        end = bottom = end | bottom
+    held = [across[axis], axial[end]]
+    held += [across[end]] if isinstance(body, Block) or midplane == "clamped" else []
+    held += [across[bottom], axial[bottom]] if isinstance(body, Block) or body.hollow == 0.0 else []
+    free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+    stiffness = part_stiffnesses(basis, [body.material], np.zeros(basis.mesh.nelements, dtype=np.int64))[0]
+    return stiffness[free][:, free], np.searchsorted(free, axial[plane.surface])
+
+
+def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
+    """Return displacements along the axis of the m nodes that may touch, by unit forces there, m × m, m/N; symmetric.
+
+    A node's force is that on its whole ring. midplane: see `supported_stiffness`.
+    """
+    compliance = compliance_at(*supported_stiffness(body, plane, midplane))
+    symmetric: Vector = 0.5 * (compliance + compliance.T)
+    return symmetric

@@ -21,20 +21,12 @@ half-space theories are trusted."""
 MOST_ELONGATED = 130.65
 """R′/R″ of cylinders that cross at 10°; more elongated contacts exceed what a half-space represents."""
 
-SAMPLES = 600
-"""Points of a law that is tabulated from a formula, from NARROWEST to WIDEST: enough for 1e-6 of the force."""
-
-NARROWEST, WIDEST = 2.0**-50, 2.0**-5
-"""m, overlaps from less than an atom to more than any bead bears."""
-
-LINE = 1e-12
-"""Ratio of the relative curvatures below which bodies touch along a line."""
-
 NEARLY_ROUND_CONTACT = 1.0001
 """Ratio of the relative curvatures up to which a contact is named round."""
 
-PART_OF_LIMIT = 0.9
-"""Of the approach at which a line contact would be as wide as the bodies: the last point of its table."""
+SAMPLES, NARROWEST, WIDEST = 600, 2.0**-50, 2.0**-5
+"""Points of a law that is tabulated from a formula, enough for 1e-6 of the force; and between which overlaps they lie,
+m: from less than an atom to more than any bead bears."""
 
 
 def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") -> ContactLaw:
@@ -42,10 +34,9 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
 
     Spheres, ellipsoids, crossed cylinders and a user's bodies, any two of them: Hertz. Parallel cylinders: Johnson's
     line contact over the shorter length. Hollow spheres: Hertz in series with the compliance of Reissner's shell.
-    A cylinder on a flat surface touches it along its whole length, whatever the angles of its neighbours; the law is
-    that of a line on a half-space, and carries a caution, because the structure is pushed at one point.
-    Contacts more elongated than those of cylinders that cross at 10° get a caution: half-space theory ends there.
-    The force of such cylinders never exceeds that of parallel ones over the shorter length.
+    A cylinder on a flat surface touches it along its whole length, and the law carries a caution. So do contacts more
+    elongated than those of cylinders that cross at 10°, where half-space theory ends. The force of such cylinders
+    never exceeds that of parallel ones over the shorter length.
 
     Parameters
     ----------
@@ -83,19 +74,17 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
     check_body("second", second)
     one_of("axis_ratio", axis_ratio, ("exact", "approximate"))
     # A user's body may change, or be no key of a dictionary; those defined here are frozen.
-    if isinstance(first, SHAPES) and isinstance(second, (*SHAPES, Surface)):
-        law = _known_contact_law(first, second, axis_ratio)
-    else:
-        law = _contact_law(first, second, axis_ratio)
+    known = isinstance(first, SHAPES) and isinstance(second, (*SHAPES, Surface))
+    law: ContactLaw = (_known_law if known else _law)(first, second, axis_ratio)  # type: ignore[arg-type]
     if law.caution:
         caution(f"contact law: {law.caution}")
     return law
 
 
-def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
+def _law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
     surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
     flat, sharp = relative_curvatures(surface, facing)
-    if flat <= LINE * sharp:
+    if flat <= 1e-12 * sharp:
         return _line_contact(first, second)
     stiffness = hertz_stiffness(surface, facing, axis_ratio)
     # Along a relative curvature c a contact is √(δ/c) wide to either side: as round ones are, and long ones to √2.
@@ -103,25 +92,33 @@ def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> Contac
     largest = SMALL_CONTACT**2 / max(sharpest * (sharpest / relative) for relative, sharpest in directions)
     shells = [body.shell_flexibility for body in (first, second) if hasattr(body, "shell_flexibility")]
     if shells:
-        return _in_series(PowerLaw(stiffness, largest=largest), sum(shells))
+        hertz, flexibility = PowerLaw(stiffness), sum(shells)
+        overlaps = np.append(np.geomspace(NARROWEST, WIDEST, SAMPLES), largest)
+        approaches = overlaps + flexibility * hertz.force(overlaps)
+        points, name = (approaches[:-1], hertz.force(overlaps[:-1])), "hollow spheres: Hertz and Reissner's shell"
+        return TabulatedLaw(*points, name, largest=float(approaches[-1]))  # type: ignore[arg-type]
     if sharp < NEARLY_ROUND_CONTACT * flat:
         return PowerLaw(stiffness, 1.5, largest, "Hertz, round contact")
-    name, doubts = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}", ""
-    if sharp / flat > MOST_ELONGATED:
-        doubts = f"{name}, is as long as between cylinders that cross below 10°, where half-space theory ends"
-        if isinstance(first, Cylinder) and isinstance(second, Cylinder):
-            return _bounded(PowerLaw(stiffness, 1.5, largest, name, doubts), _line_contact(first, second))
-    return PowerLaw(stiffness, 1.5, largest, name, doubts)
+    name = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}"
+    if sharp / flat <= MOST_ELONGATED:
+        return PowerLaw(stiffness, 1.5, largest, name)
+    doubt = f"{name}, is as long as between cylinders that cross below 10°, where half-space theory ends"
+    crossed = PowerLaw(stiffness, 1.5, largest, name, doubt)
+    if not (isinstance(first, Cylinder) and isinstance(second, Cylinder)):
+        return crossed
+    line = _line_contact(first, second)  # they touch on no more than their whole length
+    approaches = np.geomspace(NARROWEST, line.approaches[-1], SAMPLES)
+    forces = np.minimum(crossed.force(approaches), line.force(approaches))
+    return TabulatedLaw(approaches, forces, name, doubt, min(largest, line.largest))  # type: ignore[arg-type]
 
 
-_known_contact_law = lru_cache(maxsize=4096)(_contact_law)
+_known_law = lru_cache(maxsize=4096)(_law)
 
 
 def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
     """Return the largest curvatures, 1/m, along the flattest direction of two surfaces that touch, and across it.
 
     They are the relative ones, or that of a body itself where it is more, as it is where the other is hollow.
-    Raises ValueError as `relative_curvatures` does.
     """
     flattest, across = ([relative] for relative in relative_curvatures(first, second))
     parts = [
@@ -138,12 +135,10 @@ def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
 
 
 def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
-    """Return the force per length F*, N/m, of parallel cylinders: δ = C F* (B − ln F*), by the Lambert function's
-    branch −1.
+    """Return the force per length F*, N/m, of a line contact δ = C F* (B − ln F*), up to δ = C e^{B−1}.
 
-    F* = −(δ/C) / W₋₁(−(δ/C) e^{−B}); its limit is δ = C e^{B−1}, where the contact would be as wide as the bodies.
-    For two equal cylinders C = 2(1 − ν²)/(πE) and B = ln(4πER/(1 − ν²)) − 1, and this is the thesis's equation 5.8 with
-    the sign and branch that it lacks, F* = −(πE/(1 − ν²)) (δ/2)/W₋₁(−eδ/(8R)) up to 8R/e² (Johnson, section 5.6).
+    F* = −(δ/C)/W₋₁(−(δ/C) e^{−B}) with the Lambert function's branch −1; see docs/theory.md, which corrects the
+    thesis's equation 5.8.
     """
     scaled = np.asarray(approach, float) / compliance
     if np.any(scaled > np.exp(offset - 1.0)):
@@ -153,38 +148,27 @@ def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
 
 
 def _line_contact(first: Any, second: Any) -> TabulatedLaw:
-    """Return the law of cylinders side by side, or of one on a flat.
-
-    A cylinder's part is F*c [2 ln(4R/w) − 1] with c = (1 − ν²)/(πE), from its contact to its middle (Johnson, equation
-    5.57); a flat has no middle; its compliance is c [2 ln(2L/w) + 1] under a line of length L. w² = 4F*RC with the
-    relative radius R and the sum C of both c, so that both parts are of the form F*(constant − c ln F*).
-    """
+    """Return the law of cylinders side by side, or of one on a flat: each adds c F* (constant − ln w²)."""
     cylinders = [body for body in (first, second) if isinstance(body, Cylinder)]
     if not cylinders or not all(isinstance(body, Cylinder | Surface) for body in (first, second)):
-        raise ValueError(
-            f"second = {second!r}: touches the first along a line; formulas know that for Cylinders only; give the "
-            "chain a law="
-        )
+        raise ValueError(f"second = {second!r}: touches the first along a line; give the chain a law= of this contact")
     length = min(body.length for body in cylinders)
     surfaces = [body if isinstance(body, Surface) else body.surface for body in (first, second)]
     curvatures = [max(surface.curvature, float(surface.second_curvature or 0.0), key=abs) for surface in surfaces]
     relative = sum(curvatures)
-    sharpest = max(relative, *map(abs, curvatures))
     shares = []
     for body in (first, second):
-        c = 1.0 / (pi * body.material.contact_modulus)
-        shares.append(
-            (c, 2.0 * log(4.0 * body.radius) - 1.0 if isinstance(body, Cylinder) else 2.0 * log(2.0 * length) + 1.0)
-        )
+        depth = 2.0 * log(4.0 * body.radius) - 1.0 if isinstance(body, Cylinder) else 2.0 * log(2.0 * length) + 1.0
+        shares.append((1.0 / (pi * body.material.contact_modulus), depth))
     compliance = sum(c for c, _ in shares)
     half_width_square = 4.0 * compliance / relative
-    offset = sum(c * part for c, part in shares) / compliance - log(half_width_square)
-    limit = compliance * e ** (offset - 1.0)
-    approaches = np.geomspace(NARROWEST, PART_OF_LIMIT * limit, SAMPLES)
+    offset = sum(c * depth for c, depth in shares) / compliance - log(half_width_square)
+    # At the limit the contact would be as wide as the bodies.
+    approaches = np.geomspace(NARROWEST, 0.9 * (compliance * e ** (offset - 1.0)), SAMPLES)
     forces = length * line_force(approaches, compliance, offset)
-    # The contact's half-width w grows as √F*; the law is trusted while w is small compared with the radii.
+    # The half-width w grows as √F*; the law is trusted while w is small compared with the radii.
+    sharpest = max(relative, *map(abs, curvatures))
     trusted = (SMALL_CONTACT / sharpest) ** 2 / half_width_square * length
-    largest = float(np.interp(trusted, forces, approaches))
     name, doubt = "line contact of parallel cylinders", ""
     if isinstance(second, Surface):
         name = f"line contact of a cylinder on a flat, {1e3 * length:.3g} mm long"
@@ -193,21 +177,4 @@ def _line_contact(first: Any, second: Any) -> TabulatedLaw:
             "while the structure is pushed at one point; end the chain with a rounded body for a contact at a point, "
             "or give a function law="
         )
-    return TabulatedLaw(approaches, forces, name, doubt, largest)  # type: ignore[arg-type]
-
-
-def _in_series(law: PowerLaw, flexibility: float) -> TabulatedLaw:
-    """Return a law in series with a linear compliance, m/N."""
-    overlaps = np.geomspace(NARROWEST, WIDEST, SAMPLES)
-    forces = law.force(overlaps)
-    approaches = overlaps + flexibility * forces
-    largest = law.largest + flexibility * float(law.force(np.array(law.largest)))
-    return TabulatedLaw(approaches, forces, "hollow spheres: Hertz and Reissner's shell", largest=largest)  # type: ignore[arg-type]
-
-
-def _bounded(law: PowerLaw, bound: TabulatedLaw) -> TabulatedLaw:
-    """Return the lesser force of two laws: cylinders that cross at a small angle touch on no more than their whole
-    length."""
-    approaches = np.geomspace(NARROWEST, bound.approaches[-1], SAMPLES)
-    forces = np.minimum(law.force(approaches), bound.force(approaches))
-    return TabulatedLaw(approaches, forces, law.name, law.caution, min(law.largest, bound.largest))  # type: ignore[arg-type]
+    return TabulatedLaw(approaches, forces, name, doubt, float(np.interp(trusted, forces, approaches)))  # type: ignore[arg-type]

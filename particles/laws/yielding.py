@@ -6,7 +6,8 @@ back, and yields further beyond δ*. It remembers δ*, and nothing else.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import inf, pi
 from typing import NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 
 from particles.bead import Bead
 from particles.kernels.laws import table_energies
-from particles.laws.formulas import NEARLY_ROUND_CONTACT
+from particles.laws.formulas import NEARLY_ROUND_CONTACT, contact_law
 from particles.laws.law import ContactLaw, PowerLaw, inverse, kernel_table
 from structures.caution import collected
 from structures.checks import short
@@ -27,12 +28,6 @@ from structures.surface import Surface, relative_curvatures, yield_pressure
 
 HERTZ = 1.5
 """Exponent of the laws that can yield."""
-
-DEEPEST_DENT = 0.99
-"""Of the largest overlap: fits are not followed into dents that leave no elastic part."""
-
-CHECKED = np.geomspace(1e-3, 1e3, 25)
-"""x at which a dent is checked."""
 
 ONSET = 1.9
 """Overlap over that of the first yield, from which Jackson and Green's force leaves Hertz's."""
@@ -99,35 +94,19 @@ class YieldingLaw(ABC):
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         """Return δ_r/δ_y that is left after a largest overlap; less than 1 + x."""
 
-    def contact(self, first: Bead, second: Bead | Surface) -> "YieldingContact | None":
-        """Return how two bodies yield.
+    def contact(
+        self, first: Bead, second: Bead | Surface, elastic: ContactLaw | None = None
+    ) -> "YieldingContact | None":
+        """Return how two bodies yield; None where neither material has a yield strength, and none is given.
 
-        Parameters
-        ----------
-        first : Bead
-            One body.
-        second : Bead or Surface
-            The other one, or the surface of a structure.
-
-        Returns
-        -------
-        YieldingContact or None
-            None where neither material has a yield strength, and none is given.
-
-        Raises
-        ------
-        ValueError
-            For bodies that do not touch in a circle, and for hollow ones.
+        elastic: their law before they yield, by default that of `contact_law`. Raises ValueError for bodies that do not
+        touch in a circle, and for hollow ones.
         """
-        from particles.laws.formulas import contact_law
-
-        return self.of_law(first, second, contact_law(first, second))
-
-    def of_law(self, first: Bead, second: Bead | Surface, law: ContactLaw) -> "YieldingContact | None":
-        """Return how two bodies yield whose elastic law is known."""
+        law = contact_law(first, second) if elastic is None else elastic
         surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
-        bodies = self._bodies(surface, facing)
-        if bodies is None:
+        material = min((surface.material, facing.material), key=yield_pressure)
+        strength = self.yield_strength or material.yield_strength
+        if strength is None:
             return None
         flat, sharp = relative_curvatures(surface, facing)
         if not isinstance(law, PowerLaw) or law.exponent != HERTZ or sharp > NEARLY_ROUND_CONTACT * flat:
@@ -135,20 +114,8 @@ class YieldingLaw(ABC):
                 f"law = {short(self)}: needs solid bodies that touch in a circle; between {short(first)} and "
                 f"{short(second)} the law is {law.name}"
             )
-        return _yielding(self, bodies, law)
-
-    def _bodies(self, surface: Surface, facing: Surface) -> RoundContact | None:
-        """Return the properties of the pair; None where nothing is known of its strength."""
-        material = min((surface.material, facing.material), key=yield_pressure)
-        strength = self.yield_strength or material.yield_strength
-        if strength is None:
-            return None
-        flat, sharp = relative_curvatures(surface, facing)
-        if not flat > 0.0:
-            raise ValueError(f"law = {short(self)}: needs bodies that touch in a circle, not along a line")
         modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
-        elastic = material.youngs_modulus, material.poisson_ratio, material.density, material.name
-        return RoundContact((flat * sharp) ** -0.5, modulus, material, strength, _onset(*elastic, strength))
+        return _yielding(self, (flat * sharp) ** -0.5, modulus, material, strength, law)
 
 
 @described
@@ -163,11 +130,6 @@ class Thornton(YieldingLaw):
     ----------
     yield_strength : float, optional
         Yield strength of every contact, Pa; by default, of each contact, the material's that yields first.
-
-    Raises
-    ------
-    ValueError
-        For a yield strength that is not positive.
 
     References
     ----------
@@ -191,8 +153,7 @@ class Thornton(YieldingLaw):
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         # δ* (1 − F*/F_e), without the difference of two equal numbers as it begins to yield.
         root = np.sqrt(1.0 + np.asarray(x))
-        step = np.asarray(x) / (1.0 + root)
-        dent: Vector = step**2 * (root + 0.5) / root
+        dent: Vector = (np.asarray(x) / (1.0 + root)) ** 2 * (root + 0.5) / root
         return dent
 
 
@@ -210,11 +171,6 @@ class JacksonGreen(YieldingLaw):
     yield_strength : float, optional
         Yield strength of every contact, Pa; by default, of each contact, the material's that yields first.
 
-    Raises
-    ------
-    ValueError
-        For a yield strength that is not positive.
-
     References
     ----------
     Jackson and Green, J. Tribol. 127 (2005) 343; the dent: Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217.
@@ -229,8 +185,7 @@ class JacksonGreen(YieldingLaw):
     """
 
     def overlap(self, bodies: RoundContact) -> float:
-        factor = 1.295 * np.exp(0.736 * bodies.material.poisson_ratio)
-        return float(bodies.radius * (pi * factor * bodies.strength / (2.0 * bodies.modulus)) ** 2)
+        return float(bodies.radius * (pi * _factor(bodies) * bodies.strength / (2.0 * bodies.modulus)) ** 2)
 
     def loading(self, bodies: RoundContact, x: Vector) -> Vector:
         x = np.asarray(x, float)
@@ -242,37 +197,27 @@ class JacksonGreen(YieldingLaw):
 
     def _fit(self, bodies: RoundContact, y: Vector) -> Vector:
         """Return F/F_c beyond y = 1.9."""
-        factor = 1.295 * np.exp(0.736 * bodies.material.poisson_ratio)
-        hardness = 2.84 * -np.expm1(-0.82 * self._radius(bodies, y) ** -0.7)
+        widening = 0.14 * np.exp(23.0 * bodies.strength / bodies.modulus)
+        radius = np.sqrt(self.overlap(bodies) / bodies.radius * y) * (y / ONSET) ** (0.5 * widening)  # a/R
+        hardness = 2.84 * -np.expm1(-0.82 * radius**-0.7)
         elastic = y**HERTZ * np.exp(-0.25 * y ** (5.0 / 12.0))
-        plastic = 4.0 * hardness / factor * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0)
-        force: Vector = elastic + plastic
+        force: Vector = elastic + 4.0 * hardness / _factor(bodies) * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0)
         return force
 
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         part = 1.02 * -np.expm1(-0.54 * np.log1p(np.asarray(x, float) / 6.9))
-        return np.minimum(part, DEEPEST_DENT) * (1.0 + np.asarray(x))
+        # The fit is not followed into dents that leave no elastic part.
+        return np.minimum(part, 0.99) * (1.0 + np.asarray(x))
 
-    def _radius(self, bodies: RoundContact, y: Vector) -> Vector:
-        """Return a/R of the contact."""
-        widening = 0.14 * np.exp(23.0 * bodies.strength / bodies.modulus)
-        radius: Vector = np.sqrt(self.overlap(bodies) / bodies.radius * y) * (y / ONSET) ** (0.5 * widening)
-        return radius
+
+def _factor(bodies: RoundContact) -> float:
+    """Return C."""
+    return float(1.295 * np.exp(0.736 * bodies.material.poisson_ratio))
 
 
 @dataclass(frozen=True)
 class YieldingContact:
-    """Two bodies with a yielding law.
-
-    Parameters
-    ----------
-    law : YieldingLaw
-        Its curves.
-    bodies : RoundContact
-        The pair.
-    elastic : PowerLaw
-        Hertz's law of the pair.
-    """
+    """Two bodies with a yielding law, and Hertz's law of the pair."""
 
     law: YieldingLaw
     bodies: RoundContact
@@ -295,8 +240,7 @@ class YieldingContact:
         overlap = np.asarray(overlap, float)
         most = np.maximum(overlap, np.asarray(largest, float))
         elastic = np.maximum(overlap - self.dent(most), 0.0)
-        deepest = np.maximum(most - self.dent(most), 1e-300)
-        plastic = self._loading(most) * (elastic / deepest) ** HERTZ
+        plastic = self._loading(most) * (elastic / np.maximum(most - self.dent(most), 1e-300)) ** HERTZ
         return np.where(most > self.overlap, plastic, self.elastic.force(elastic))
 
     def dent(self, largest: Vector) -> Vector:
@@ -328,16 +272,12 @@ class YieldingContact:
     @cached_property
     def tables(self) -> tuple[Vector, Vector]:
         """Rows of the force beyond F_y and of the dent over the overlap beyond δ_y, as the compiled loops take them."""
-        far = np.asarray(self.law.dent(self.bodies, CHECKED), float)
-        if not np.all(far < 1.0 + CHECKED):
-            first = int(np.argmin(far < 1.0 + CHECKED))
-            raise ValueError(
-                f"law: {type(self.law).__name__}.dent = {far[first]:.3g} at x = {CHECKED[first]:.3g}: must be less "
-                "than the overlap, 1 + x"
-            )
-        rise = _Curve(self.yield_force, self.overlap, lambda x: self.law.loading(self.bodies, x))
-        dent = _Curve(self.overlap, self.overlap, lambda x: self.law.dent(self.bodies, x))
-        return kernel_table(rise), kernel_table(dent)
+        x = np.geomspace(1e-3, 1e3, 25)
+        if not np.all(np.asarray(self.law.dent(self.bodies, x)) < 1.0 + x):
+            raise ValueError(f"law: {type(self.law).__name__}.dent must be less than the overlap, 1 + x")
+        loading = _Curve(lambda depth: self.yield_force * self.law.loading(self.bodies, depth / self.overlap))
+        dent = _Curve(lambda depth: self.overlap * self.law.dent(self.bodies, depth / self.overlap))
+        return kernel_table(loading), kernel_table(dent)
 
     def _beyond(self, overlap: Vector) -> Vector:
         """Return x, zero before yield."""
@@ -350,27 +290,21 @@ class YieldingContact:
         return self.yield_force * (1.0 + self.law.loading(self.bodies, self._beyond(overlap)))
 
 
+@dataclass(frozen=True)
 class _Curve(ContactLaw):
-    """A curve over the overlap beyond yield, m, for `kernel_table`."""
+    """A loading curve or a dent over the overlap beyond yield, m, for `kernel_table`."""
 
-    def __init__(self, scale: float, unit: float, of: object) -> None:
-        self.scale, self.unit, self.of = scale, unit, of
-
-    name = "loading curve or dent of a yielding law"
+    of: Callable[[Vector], Vector]
 
     def force(self, approach: Vector) -> Vector:
-        force: Vector = self.scale * self.of(np.asarray(approach) / self.unit)  # type: ignore[operator]
-        return force
+        return self.of(np.asarray(approach))
 
 
 @lru_cache(maxsize=256)
-def _yielding(law: YieldingLaw, bodies: RoundContact, elastic: PowerLaw) -> YieldingContact:
+def _yielding(
+    law: YieldingLaw, radius: float, modulus: float, material: Material, strength: float, elastic: PowerLaw
+) -> YieldingContact:
     """Return the contact, which holds its tables: thousands of runs have the same beads."""
-    return YieldingContact(law, bodies, elastic)
-
-
-@lru_cache(maxsize=256)
-def _onset(modulus: float, poisson: float, density: float, name: str, strength: float) -> float:
-    """Return the pressure of the first yield for this strength, Pa; the user was warned of it if it is improbable."""
-    with collected():
-        return yield_pressure(Material(modulus, poisson, density, name, strength))
+    with collected():  # the user was warned of an improbable strength
+        pressure = yield_pressure(replace(material, yield_strength=strength))
+    return YieldingContact(law, RoundContact(radius, modulus, material, strength, pressure), elastic)

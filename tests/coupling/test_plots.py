@@ -2,7 +2,9 @@
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import matplotlib
@@ -292,6 +294,29 @@ def test_setup_calls_a_bead_of_ones_own_by_its_class() -> None:
 
     shown = words(hl.plots.setup(hl.CoSimulation(hl.Chain([LongBall(5e-3, hl.PTFE)] * 2, BEAD, 0.3), None)))
     assert "2 × long ball, 10 mm, PTFE" in shown
+
+
+def test_setup_draws_a_bead_of_ones_own_by_its_size() -> None:
+    """Discs 9 mm thick, 31 mm wide: a chain of twenty is 180 mm long, whether or not they are described by fields."""
+
+    @dataclass(frozen=True)
+    class Disc(hl.Bead):
+        radius: float
+        thickness: float
+
+        mass = 0.05
+        surface = hl.Surface(hl.STEEL_316, 20.0)
+
+        @property
+        def size(self) -> float:
+            return self.thickness
+
+    plain = SimpleNamespace(mass=0.05, size=9e-3, surface=Disc.surface)
+    for disc, tall in ((Disc(15.5e-3, 9e-3), 31.0), (plain, 9.0)):
+        ax = hl.plots.setup(hl.CoSimulation(hl.Chain([disc] * 20, None, 0.1), WALL))
+        beads = [one for one in ax.patches if type(one).__name__ == "Ellipse"]
+        assert min(one.center[0] - 0.5 * one.width for one in beads) == pytest.approx(-180.0)
+        assert [one.height for one in beads] == pytest.approx([tall] * 20)
 
 
 def test_setup_of_two_chains_on_a_rod() -> None:

@@ -20,8 +20,7 @@ from coupling.run_checks import check_before
 from coupling.structure_checks import push_lengths
 from particles.bead import Bead
 from particles.deformable.deformable_chain import moving_chain
-from particles.laws.axisymmetric import computed_law
-from particles.laws.computed import ComputedLaw
+from particles.laws.axisymmetric import ComputedLaw, computed_law
 from particles.moving import MovingChain
 from structures.units import readable
 

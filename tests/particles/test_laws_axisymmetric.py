@@ -11,11 +11,22 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2
 
 import hertzlink as hl
-from particles.laws.active_set import ContactNotConverged, contact_forces, edge_approach, forces_of_steps
-from particles.laws.axisymmetric import computed_law
-from particles.laws.axisymmetric_mesh import Body, HalfPlane, body_of, half_plane
-from particles.laws.compliance import supported_stiffness, surface_compliance
-from particles.laws.computed import ComputedLaw
+from particles.laws.axisymmetric import (
+    ComputedLaw,
+    ContactNotConverged,
+    computed_law,
+    contact_forces,
+    edge_approach,
+    forces_of_steps,
+)
+from particles.laws.axisymmetric_mesh import (
+    Body,
+    HalfPlane,
+    body_of,
+    half_plane,
+    supported_stiffness,
+    surface_compliance,
+)
 from structures.structure import Vector
 
 ALUMINIUM, STEEL = hl.ALUMINIUM_6061, hl.STEEL_316
@@ -333,6 +344,5 @@ def test_cautions(ratio: float, approach: float, spacing: float, words: str) -> 
 def test_active_set_that_does_not_converge_is_named() -> None:
     """Two nodes whose forces pull each other apart are never at rest."""
     compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
-    with pytest.raises(ContactNotConverged, match="nodes in contact") as caught:
+    with pytest.raises(ContactNotConverged, match="approach = 1e-06 m: the nodes in contact"):
         contact_forces(compliance, np.zeros(2), 1e-6, np.array([True, True]))
-    assert caught.value.approach == 1e-6

@@ -92,7 +92,7 @@ def test_a_users_body_brings_the_compliance_of_its_wall() -> None:
         (SimpleNamespace(mass=1.0, size=0.0, surface=BALL.surface), r"beads\[1\]: size = 0\.0: must be a positive"),
         (SimpleNamespace(mass=1.0, size=1.0, surface=STEEL), r"beads\[1\]: surface = .*: must be a Surface"),
         (3.0, r"beads\[1\] = 3\.0: must be a bead, such as a Sphere"),
-        (hl.half_space(STEEL), r"beads\[1\] = .*: must be a bead"),
+        (hl.half_space(STEEL), r"beads\[1\]: mass = .*: must be a finite number|has no size"),
     ],
 )
 def test_bodies_that_are_no_beads(body: object, message: str) -> None:
@@ -230,36 +230,15 @@ def hertz(approach: Any) -> Any:
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        (own_law(lambda a: None), "law: Own.force returned None for an array of 3: must return as many numbers"),
-        (own_law(lambda a: 5.0), r"Own\.force returned 5\.0 for an array of 3"),
-        (own_law(lambda a: "x"), "Own.force returned 'x' for an array of 3"),
-        (own_law(lambda a: hertz(a)[1:]), "Own.force returned array.* for an array of 3"),
-        (own_law(lambda a: hertz(a) + 0j), "Own.force returned array.* for an array of 3"),
-        (own_law(lambda a: 1e10 * a**1.5 if a > 0 else 0.0), r"Own\.force fails for an array: .*use np\.where in"),
-        (own_law(lambda a: 1e10 * sqrt(a) ** 3), r"Own\.force fails for an array: .* np\.sqrt in place of math\.sqrt"),
-        (own_law(lambda a: np.multiply(a, 1e8, out=a)), "Own.force changes the array that it takes"),
-        (own_law(lambda a: np.nan * a), "law: Own.force is not finite between"),
-        (own_law(hertz, tangent=lambda self, a: None), "Own.tangent returned None for an array of 3"),
-        (own_law(hertz, energy=lambda self, a: 3.0), "Own.energy returned 3.0 for an array of 3"),
-        (own_law(hertz, approach=lambda self, f: None), "Own.approach returned None for an array of 3"),
-        (own_law(hertz, overlap=lambda self, e: "x"), "Own.overlap returned 'x' for an array of 3"),
-        (own_law(hertz, name=5), "Own.name = 5: must be text"),
-        (own_law(hertz, caution=None), "Own.caution = None: must be text"),
-        (own_law(hertz, largest="x"), "Own.largest = 'x': must be a finite number of m"),
-        (own_law(hertz, __hash__=None), "law = .*: must be hashable; make Own a frozen dataclass"),
+        (own_law(lambda a: 1e10 * a**1.5 if a > 0 else 0.0), "truth value of an array"),
+        (own_law(lambda a: np.multiply(a, 1e8, out=a)), "read-only"),
+        (own_law(hertz, __hash__=None), "law = .*: must be .* hashable, as a frozen dataclass is"),
     ],
 )
 def test_a_law_that_answers_wrongly_is_named(law: hl.ContactLaw, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        hl.CoSimulation(hl.Chain([BALL] * 3, BALL, 0.3, law=law), None).run(1e-5)
-    with pytest.raises(ValueError, match=message):
-        hl.CoSimulation(hl.Chain([BALL] * 3, BALL, 0.3, law=lambda one, other: law), None).run(1e-5)
-
-
-def test_an_error_in_a_users_law_says_where() -> None:
-    with pytest.raises(ZeroDivisionError) as error:
-        hl.Chain([BALL] * 3, BALL, 0.3, law=own_law(lambda a: 1 / 0))
-    assert error.value.__notes__ == ["raised by law: Own.force(array([1.e-07, 1.e-06, 1.e-05]))"]
+    for given in (law, lambda one, other: law):
+        with pytest.raises(ValueError, match=message):
+            hl.CoSimulation(hl.Chain([BALL] * 3, BALL, 0.3, law=given), None).run(1e-5)
 
 
 class Changing(hl.ContactLaw):
@@ -320,35 +299,15 @@ STEADY_PUSH = np.array([[0.0, 1e-3], [20.0, 20.0], [0.0, 0.0]])
 @pytest.mark.parametrize(
     ("excitation", "message"),
     [
-        (push(drive=property(lambda self: None)), r"Own\.drive = None: must be a Drive\(kind, history\)"),
-        (push(drive=property(lambda self: "push")), r"Own\.drive = 'push': must be a Drive"),
-        (
-            drive("push"),
-            r"Own\.drive\.kind = 'push': must be FREE, PUSHED, MOVED, STEADY of particles\.kernels\.drives",
-        ),
-        (drive(9), r"Own\.drive\.kind = 9"),
-        (drive(drives.PUSHED, None), r"Own\.drive\.history = None: must be 3 × n numbers: times, values, rates"),
-        (drive(drives.PUSHED, STEADY_PUSH[:2]), r"Own\.drive\.history = array.*: must be 3 × n numbers"),
-        (drive(drives.PUSHED, "x"), r"Own\.drive\.history = 'x': must be 3 × n numbers"),
-        (drive(drives.PUSHED, np.nan * STEADY_PUSH), r"Own\.drive\.history = .*: must hold finite numbers"),
-        (drive(drives.PUSHED, 1.0 + STEADY_PUSH), r"Own\.drive\.history\[0\] = .*times, s, that increase from 0"),
-        (drive(drives.PUSHED, STEADY_PUSH, spring=-1.0), r"Own\.drive\.spring = -1\.0: must be zero or a positive"),
-        (drive(drives.PUSHED, STEADY_PUSH, left="x"), r"Own\.drive\.left = 'x': must be a finite number of m"),
-        (drive(drives.FREE), r"Own\.body = None: must be a bead if the kind of drive is FREE"),
-        (
-            drive(drives.MOVED, 0.0 * STEADY_PUSH + [[0.0, 1.0]]),
-            r"Own\.faces\(bead\) = None: must be a Surface, which the first bead touches",
-        ),
-        (push(energy=lambda self, *given: None), r"Own\.energy\(mass, gravity\) = None: must be a finite number of J"),
-        (push(energy=lambda self, *given: np.nan), r"Own\.energy\(mass, gravity\) = nan"),
-        (push(energy=lambda self, *given: -1.0), r"Own\.energy\(mass, gravity\) = -1\.0: must be zero or a positive"),
-        (push(energy=lambda self, *given: 0.0), r"striker = .*: moves nothing"),
-        (push(speed=lambda self, gravity: "x"), r"Own\.speed\(gravity\) = 'x': must be a finite number of m/s"),
-        (push(faces=lambda self, bead: "flat"), r"Own\.faces\(bead\) = 'flat': must be a Surface, or None"),
-        (push(duration=None), r"Own\.duration = None: must be a finite number of s"),
-        (push(body="ball"), r"Own\.body = 'ball': must be a bead, or None"),
-        (push(bears_preload="no"), r"Own\.bears_preload = 'no': must be True or False"),
-        (push(allows_structure_behind=1), r"Own\.allows_structure_behind = 1: must be True or False"),
+        (drive("push"), r"Drive\('push', .*: must have a kind of particles\.kernels\.drives"),
+        (drive(drives.PUSHED, STEADY_PUSH[:2]), "history of 3 × n finite numbers: times that increase from 0 s"),
+        (drive(drives.PUSHED, np.nan * STEADY_PUSH), "history of 3 × n finite numbers"),
+        (drive(drives.PUSHED, 1.0 + STEADY_PUSH), "times that increase from 0 s"),
+        (drive(drives.PUSHED, -STEADY_PUSH), "times that increase from 0 s"),
+        (drive(drives.FREE), "striker = .*: must have a body if its drive is FREE"),
+        (drive(drives.MOVED, STEADY_PUSH), "striker = .*: must have .* a surface if MOVED"),
+        (push(energy=lambda self, *given: 0.0), "striker = .*: moves nothing"),
+        (push(energy=lambda self, *given: np.nan), "striker = .*: moves nothing"),
     ],
 )
 def test_an_excitation_that_is_none_is_named(excitation: hl.Excitation, message: str) -> None:
@@ -364,57 +323,29 @@ def test_the_history_of_a_users_excitation_may_be_lists_of_whole_numbers() -> No
     np.testing.assert_array_equal(*forces)
 
 
-@pytest.mark.parametrize(
-    ("piece", "coefficients", "message"),
-    [
-        ("dashpot", lambda mass: mass * np.nan, r"Own\.coefficients: must be finite and not negative.*nan"),
-        ("dashpot", lambda mass: -5.0 + 0.0 * mass, r"Own\.coefficients: .*not np.float64\(-5\.0\)|not -5\.0"),
-        (
-            "dashpot",
-            lambda mass: 5.0,
-            r"Own\.coefficients: must return 5 numbers, one for each contact, not .*; a chain of 4 has",
-        ),
-        ("dashpot", lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
-        ("dashpot", lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
-        ("dashpot", lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
-        (99, lambda mass: mass, r"Own\.piece = 99: must be one of dashpot, tangent"),
-        ("dashpots", lambda mass: mass, r"Own\.piece = 'dashpots': must be one of dashpot"),
-        (None, lambda mass: mass, r"Own\.piece = None: must be one of dashpot"),
-    ],
-)
-def test_a_loss_that_is_none_is_named(piece: Any, coefficients: Any, message: str) -> None:
-    class Own(hl.Dissipation):
-        def coefficients(self, mass: Any) -> Any:
-            return coefficients(mass)
-
-    Own.piece = piece
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    with pytest.raises(ValueError, match=message):
-        hl.Chain([bead] * 4, bead, 0.3, dissipation=Own())
+def own_loss(**members: Any) -> hl.Dissipation:
+    """A dashpot of a user's own with other members."""
+    kind: Any = type("Own", (OwnDashpot,), {"piece": "dashpot", **members})
+    return kind(5.0)  # type: ignore[no-any-return]
 
 
 @pytest.mark.parametrize(
-    ("rates", "message"),
+    ("loss", "message"),
     [
-        (lambda mass: mass * np.nan, r"Own\.rates: must be finite and not negative, as they limit the step, not .*nan"),
-        (lambda mass: -mass, r"Own\.rates: must be finite and not negative"),
-        (lambda mass: 5.0, r"Own\.rates: must return \d+ numbers"),
-        (lambda mass: None, r"Own\.rates: must return \d+ numbers"),
+        (own_loss(coefficients=lambda self, mass: mass * np.nan), r"Own\.coefficients = .*: must be 5 finite numbers"),
+        (own_loss(coefficients=lambda self, mass: -mass), r"Own\.coefficients = .*none negative"),
+        (own_loss(coefficients=lambda self, mass: 5.0), r"Own\.coefficients = 5\.0: must be 5 finite numbers"),
+        (own_loss(coefficients=lambda self, mass: None), r"Own\.coefficients = None"),
+        (own_loss(coefficients=lambda self, mass: mass + 1j), r"Own\.coefficients = array"),
+        (own_loss(piece=99), r"Own\.piece = 99: must be dashpot, tangent"),
+        (own_loss(piece="dashpots"), r"Own\.piece = 'dashpots': must be dashpot"),
+        (own_loss(rates=lambda self, mass, *more: -mass), r"Own\.rates = .*none negative"),
     ],
 )
-def test_rates_that_are_none_are_named(rates: Any, message: str) -> None:
-    class Own(hl.Dissipation):
-        piece = "dashpot"
-
-        def coefficients(self, mass: Vector) -> Vector:
-            return np.ones_like(mass)
-
-        def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Any:
-            return rates(mass)
-
+def test_a_loss_that_is_none_is_named(loss: hl.Dissipation, message: str) -> None:
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     with pytest.raises(ValueError, match=message):
-        hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=Own()), None).run(1e-4)
+        hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=loss), None).run(1e-5)
 
 
 def test_the_deepest_approach_reaches_rates_as_the_docstring_says() -> None:
@@ -439,16 +370,11 @@ def test_the_deepest_approach_reaches_rates_as_the_docstring_says() -> None:
     assert seen[1][0] == pytest.approx(k * sqrt(deepest), rel=1e-6)
 
 
-def test_a_loss_that_changes_its_masses_is_refused() -> None:
-    """The chain has the same array: it would run with other masses."""
-
-    class Heavier(hl.Dissipation):
-        piece = "dashpot"
-
-        def coefficients(self, mass: Vector) -> Vector:
-            mass *= 2.0
-            return mass
-
-    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    with pytest.raises(ValueError, match=r"Heavier\.coefficients: must return new numbers"):
-        hl.Chain([bead] * 3, bead, 0.1, dissipation=Heavier())
+def test_a_loss_may_change_the_masses_that_it_gets() -> None:
+    bead, runs = hl.Sphere(4.76e-3, hl.STEEL_440C), []
+    for loss in (
+        own_loss(coefficients=lambda self, mass: np.multiply(mass, 2e3, out=mass)),
+        own_loss(coefficients=lambda self, mass: 2e3 * mass),
+    ):
+        runs.append(hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.1, dissipation=loss), None).run(1e-4))
+    np.testing.assert_array_equal(runs[0].velocity.values, runs[1].velocity.values)

@@ -263,42 +263,26 @@ def wrong_law(**members: Any) -> hl.ContactLaw:
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        (wrong_law(piece="cone"), r"Own\.piece = 'cone': must be a NamedTuple with static methods"),
-        (wrong_law(piece=dict), r"Own\.piece = <class 'dict'>: must be a NamedTuple"),
-        (wrong_law(slope=None), r"Own\.piece = Cut: has no static method slope\(law, i, overlap\)"),
         (
             wrong_law(force=lambda law, i, d: law.stiffness[i] * d**2),
-            r"Own\.piece: Cut\.force gives 200 at an overlap of -1e-06 m, where Own\.force gives 0",
+            r"law: Cut\.force = 200 at an overlap of -1e-06 m: must be 0, as Own says",
         ),
         (
             wrong_law(energy=lambda law, i, d: law.stiffness[i] * d**3 / 2.0 if d > 0.0 else 0.0),
-            r"Own\.piece: Cut\.energy gives 1e-07 at an overlap of 1e-07 m, where Own\.energy gives 6\.66\d*e-08",
+            r"law: Cut\.energy = 1e-07 at an overlap of 1e-07 m: must be 6\.66\d*e-08",
         ),
-        (wrong_law(slope=lambda law, i, d: None), r"Cut\.slope = None: must be a finite number"),
     ],
-)  # fmt: skip
-def test_a_piece_that_is_no_law_is_named(law: hl.ContactLaw, message: str) -> None:
+)
+def test_a_piece_that_contradicts_its_law_is_named(law: hl.ContactLaw, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.Chain([STEEL] * 3, STEEL, 0.3, law=law)
 
 
-def test_a_field_that_the_law_lacks_is_named() -> None:
-    with pytest.raises(ValueError, match=r"Own\.hardness, a field of its piece Other, = None: must be a finite number"):
-        hl.Chain([STEEL] * 3, STEEL, 0.3, law=wrong_law(piece=Other))
-
-
-@pytest.mark.parametrize(
-    ("members", "message"),
-    [
-        ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of dashpot, .* method with_loss\(loss"),
-        ({"drag": "x"}, r"Own\.drag, a field of its piece Soft, = 'x': must be a finite number"),
-        ({"piece": Other}, r"Own\.piece = Other: its first field must be coefficient, not hardness"),
-    ],
-)  # fmt: skip
-def test_a_piece_that_is_no_loss_is_named(members: dict[str, Any], message: str) -> None:
-    loss = type("Own", (Saturating,), members)(5.0, members.get("drag", 1.0))
-    with pytest.raises(ValueError, match=message):
-        hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, dissipation=loss), None).run(1e-5)
+@pytest.mark.parametrize("piece", [Cone, Other])
+def test_a_piece_that_is_no_loss_is_named(piece: type) -> None:
+    loss = type("Own", (Saturating,), {"piece": piece})(5.0, 1.0)
+    with pytest.raises(ValueError, match=r"Own\.piece = <class .*: must be dashpot, .* first field is coefficient"):
+        hl.Chain([STEEL] * 3, STEEL, 0.3, dissipation=loss)
 
 
 def test_a_piece_that_numba_cannot_compile_is_named() -> None:

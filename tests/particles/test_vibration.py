@@ -16,8 +16,7 @@ from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 import hertzlink as hl
 from particles.deformable.vibration import Vibration, vibration
-from particles.laws.axisymmetric_mesh import body_of
-from particles.laws.compliance import INTEGRATION_ORDER
+from particles.laws.axisymmetric_mesh import INTEGRATION_ORDER, body_of
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.material import Material
 from structures.structure import Vector

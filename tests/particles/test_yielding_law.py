@@ -355,5 +355,5 @@ def test_a_law_of_a_users_own() -> None:
     run = hl.CoSimulation(chain(Straight()), WALL).run(2e-4)
     assert hl.energy_error(run) < 2e-6
     assert float(run.dent[-1, 0]) > 0.0
-    with pytest.raises(ValueError, match=r"law: Impossible.dent = .* must be less than the overlap"):
+    with pytest.raises(ValueError, match=r"law: Impossible.dent must be less than the overlap"):
         hl.CoSimulation(chain(Impossible()), WALL).run(1e-5)
