@@ -12,22 +12,17 @@ from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from structures.bodies.rod import Layer, rod_parts
 from structures.checks import each, finite, instance, short
 from structures.described import described, described_as, description
 from structures.linear_algebra.factor import check_definite, symmetric
 from structures.material import Material
+from structures.maxwell import maxwell_arms, root_of, with_arms
 from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
 from structures.structure import Structure, Vector, known_field
-
-RIGID_PIVOT = 1e-6
-"""A pivot below this fraction of its diagonal entry belongs to a rigid motion. In plates of 6 000 degrees of freedom
-such pivots are below 6e-9, and all others above 2e-4.
-"""
 
 
 class ModeLoss(NamedTuple):
@@ -80,11 +75,6 @@ class Modal(Viscous):
     ratio : float or sequence of float
         Damping ratio ζ, zero or more; 1 is critical damping, and ζ of beads is below it. For a structure also one
         number for each oscillator. A rigid motion (ω = 0) stays undamped.
-
-    Raises
-    ------
-    ValueError
-        For a negative ratio.
 
     References
     ----------
@@ -162,11 +152,6 @@ class Rayleigh(Viscous):
     stiffness_time : float
         β, s, zero or more. A structure takes it before it gets Maxwell arms.
 
-    Raises
-    ------
-    ValueError
-        For a negative number.
-
     References
     ----------
     Bathe, Finite Element Procedures, section 9.3.3; Khatri's thesis, chapter 7.
@@ -225,11 +210,6 @@ class StandardLinearSolid(Viscous):
         Which modulus the material has. "relaxed": that of slow loads; the arm makes the body stiffer under sudden
         loads. "instantaneous": that of sudden loads; the fraction `share` < 1 of it relaxes, as in Prony series.
 
-    Raises
-    ------
-    ValueError
-        For a share or a time that is not positive, and for a share of 1 or more of the instantaneous modulus.
-
     References
     ----------
     Zener, Elasticity and Anelasticity of Metals (1948), chapter 5.
@@ -267,25 +247,26 @@ class StandardLinearSolid(Viscous):
         return ModeLoss(slow, np.zeros_like(arm), arm, np.full_like(arm, 1.0 / self.time))
 
     def of_structure(self, structure: Structure, part: Any = None) -> Structure:
-        """Return an arm in parallel to the stiffness, or to a part of it."""
+        """Return an arm in parallel to the stiffness, or to a part of it: the number of a layer, or a matrix."""
         if structure.size == 0:
             return structure
-        added = self.share * _part(structure, part)
-        root = _root(added)
-        where = {} if part is None else _named(structure, part)
+        by_number = isinstance(part, int | np.integer) and not isinstance(part, bool)
+        where = {} if part is None else {"layer": int(part)} if by_number else {"part": "given"}
+        whole = part is None and maxwell_arms(structure) is None
+        added = self.share * (structure.stiffness if whole else _part(structure, part, by_number))
+        root = root_of(added)
         structure = replace(structure, origin=_noted(structure, self, **where))
         if self.modulus == "relaxed":
             return with_arms(structure, root, self.time, structure.stiffness + added)
         try:
-            left = symmetric("stiffness", structure.stiffness - added)
-            check_definite("stiffness", left)
+            check_definite("stiffness", symmetric("stiffness", structure.stiffness - added))
         except ValueError as error:
             raise ValueError(f"part: {self.share} of it is more than the structure's stiffness") from error
         return with_arms(structure, root, self.time, structure.stiffness)
 
 
 def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structure:
-    """Return the structure with additional damping, which never supplies energy.
+    """Add damping to a structure; it never supplies energy.
 
     Parameters
     ----------
@@ -302,11 +283,6 @@ def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structur
     Structure
         The structure with the added damping.
 
-    Raises
-    ------
-    ValueError
-        If the damping does not suit the structure, or the part is no part of it.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -317,17 +293,10 @@ def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structur
     """
     instance("structure", structure, Structure, "a Structure")
     instance("damping", damping, Viscous, "hl.damping.Rayleigh, Modal or StandardLinearSolid")
-    if isinstance(damping, StandardLinearSolid):
-        is_number = isinstance(part, int | np.integer) and not isinstance(part, bool)
-        given = part_of_layer(structure, int(part), "part") if is_number else part
-        return _made_alike(damping.of_structure(structure, given), structure, damping, part)
-    if part is not None:
+    if part is not None and not isinstance(damping, StandardLinearSolid):
         raise ValueError(f"part: only a StandardLinearSolid acts on a part, not {damping!r}")
-    return _made_alike(damping.of_structure(structure), structure, damping, None)
-
-
-def _made_alike(made: Structure, structure: Structure, damping: Viscous, part: Any) -> Structure:
-    """Return a damped structure that is made again as the undamped one is; matrices and lists belong to one mesh."""
+    made = damping.of_structure(structure) if part is None else damping.of_structure(structure, part)  # type: ignore[call-arg]
+    # Matrices, and a ratio for each oscillator, belong to one mesh.
     sized = not (part is None or isinstance(part, int)) or isinstance(getattr(damping, "ratio", None), tuple)
     if made is structure or structure.again is None or sized:
         return made
@@ -339,94 +308,17 @@ def _damped_again(again: Callable[[], Structure], damping: Viscous, part: int | 
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """Return the contribution of each layer of a cylinder, or of each material of a solid, to its stiffness.
+    """Return the contribution of each layer of a rod or a cylinder, or of each material of a solid, to its stiffness.
 
-    Matrices of n × n, N/m, in the order of the layers or materials; their sum is K without elastic foundations.
-    A ValueError if the structure has no field, as a reduced one without keep_field=True.
+    Matrices of n × n, N/m, without elastic foundations, n without arms. A ValueError if the structure has no field, as
+    a reduced one without keep_field=True.
     """
-    parts = known_field(structure).stiffness_parts()
-    for part in parts:
-        part.resize((structure.size,) * 2)  # Maxwell arms come after the others
-    return parts
-
-
-def part_of_layer(structure: Structure, layer: int, name: str = "layer") -> sparse.csr_array:
-    """Return the stiffness of a layer of a rod or a cylinder, or a material of a solid, N/m."""
-    parts = _parts(structure) if structure.field is None else stiffness_parts(structure)
-    if not parts:
-        raise ValueError(f"{name}: only a layer of a rod or a cylinder, and a material of a solid can be damped alone")
-    if not 0 <= layer < len(parts):
-        raise ValueError(f"{name} = {layer!r}: must be below {len(parts)}; layers are counted from 0")
-    return parts[layer]
-
-
-def _parts(structure: Structure) -> list[sparse.csr_array]:
-    """Return the stiffnesses of the layers of a structure that is not reduced; none where they are not known."""
     origin = structure.origin
-    if "reduction" in origin:
-        return []
-    if origin.get("kind") == "rod":
-        layers = [Layer(**{**layer, "material": Material(**layer["material"])}) for layer in origin["layers"]]
-        counts = set(origin["elements"])
-        return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
-    return stiffness_parts(structure) if "layers" in origin and structure.field is not None else []
-
-
-def _named(structure: Structure, part: Any) -> dict[str, Any]:
-    """Return how the note of an arm names a part: by its layer, where it is one."""
-    for i, layer_part in enumerate(_parts(structure)):
-        if sparse.issparse(part) and layer_part.shape == part.shape and abs(layer_part - part).max() == 0.0:
-            return {"layer": i}
-    return {"part": "given"}
-
-
-def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffness: Any = None) -> Structure:
-    """Return the structure with one arm for each row of R (√J/m), their relaxation time (s), and K for arms that cannot
-    relax.
-
-    R may lack the columns of earlier arms. The default K + RᵀR keeps the structure's own K for slow loads.
-    """
-    count = root.shape[0]
-    root = sparse.csr_array((root.data, root.indices, root.indptr), (count, structure.size))
-    held = structure.stiffness + root.T @ root if stiffness is None else stiffness
-    damping = sparse.csr_array(structure.mass.shape) if structure.damping is None else structure.damping
-    return replace(
-        structure,
-        mass=sparse.csr_array(sparse.block_diag([structure.mass, sparse.csr_array((count, count))])),
-        stiffness=sparse.csr_array(sparse.block_array([[held, -root.T], [-root, sparse.eye_array(count)]])),
-        damping=sparse.csr_array(sparse.block_diag([damping, time * sparse.eye_array(count)])),
-        contact=np.concatenate([structure.contact, np.zeros((count, *structure.contact.shape[1:]))]),
-    )
-
-
-class MaxwellArms(NamedTuple):
-    """Massless degrees of freedom, as standard_linear_solid makes them: |R u − q|²/2 is stored, τ|q̇|² is lost.
-
-    body: the degrees of freedom u that have mass. coupling: R, a row for each q. time: τ of each q, s.
-    """
-
-    body: NDArray[np.intp]
-    coupling: sparse.csr_array
-    time: Vector
-
-
-def maxwell_arms(structure: Structure) -> MaxwellArms | None:
-    """Return the Maxwell arms of a structure, or None where it has none."""
-    if structure.damping is None:
-        return None
-    massless, damped = (abs(matrix).sum(axis=0).ravel() for matrix in (structure.mass, structure.damping))
-    # What is massless and undamped belongs to the body.
-    is_arm = (massless == 0.0) & (damped > 0.0)
-    if not is_arm.any():
-        return None
-    arms, body = np.flatnonzero(is_arm), np.flatnonzero(~is_arm)
-    losses, springs = structure.damping[arms], structure.stiffness[arms]
-    alone = abs(losses).sum() == abs(losses[:, arms].diagonal()).sum()
-    if not (alone and _is_diagonal(springs[:, arms]) and (springs[:, arms].diagonal() > 0.0).all()):
-        return None
-    scale = 1.0 / np.sqrt(springs[:, arms].diagonal())
-    coupling = sparse.csr_array(sparse.diags_array(-scale) @ springs[:, body])
-    return MaxwellArms(body, coupling, scale**2 * losses[:, arms].diagonal())
+    if origin.get("kind") != "rod" or "reduction" in origin:
+        return known_field(structure).stiffness_parts()
+    layers = [Layer(**{**layer, "material": Material(**layer["material"])}) for layer in origin["layers"]]
+    counts = set(origin["elements"])
+    return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
 
 
 def _damped(structure: Structure, matrix: sparse.sparray, damping: Viscous) -> Structure:
@@ -440,15 +332,19 @@ def _noted(structure: Structure, damping: Viscous, **where: Any) -> dict[str, An
     return {**structure.origin, "damping": [*structure.origin.get("damping", []), note]}
 
 
-def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> sparse.csr_array:
+def _part(structure: Structure, part: Any, by_number: bool) -> sparse.csr_array:
     """Return the part of the stiffness that an arm belongs to, in the size of the structure."""
-    arms = maxwell_arms(structure)
     if part is None:
-        if arms is not None:
-            raise ValueError(
-                "part: the structure has Maxwell arms already; give the part of K that this one belongs to"
-            )
-        return structure.stiffness
+        raise ValueError("part: the structure has Maxwell arms already; give the part of K that this one belongs to")
+    if by_number:
+        own_rod = structure.origin.get("kind") == "rod" and "reduction" not in structure.origin
+        parts = stiffness_parts(structure) if own_rod or structure.field is not None else []
+        if not parts:
+            raise ValueError("part: only a layer of a rod or a cylinder, and a material of a solid can be damped alone")
+        if not 0 <= part < len(parts):
+            raise ValueError(f"part = {part!r}: must be below {len(parts)}; layers are counted from 0")
+        part = parts[part]
+    arms = maxwell_arms(structure)
     body = np.arange(structure.size) if arms is None else arms.body
     try:
         matrix = sparse.csr_array(part if sparse.issparse(part) else np.atleast_2d(np.asarray(part, dtype=float)))
@@ -460,38 +356,3 @@ def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> spar
         raise ValueError("part: must be symmetric and hold finite numbers")
     spread = sparse.csr_array((np.ones(body.size), (body, np.arange(body.size))), (structure.size, body.size))
     return sparse.csr_array(spread @ matrix @ spread.T)
-
-
-def _root(matrix: sparse.csr_array) -> sparse.csr_array:
-    """Return R with RᵀR = matrix and as many rows as its rank; raise a ValueError if the matrix is not positive
-    semidefinite."""
-    used = np.flatnonzero(abs(matrix).sum(axis=0))
-    if _is_diagonal(matrix) and (matrix.diagonal() >= 0.0).all():
-        rows = np.arange(used.size)
-        return sparse.csr_array((np.sqrt(matrix.diagonal()[used]), (rows, used)), (used.size, matrix.shape[0]))
-    lower, pivots = _factored(matrix[used][:, used])
-    if pivots.min() < -RIGID_PIVOT:
-        raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
-    positive = pivots > RIGID_PIVOT
-    root = sparse.diags_array(np.sqrt(pivots[positive])) @ sparse.csc_array(lower)[:, positive].T
-    spread = sparse.csr_array((np.ones(used.size), (np.arange(used.size), used)), (used.size, matrix.shape[0]))
-    return sparse.csr_array(root @ spread)
-
-
-def _factored(matrix: sparse.sparray) -> tuple[sparse.sparray, Vector]:
-    """Return L and the diagonal of D in matrix = L D Lᵀ, rows of L in its order; D in units of its own diagonal."""
-    diagonal = matrix.diagonal()
-    if not (diagonal > 0.0).all():
-        raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
-    scale = 1.0 / np.sqrt(diagonal)
-    # Rigid motions leave pivots of exactly zero, at which SuperLU fails. Rounding changes pivots by more than 1e-15.
-    scaled = sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale) + 1e-15 * sparse.eye_array(scale.size)
-    factor = splu(
-        sparse.csc_array(scaled), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
-    lower = sparse.diags_array(1.0 / scale) @ sparse.csr_array(factor.L)[factor.perm_r]
-    return lower, factor.U.diagonal()
-
-
-def _is_diagonal(matrix: sparse.sparray) -> bool:
-    return bool(abs(matrix).sum() == abs(matrix.diagonal()).sum())

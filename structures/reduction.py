@@ -1,33 +1,30 @@
 """Krylov reduction: a large structure becomes a few hundred oscillators with the same response at the contact."""
 
-from bisect import bisect
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
-from math import log
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
 from structures.caution import caution
 from structures.checks import instance
-from structures.damping import maxwell_arms, with_arms
 from structures.described import checked_call
 from structures.field import Field
 from structures.fineness import fineness
-from structures.linear_algebra.factor import Solve
 from structures.linear_algebra.one_thread import one_thread
+from structures.maxwell import maxwell_arms, with_arms
 from structures.quantities import Likely, Quantity, Several
 from structures.structure import Structure, Vector, known_field
 from structures.unmeshed import is_left_out
 
-DEFAULT_PULSE = 25.0e-6
-"""Default length, s, of the force pulse for which the error is estimated: the contact time of a small steel bead."""
+DEFAULT_PULSE, LONGEST_PULSE = 25.0e-6, 2.5e-3
+"""s. Length of the force pulse for which the error is estimated by default: the contact time of a small steel bead. For
+pulses longer than the second the expansion point falls no further, so that K + s²M of a free body stays regular."""
 
 PULSE_RANGE = (1e-12, 1e3)
 """Shortest and longest pulse, s: the numbers in between are far from the limits of floating point."""
@@ -42,38 +39,26 @@ beads excite. Of 15 to 80 kHz, tried on plates and rods, it needs the fewest vec
 other pulses it is inversely proportional to their length, so that a body ten times as large needs the same vectors.
 """
 
-LONGEST_PULSE = 2.5e-3
-"""s. For longer pulses the expansion point falls no further, so that K + s²M of a free body stays far from singular."""
-
 WEIGHT_DECAY = 4.0
 """The error is weighted with e^(−4 t/until) in time: the contact meets the first echoes, not the last ones."""
 
 VECTORS_PER_BLOCK = 10
 """Vectors for each contact between two estimates of the error: few enough not to overshoot the size that is needed."""
 
-LEAST_NEW_PART = 1e-10
-"""A vector is dropped if the fraction of it that is new to the basis is smaller than this."""
+MOST_VECTORS, MOST_KEPT = 600, 8
+"""Default limit of the basis: dense matrices of this size are diagonalised in about a second. And the number of
+structures whose oscillators are kept: a fit comes back to the latest."""
 
-MOST_VECTORS = 600
-"""Default limit of the basis: dense matrices of this size are diagonalised in about a second."""
-
-LEAST_ARM_STIFFNESS = 1e-14
-"""A direction gets no arm if the stiffness of the arm there is below this fraction of its largest stiffness."""
+LEAST_NEW_PART, LEAST_ARM_STIFFNESS = 1e-10, 1e-14
+"""A vector is dropped if the fraction of it that is new to the basis is smaller than the first. A direction gets no arm
+if the stiffness of the arm there is below the second, as a fraction of its largest stiffness."""
 
 NEGATIVE_ROUNDING = 1e-9
 """A negative square of an angular frequency above −NEGATIVE_ROUNDING s² is attributed to rounding. s: the expansion
 point, at least that of the default pulse."""
 
-MOST_KEPT = 8
-"""Structures whose oscillators are kept: a fit comes back to the latest."""
-
-RANDOM_PROBES = 3
-"""Random vectors for the comparison with α M + β K: two coefficients are fitted, and three vectors of n numbers leave
-no room for a coincidence.
-"""
-
-PROPORTIONAL_DIFFERENCE = 1e-11
-"""A matrix counts as α M + β K if its products with random vectors differ by less than this fraction."""
+RANDOM_PROBES, PROPORTIONAL_DIFFERENCE = 3, 1e-11
+"""A matrix counts as α M + β K if its products with so many random vectors differ by less than this fraction."""
 
 Apply: TypeAlias = Callable[[Vector], Vector]
 
@@ -180,10 +165,7 @@ _LATEST: dict[bytes, tuple["Modes", dict[str, Any]]] = {}
 def _latest(
     structure: Structure, until: float, tolerance: float, largest: int, pulse: float
 ) -> tuple["Modes", dict[str, Any]]:
-    """Return the oscillators of a structure, and the report: of an equal one that was reduced lately, the same.
-
-    In a fit most runs change the chain alone, or one of several structures, and build the others anew.
-    """
+    """Return the oscillators of a structure and the report: those of an equal one that was reduced lately."""
     content = sha256(f"{until} {tolerance} {largest} {pulse} {structure.contacts}".encode())
     for matrix in (structure.mass, structure.stiffness, structure.damping):
         for part in () if matrix is None else (matrix.indptr, matrix.indices, matrix.data):
@@ -206,20 +188,18 @@ def _computed(
     """Return the oscillators, what results hold of the reduction, and the basis."""
     krylov = _Krylov(structure, min(largest, structure.size), expansion_point(pulse))
     before, modes, estimate = None, None, np.inf
-    answers = list[Vector]()
     while estimate > tolerance and krylov.grow(VECTORS_PER_BLOCK * structure.contacts):
         before, modes = modes, krylov.oscillators()
-        answers = [*answers[-1:], pulse_answer(modes, until, pulse)]
         if before is not None:
-            estimate = change(*answers)
+            estimate = _estimate(before, modes, until, pulse)
         if krylov.exhausted:
             estimate = 0.0
+    modes = krylov.oscillators() if modes is None else modes
     report: dict[str, Any] = {"full_size": structure.size, "until": until, "tolerance": tolerance, "pulse": pulse}
     report |= {"largest": largest, "error_estimate": estimate}
-    modes = krylov.oscillators() if modes is None else modes
     if before is not None and estimate > 0.0:
         shorter = [pulse / 2.0**i for i in range(1, PULSE_HALVINGS + 1)]
-        report["shorter_pulses"] = [(pulse, _estimate(before, modes, until, pulse)) for pulse in shorter]
+        report["shorter_pulses"] = [(length, _estimate(before, modes, until, length)) for length in shorter]
     return modes, report, krylov
 
 
@@ -267,29 +247,45 @@ class _Part(NamedTuple):
     rates: tuple[float, float] | None
 
 
-class _Body:
-    """The degrees of freedom with mass: M, b (n × p), C, their Maxwell arms, and the relaxed K.
+def _stretching(root: sparse.csr_array, x: Vector) -> Vector:
+    return np.asarray(root.T @ (root @ x))
 
-    point: the expansion point of `solve`, 1/s.
+
+class _Krylov:
+    """The growing M-orthonormal basis V of the degrees of freedom with mass, and the Galerkin projections of K and C.
+
+    The coordinates of Maxwell arms are q ∈ R span V, so the projection leaves them exact: only VᵀRᵀRV is needed.
+    point: the expansion point, 1/s.
     """
 
-    def __init__(self, structure: Structure, point: float) -> None:
-        self.mass, self.stiffness, self.point = structure.mass, structure.stiffness, point
-        self.contact = structure.contact.reshape(structure.size, -1)
-        self.solve, damping, arms = (
-            structure.matrices.shifted_solve(point),
-            structure.damping,
-            maxwell_arms(structure),
-        )
-        self.coupling, self.arms = sparse.csr_array((0, structure.size)), list[tuple[float, _Part]]()
-        if arms is not None:
-            inner = np.ix_(arms.body, arms.body)
-            self.mass, self.stiffness, self.contact = self.mass[inner], self.stiffness[inner], self.contact[arms.body]
-            self.solve, self.coupling = _without_arms(self.solve, arms.body, structure.size), arms.coupling
+    def __init__(self, structure: Structure, largest: int, point: float) -> None:
+        self.point, self._solve, self._size = point, structure.matrices.shifted_solve(point), structure.size
+        self.mass, self.stiffness, damping = structure.mass, structure.stiffness, structure.damping
+        self.contact, self._inner = structure.contact_vectors, slice(None)  # type: Vector, Any
+        self.coupling, found = sparse.csr_array((0, structure.size)), maxwell_arms(structure)
+        if found is not None:
+            inner, self._inner, self.coupling = np.ix_(found.body, found.body), found.body, found.coupling
+            self.mass, self.stiffness, self.contact = self.mass[inner], self.stiffness[inner], self.contact[found.body]
             damping = damping[inner] if damping is not None and damping[inner].count_nonzero() else None
-            for time in np.unique(arms.time):
-                self.arms.append((float(time), self._part(_stretching(arms.coupling[arms.time == time]))))
         self.damping = None if damping is None else self._part(lambda x: damping @ x)
+        self.arms = list[tuple[float, _Part]]()
+        for time in [] if found is None else np.unique(found.time):
+            root = found.coupling[found.time == time]  # type: ignore[union-attr]
+            self.arms.append((float(time), self._part(partial(_stretching, root))))
+        size = self.contact.shape[0]
+        self.largest, self.size = min(largest, size), 0
+        self.basis, self.weighted = np.empty((self.largest, size)), np.empty((self.largest, size))  # rows v and M v
+        self.projected = np.empty((self.largest, self.largest))
+        self.pending, self.postponed = list(self.contact.T), list[Vector]()
+        parts = [self.damping, *(arm for _, arm in self.arms)]
+        self.recursive = all(part is None or part.rates is not None for part in parts)
+
+    def solve(self, right: Vector) -> Vector:
+        """Solve (K + s²M) x = y, with no force on the arms."""
+        padded = np.zeros(self._size)
+        padded[self._inner] = right
+        solution: Vector = self._solve(padded)[self._inner]
+        return solution
 
     def elastic(self, x: Vector) -> Vector:
         """Return K x."""
@@ -297,8 +293,7 @@ class _Body:
         return force
 
     def _part(self, apply: Apply) -> _Part:
-        """Return the matrix, compared with M and K by their products with random vectors, in units that suit Hermite
-        elements."""
+        """Return the matrix, compared with M and K in units that suit Hermite elements."""
         scale = 1.0 / np.sqrt(self.stiffness.diagonal() + self.point**2 * self.mass.diagonal())[:, None]
         probe = scale * np.random.default_rng(0).normal(size=(scale.size, RANDOM_PROBES))
         units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
@@ -308,43 +303,10 @@ class _Body:
         proportional = np.linalg.norm(units @ rates - image) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(image)
         return _Part(apply, (float(rates[0]), float(rates[1])) if proportional else None)
 
-
-def _stretching(root: sparse.csr_array) -> Apply:
-    return lambda x: np.asarray(root.T @ (root @ x))
-
-
-def _without_arms(solve: Solve, body: NDArray[np.intp], size: int) -> Solve:
-    """Return a solver for the degrees of freedom with mass, with no force on the arms."""
-
-    def solve_body(right: Vector) -> Vector:
-        padded = np.zeros(size)
-        padded[body] = right
-        return solve(padded)[body]
-
-    return solve_body
-
-
-class _Krylov:
-    """The growing M-orthonormal basis V of the degrees of freedom with mass, and the Galerkin projections of K and C.
-
-    The coordinates of Maxwell arms are q ∈ R span V, so the projection leaves them exact: only VᵀRᵀRV is needed.
-    """
-
-    def __init__(self, structure: Structure, largest: int, point: float) -> None:
-        self.body = _Body(structure, point)
-        size = self.body.contact.shape[0]
-        self.largest, self.size = min(largest, size), 0
-        self.basis = np.empty((self.largest, size))
-        self.weighted = np.empty((self.largest, size))  # rows M v
-        self.stiffness = np.empty((self.largest, self.largest))
-        self.pending, self.postponed = list(self.body.contact.T), list[Vector]()
-        parts = [self.body.damping, *(arm for _, arm in self.body.arms)]
-        self.recursive = all(part is None or part.rates is not None for part in parts)
-
     @property
     def exhausted(self) -> bool:
         """True if the basis contains every motion that the contacts can excite."""
-        return not (self.pending or self.postponed) or self.size == self.body.contact.shape[0]
+        return not (self.pending or self.postponed) or self.size == self.contact.shape[0]
 
     def grow(self, count: int) -> bool:
         """Add `count` vectors, or as many as exist; False if none could be added."""
@@ -352,8 +314,8 @@ class _Krylov:
         while self.size < min(before + count, self.largest) and not self.exhausted:
             self._add()
         new, done = slice(before, self.size), slice(0, self.size)
-        block = self.basis[done] @ self.body.elastic(self.basis[new].T)
-        self.stiffness[done, new], self.stiffness[new, done] = block, block.T
+        block = self.basis[done] @ self.elastic(self.basis[new].T)
+        self.projected[done, new], self.projected[new, done] = block, block.T
         return self.size > before
 
     def _add(self) -> None:
@@ -362,8 +324,8 @@ class _Krylov:
 
         The forces of arms come last: in rods of several layers they fill the basis with shapes that matter little.
         """
-        k, mass, near = self.size, self.body.mass, 2 * self.body.contact.shape[1]
-        vector, lost = self.body.solve((self.pending or self.postponed).pop(0)), 0.0
+        k, mass, near = self.size, self.mass, 2 * self.contact.shape[1]
+        vector, lost = self.solve((self.pending or self.postponed).pop(0)), 0.0
         # Lanczos's new vector has a part in the last two (for each contact) only, in exact numbers; the whole basis
         # clears the rounding.
         for first in (max(k - near, 0) if self.recursive else 0, 0):
@@ -378,16 +340,16 @@ class _Krylov:
         self.basis[k], self.weighted[k] = vector / norm, weighted / norm
         self.size = k + 1
         self.pending.append(self.weighted[k])
-        if self.body.damping is not None and self.body.damping.rates is None:
-            self.pending.append(self.body.damping.apply(self.basis[k]))
-        self.postponed += [arm.apply(self.basis[k]) for _, arm in self.body.arms if arm.rates is None]
+        if self.damping is not None and self.damping.rates is None:
+            self.pending.append(self.damping.apply(self.basis[k]))
+        self.postponed += [arm.apply(self.basis[k]) for _, arm in self.arms if arm.rates is None]
 
     def oscillators(self) -> Modes:
         """Return ω², b, C and the arms in the eigenvectors of K within the basis."""
         basis = self.basis[: self.size]
-        square, vectors = eigh(self.stiffness[: self.size, : self.size])
-        contact = vectors.T @ (basis @ self.body.contact)
-        if square.size and square[0] < -NEGATIVE_ROUNDING * max(self.body.point, EXPANSION_POINT) ** 2:
+        square, vectors = eigh(self.projected[: self.size, : self.size])
+        contact = vectors.T @ (basis @ self.contact)
+        if square.size and square[0] < -NEGATIVE_ROUNDING * max(self.point, EXPANSION_POINT) ** 2:
             raise ValueError(
                 "stiffness: must have no negative eigenvalue, but there is a motion that grows as "
                 f"e^(t/τ) with τ = {1.0 / np.sqrt(-square[0]):.3g} s"
@@ -401,8 +363,8 @@ class _Krylov:
             matrix = vectors.T @ (basis @ part.apply(basis.T)) @ vectors
             return np.asarray(0.5 * (matrix + matrix.T))  # symmetric to the last bit
 
-        damping = None if self.body.damping is None else projected(self.body.damping)
-        return Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)
+        damping = None if self.damping is None else projected(self.damping)
+        return Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.arms], vectors)
 
     def shapes(self, modes: Modes) -> Vector:
         """Return the motion of the body in each oscillator, degrees of freedom × oscillators."""
@@ -431,17 +393,13 @@ def change(previous: Vector, answer: Vector) -> float:
 def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
     """Return the estimated error for a force pulse of a length, s, from `origin["reduction"]` of a reduced structure.
 
-    Between the pulses of the estimates the error is interpolated as a power of the length; beyond them the nearest
-    counts.
+    Between the pulses of the estimates the error is a power of the length; beyond them the nearest counts.
     """
     first = report["pulse"], report["error_estimate"]
-    estimates = sorted(map(tuple, [first, *report.get("shorter_pulses", [])]))
-    if length <= estimates[0][0] or length >= estimates[-1][0]:
-        return float(estimates[0 if length <= estimates[0][0] else -1][1])
-    place = bisect(estimates, (length,))
-    (below, low), (above, high) = estimates[place - 1 : place + 1]
-    part = log(length / below) / log(above / below)
-    return float(max(low, 1e-300) ** (1.0 - part) * max(high, 1e-300) ** part)
+    lengths, errors = np.array(sorted(map(tuple, [first, *report.get("shorter_pulses", [])]))).T
+    if length <= lengths[0]:
+        return float(errors[0])
+    return float(np.exp(np.interp(np.log(length), np.log(lengths), np.log(np.maximum(errors, 1e-300)))))
 
 
 def _estimate(before: Modes, modes: Modes, until: float, length: float) -> float:

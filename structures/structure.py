@@ -138,7 +138,7 @@ class Structure:
     def is_modal(self) -> bool:
         """True if the degrees of freedom are modes: M = I, K and C diagonal."""
         matrices = [self.mass, self.stiffness] + ([] if self.damping is None else [self.damping])
-        return all(map(_is_diagonal, matrices)) and bool((self.mass.diagonal() == 1.0).all())
+        return all(map(is_diagonal, matrices)) and bool((self.mass.diagonal() == 1.0).all())
 
     def made_by(self, again: Callable[[], "Structure"]) -> "Structure":
         """Return this structure, which `again` makes anew."""
@@ -195,7 +195,7 @@ class Structure:
         return html_table("Structure", _facts(self))
 
 
-def _is_diagonal(matrix: sparse.csr_array) -> bool:
+def is_diagonal(matrix: sparse.csr_array) -> bool:
     """Return whether a matrix is diagonal, without sums of sparse matrices, which take longer than a short run."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     return bool(((matrix.indices == rows) | (matrix.data == 0.0)).all())

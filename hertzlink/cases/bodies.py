@@ -20,7 +20,7 @@ from plates.plate import Plate
 from structures.bodies.cylinder import layered_cylinder
 from structures.bodies.elasticity import Foundation
 from structures.bodies.rod import rod
-from structures.damping import Rayleigh, StandardLinearSolid, Viscous, part_of_layer
+from structures.damping import Rayleigh, StandardLinearSolid, Viscous
 from structures.damping import damped as with_damping
 from structures.described import of_family
 from structures.other_programs.imported import from_matrices
@@ -50,9 +50,7 @@ def is_early(part: Declared) -> bool:
 
 def damped(part: Declared, structure: Structure, world: World) -> Structure:
     """Return the structure with a damping."""
-    layer = getattr(part, "layer", None)
-    matrix = None if layer is None else part_of_layer(structure, layer)
-    return with_damping(structure, part.of.target(**part.arguments(world)), matrix)
+    return with_damping(structure, part.of.target(**part.arguments(world)), getattr(part, "layer", None))
 
 
 class Reduction(Declared):
