@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from plates.additions import Addition
 from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
+from plates.elements.theory import Element
 from plates.laminate import Laminate, section_of
 from plates.plate import Plate
 from plates.section import SHEAR_CORRECTION, Section, ShearCorrection
 from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
+from plates.shapes.shape import Shape
 from plates.support import Edge, Support, Supports
 from structures.checks import instance, several, short, whole
 from structures.described import described_as
@@ -59,23 +61,9 @@ def kirchhoff_plate(
 
     Parameters
     ----------
-    length, width : float
-        Sides along x and along y, m.
-    thickness : float or None
-        Thickness, m. A Laminate or a Section has its own: give that, or None.
-    material : Material, Laminate or Section
-        One material for all the thickness, or a wall of its own.
-    supports : Supports
-        How the four edges are held.
-    cells : (int, int), optional
-        Numbers of cells along x and y of a uniform mesh that all contacts share. By default the mesh is graded towards
-        the contacts.
-    highest_frequency : float, optional
-        The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
-    additions : sequence of PointMass, Stiffener, Weakened and Prestress
-        Anywhere on the plate; stiffeners parallel to a side. Their lines are lines of a graded mesh; in a uniform one
-        they may cross cells and are still integrated exactly. On a "symmetry" edge give what belongs to this side of
-        it; the mirror image adds as much.
+    length, width, thickness, material, supports, cells, highest_frequency, additions
+        As of `mindlin_plate`, but stiffeners must be parallel to a side. On a "symmetry" edge give what belongs to this
+        side of it; the mirror image adds as much.
 
     Returns
     -------
@@ -101,9 +89,9 @@ def kirchhoff_plate(
     >>> structure.size < 200
     True
     """
+    wall = section_of(thickness, material)
     shape = Rectangle(length, width, _cells(cells))
-    section = section_of(thickness, material)
-    return Plate(shape, section, supports, Hermite(), highest_frequency, additions, _made_of(material))
+    return _plate(shape, wall, material, supports, Hermite(), highest_frequency, additions)
 
 
 @described_as(called="Mindlin plate")
@@ -140,10 +128,10 @@ def mindlin_plate(
         The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
         A mesh twice as fine changes amplitude ratios by less than 0.01 %.
     cells : (int, int), optional
-        Numbers of cells along x and y of a uniform mesh that all contacts share. Cells should be no larger than twice
-        the thickness. By default the mesh is graded towards the contacts.
+        Numbers of cells along x and y of a uniform mesh that all contacts share; in Mindlin's theory cells should be no
+        larger than twice the thickness. By default the mesh is graded towards the contacts.
     additions : sequence of PointMass, Stiffener, Weakened and Prestress
-        Stiffeners along any straight line. Cells end where regions do.
+        Anywhere on the plate; stiffeners along any straight line. Lines of a graded mesh run where regions end.
 
     Returns
     -------
@@ -175,10 +163,9 @@ def mindlin_plate(
     >>> plate.at(0.05, 0.05).size
     3168
     """
-    shape = Rectangle(length, width, _cells(cells))
-    section = section_of(thickness, material, shear_correction)
-    element = Mindlin(_patch(section, patch_radius))
-    return Plate(shape, section, supports, element, highest_frequency, additions, _made_of(material))
+    wall = section_of(thickness, material, shear_correction)
+    shape, element = Rectangle(length, width, _cells(cells)), Mindlin(_patch(wall, patch_radius))
+    return _plate(shape, wall, material, supports, element, highest_frequency, additions)
 
 
 @described_as(called="Mindlin panel")
@@ -204,23 +191,13 @@ def mindlin_panel(
         flat mesh of triangles or quadrilaterals, in any plane: a file (.msh, .vtu, ...; see `solid`) or a
         meshio.Mesh. All contacts share it; cells at the contact should be no larger than twice the thickness.
         Midpoints of curved cells are dropped.
-    thickness : float or None
-        Thickness, m. A Laminate or a Section has its own: give that, or None.
-    material : Material, Laminate or Section
-        One material for all the thickness, or a wall of its own.
+    thickness, material, shear_correction, patch_radius, highest_frequency, additions
+        As of `mindlin_plate`. Weakened is exact where cells end at the region's edges.
     supports : Mapping, optional
         How edges are held, by name: {"rim": "clamped"}; see Supports and ElasticEdge for the kinds. Other edges are
         free. Names are the outline's, or the mesh's tags: names and numbers of physical groups of lines in gmsh, sets
         of points. Polygons of curves (sides that meet at less than 30°) are held on the curve: a simple circle of 96
         corners is good to 0.1 %; on quadrilaterals they are refused.
-    shear_correction : float
-        Factor of the transverse shear stiffness of one material; see `mindlin_plate`.
-    patch_radius : float, optional
-        Radius of the disc that the contact force is spread over, m; see `mindlin_plate`.
-    highest_frequency : float, optional
-        The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
-    additions : sequence of PointMass, Stiffener, Weakened and Prestress
-        Stiffeners along any straight line; Weakened is exact where cells end at the region's edges.
     scale : float, optional
         Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.
     merge : float, optional
@@ -246,10 +223,33 @@ def mindlin_panel(
     >>> hl.mindlin_panel(disc, 2e-3, hl.ALUMINIUM_6061, {"rim": "simple"}).thickness
     0.002
     """
-    section = section_of(thickness, material, shear_correction)
-    panel = _shape(shape, section, scale, merge, tags, supports)
-    element = Mindlin(_patch(section, patch_radius))
-    return Plate(panel, section, _named(supports), element, highest_frequency, additions, _made_of(material))
+    held = instance("supports", supports or {}, Mapping, 'a dictionary such as {"rim": "clamped"}, by name of edge')
+    wall = section_of(thickness, material, shear_correction)
+    if isinstance(shape, Outline):
+        for name, value in (("scale", scale), ("merge", merge), ("tags", tags)):
+            if value is not None:
+                raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
+    elif isinstance(shape, tuple | list):
+        raise ValueError(f"shape = {short(shape)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
+    else:
+        shape = FlatMesh(shape, wall.thickness, scale, merge, tags)
+        for name in held:
+            shape.check_edge(name)
+    return _plate(shape, wall, material, held, Mindlin(_patch(wall, patch_radius)), highest_frequency, additions)
+
+
+def _plate(
+    shape: Shape,
+    wall: Section,
+    material: Wall,
+    supports: Supports | Mapping[Tag, Support],
+    element: Element,
+    highest_frequency: float | None,
+    additions: Sequence[Addition],
+) -> Plate:
+    """Return the plate; a Section does not know its material."""
+    made_of = None if isinstance(material, Section) else material
+    return Plate(shape, wall, supports, element, highest_frequency, additions, made_of)
 
 
 def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
@@ -271,35 +271,3 @@ def _patch(section: Section, radius: float | None) -> float:
     if patch > widest:
         raise ValueError(f"patch_radius = {radius!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
     return patch
-
-
-def _shape(
-    shape: PanelShape,
-    section: Section,
-    scale: float | None,
-    merge: float | None,
-    tags: str | None,
-    supports: Mapping[Tag, Support] | None,
-) -> Outline | FlatMesh:
-    if isinstance(shape, tuple | list):
-        raise ValueError(f"shape = {short(shape)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
-    if not isinstance(shape, Outline):
-        mesh = FlatMesh(shape, section.thickness, scale, merge, tags)
-        for name in _named(supports):
-            mesh.check_edge(name)
-        return mesh
-    for name, value in (("scale", scale), ("merge", merge), ("tags", tags)):
-        if value is not None:
-            raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
-    return shape
-
-
-def _named(supports: Mapping[Tag, Support] | None) -> Mapping[Tag, Support]:
-    if supports is None:
-        return {}
-    return instance("supports", supports, Mapping, 'a dictionary such as {"rim": "clamped"}, by name of edge')
-
-
-def _made_of(material: Wall) -> Material | Laminate | None:
-    """A Section does not know what it was made of."""
-    return None if isinstance(material, Section) else material

@@ -102,18 +102,19 @@ class Plate:
     _follows: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        lacking = [name for name in MEMBERS if not hasattr(self.element, name)]
-        if lacking or isinstance(self.element, type):
-            what = f"lacks {', '.join(lacking)}" if lacking else "is a class; give an instance"
-            raise ValueError(
-                f"element = {short(self.element)}: must be an Element of plates.elements.theory; it {what}"
-            )
-        lacking = [name for name in ("box", "names", "area", "mesh") if not hasattr(self.shape, name)]
-        if lacking or isinstance(self.shape, type):
-            raise ValueError(
-                f"shape = {short(self.shape)}: must be an Outline or another Shape of plates.shapes.shape; "
-                f"kirchhoff_plate and mindlin_plate make rectangles"
-            )
+        for part, value, members, what in (
+            ("element", self.element, MEMBERS, "an Element of plates.elements.theory"),
+            (
+                "shape",
+                self.shape,
+                ("box", "names", "area", "mesh"),
+                "an Outline or another Shape of plates.shapes.shape",
+            ),
+        ):
+            lacking = [member for member in members if not hasattr(value, member)]
+            if lacking or isinstance(value, type):
+                why = f"lacks {', '.join(lacking)}" if lacking else "is a class; give an instance"
+                raise ValueError(f"{part} = {short(value)}: must be {what}; it {why}")
         instance("section", self.section, Section, "a Section such as homogeneous_section(thickness, material)")
         if not isinstance(self.material, Material | Laminate | None):
             raise ValueError(f"material = {short(self.material)}: must be a Material, a Laminate or None")
