@@ -100,7 +100,7 @@ class Sphere(Bead):
 
 @described
 class HollowSphere(Bead):
-    """A spherical shell.
+    """A spherical shell (Khatri's thesis, section 5.3.3; the wall: Reissner, J. Math. Phys. 25 (1946) 279).
 
     Parameters
     ----------
@@ -110,10 +110,6 @@ class HollowSphere(Bead):
         Inner radius, m, less than the outer one.
     material : Material
         Elastic constants and density.
-
-    References
-    ----------
-    Khatri's thesis, section 5.3.3; the wall: Reissner, J. Math. Phys. 25 (1946) 279.
 
     Examples
     --------
@@ -157,7 +153,7 @@ class HollowSphere(Bead):
 
 @described
 class Ellipsoid(Bead):
-    """A solid ellipsoid of revolution.
+    """A solid ellipsoid of revolution (Khatri's thesis, section 5.3.1).
 
     Parameters
     ----------
@@ -171,10 +167,6 @@ class Ellipsoid(Bead):
         Direction of its axis of revolution: "across" the chain or "along" it.
     angle : float
         Direction of an axis across the chain, rad, about the chain's axis.
-
-    References
-    ----------
-    Khatri's thesis, section 5.3.1.
 
     Examples
     --------
@@ -209,7 +201,7 @@ class Ellipsoid(Bead):
 
 @described
 class Cylinder(Bead):
-    """A solid cylinder that lies across the chain.
+    """A solid cylinder that lies across the chain (Khatri's thesis, section 5.3.2).
 
     Parameters
     ----------
@@ -221,10 +213,6 @@ class Cylinder(Bead):
         Elastic constants and density.
     angle : float
         Direction of its axis, rad, about the chain's axis.
-
-    References
-    ----------
-    Khatri's thesis, section 5.3.2.
 
     Examples
     --------
@@ -293,23 +281,21 @@ def plain_data(thing: Any) -> Any:
     if isinstance(thing, np.ndarray | np.generic):
         return thing.tolist()
     is_bead = all(hasattr(thing, attribute) for attribute in ATTRIBUTES)
-    # By its size a body is drawn; it follows from the fields of those defined here.
-    members = {name: getattr(thing, name) for name in ATTRIBUTES} if is_bead and kind not in SHAPES else {}
     if is_dataclass(thing) and not isinstance(thing, type):
-        members |= {field.name: getattr(thing, field.name) for field in fields(thing)}
-    elif not is_bead:
-        # Functions speak for themselves; the variables of a variable may lead back to the object.
-        if (callable(thing) and kind.__repr__ is not object.__repr__) or not hasattr(thing, "__dict__"):
-            return thing
-        known = np.ndarray | np.generic
-        plain = {name: value for name, value in vars(thing).items() if name != "_table"}
-        return {"class": kind.__qualname__} | {
-            name: plain_data(value) if isinstance(value, known) or is_dataclass(value) else value
-            for name, value in plain.items()
-        }
+        members = {field.name: plain_data(getattr(thing, field.name)) for field in fields(thing)}
+    elif is_bead:
+        members = {}
+    elif (callable(thing) and kind.__repr__ is not object.__repr__) or not hasattr(thing, "__dict__"):
+        return thing  # functions speak for themselves
+    else:
+        # The variables of a variable may lead back to the object.
+        flat = {name: value for name, value in vars(thing).items() if name != "_table"}
+        deep = np.ndarray | np.generic
+        members = {k: plain_data(v) if is_dataclass(v) or isinstance(v, deep) else v for k, v in flat.items()}
+    if is_bead and kind not in SHAPES:  # it is drawn by its size
+        members |= {name: plain_data(getattr(thing, name)) for name in ATTRIBUTES}
     # Several losses, and several bodies, have fields of the same names.
-    named = {} if isinstance(thing, Material | Surface) else {"class": kind.__qualname__}
-    return named | {name: plain_data(value) for name, value in members.items()}
+    return members if isinstance(thing, Material | Surface) else {"class": kind.__qualname__} | members
 
 
 @described

@@ -155,16 +155,12 @@ class _Even(Dissipation):
 
 @described
 class LinearDashpot(_Even):
-    """A force γ dδ/dt in addition to the elastic one while beads touch.
+    """A force γ dδ/dt in addition to the elastic one while beads touch (Khatri's thesis, section 6.1, equation 6.1).
 
     Parameters
     ----------
     coefficient : float
         γ, N s/m. The thesis gives no value; 4 to 6 reproduces its amplitude ratios on steel.
-
-    References
-    ----------
-    Khatri's thesis, section 6.1, equation 6.1.
 
     Examples
     --------
@@ -181,7 +177,7 @@ class LinearDashpot(_Even):
 
 @described
 class PowerDashpot(_Even):
-    """A viscous force that grows as a power of a rate.
+    """A viscous force that grows as a power of a rate (Khatri's thesis, section 4.2, equation 4.1).
 
     "pairwise" acts between touching beads, γ |dδ/dt|^α against the approach rate. It keeps momentum. "thesis" is
     equation 4.1 with γ > 0, a force on each bead by the difference of the approach rates at its two contacts. It keeps
@@ -195,10 +191,6 @@ class PowerDashpot(_Even):
         α, from 1 to 5.
     form : str
         "pairwise" or "thesis".
-
-    References
-    ----------
-    Khatri's thesis, section 4.2, equation 4.1.
 
     Examples
     --------

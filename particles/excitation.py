@@ -132,7 +132,7 @@ class Impact(Excitation):
 
 @described
 class SpringLoaded(Excitation):
-    """A striker that a compressed spring throws at the first bead.
+    """A striker that a compressed spring throws at the first bead (Khatri's thesis, section 6.3).
 
     A way longer than the compression ends in free flight; after a shorter one the spring still pushes. The spring never
     pulls, and has no mass; a striker that rebounds meets it again. Time zero is the first contact.
@@ -147,10 +147,6 @@ class SpringLoaded(Excitation):
         Compression of the spring when it is released, m.
     travel : float, optional
         Way of the striker to the first bead, m; by default the compression.
-
-    References
-    ----------
-    Khatri's thesis, section 6.3.
 
     Examples
     --------

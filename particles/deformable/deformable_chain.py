@@ -60,18 +60,8 @@ class DeformableChain(Chain):
     ----------
     beads : sequence of Bead
         Spheres, HollowSpheres and Ellipsoids along the chain, from the struck end on.
-    striker : Bead or Excitation or None
-        As of a Chain; a body is one of these too.
-    impact_speed : float, optional
-        As of a Chain, m/s.
-    gravity : float
-        As of a Chain, m/s².
-    dissipation : Dissipation or None
-        As of a Chain.
-    preload : float
-        As of a Chain, N.
-    inclination : float
-        As of a Chain, rad.
+    striker, impact_speed, gravity, dissipation, preload, inclination : as of a Chain
+        A body that strikes is one of these beads too.
     law : ContactLaw or callable or None
         By default that of finite elements, `hl.laws.computed_law`, up to the approach at which one contact would hold
         all of the striker's energy. One that is given must count the approach of mid-planes.

@@ -161,7 +161,7 @@ def unchanging(law: ContactLaw) -> ContactLaw:
 
 @described
 class PowerLaw(ContactLaw):
-    """The law F = k δⁿ; n = 3/2 is Hertz's.
+    """The law F = k δⁿ; n = 3/2 is Hertz's (Khatri's thesis, equation 5.9).
 
     Parameters
     ----------
@@ -175,10 +175,6 @@ class PowerLaw(ContactLaw):
         Name of the law in messages.
     caution : str
         What a user of the law must know; the attribute `warnings` of each result lists it.
-
-    References
-    ----------
-    Khatri's thesis, equation 5.9.
 
     Examples
     --------
