@@ -18,10 +18,9 @@ from coupling.results.provenance import folded
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed
+from structures.checks import html_table, instance, listed
 from structures.described import checked_call
 from structures.fineness import Fineness, fineness, for_shorter, times_shorter
-from structures.html_table import html_table
 from structures.moving import MovingStructure
 from structures.quantities import Asks, Interval, Quantity
 from structures.reduction import reduce as reduce_structure

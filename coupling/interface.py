@@ -237,7 +237,8 @@ def takes_part(where: str, facing: Any) -> None:
         )
     lacking = [name for name in ("surface", "start", "advance") if not hasattr(facing, name)]
     if not isinstance(facing, Structure) and lacking:
-        raise ValueError(f"{where} = {type(facing).__name__}: lacks {', '.join(lacking)}; must be {PARTICIPANTS}")
+        lacks = f"lacks {' and '.join(lacking)}; " if len(lacking) < 3 else ""
+        raise ValueError(f"{where} = {type(facing).__name__}: {lacks}must be {PARTICIPANTS}")
 
 
 def check_finite(interface: Interface, chains: Sequence[tuple[Vector, Vector]], surface: Vector, time: float) -> None:

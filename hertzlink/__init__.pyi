@@ -100,6 +100,8 @@ from structures.bodies.solid import solid as solid
 from structures.caution import HertzlinkWarning as HertzlinkWarning
 from structures.damping import damped as damped
 from structures.described import described as described
+from structures.imported import from_matrices as from_matrices
+from structures.imported import from_modes as from_modes
 from structures.material import ACRYLIC as ACRYLIC
 from structures.material import ALUMINIUM_6061 as ALUMINIUM_6061
 from structures.material import BRASS_360 as BRASS_360
@@ -111,8 +113,6 @@ from structures.material import PTFE as PTFE
 from structures.material import STEEL_316 as STEEL_316
 from structures.material import STEEL_440C as STEEL_440C
 from structures.material import Material as Material
-from structures.other_programs.imported import from_matrices as from_matrices
-from structures.other_programs.imported_modes import from_modes as from_modes
 from structures.quantities import Length as Length
 from structures.reduction import reduce as reduce
 from structures.structure import Structure as Structure

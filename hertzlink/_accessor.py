@@ -11,7 +11,7 @@ from coupling.plots.traces import sensors_of, traces
 from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL
-from structures.html_table import html_table
+from structures.checks import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,9 +15,8 @@ from particles.excitation import Excitation, Impact
 from particles.kernels.drives import FREE, MOVED
 from particles.laws.law import ContactLaw, check_contact_law
 from particles.laws.yielding import YieldingLaw
-from structures.checks import function, listed, short
+from structures.checks import function, html_table, listed, short
 from structures.described import Described, described
-from structures.html_table import html_table
 from structures.quantities import Angle, Likely
 from structures.structure import Vector
 from structures.surface import Surface

@@ -18,10 +18,9 @@ from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
 from structures.caution import caution
-from structures.checks import instance, positive, short
+from structures.checks import html_table, instance, positive, short
 from structures.field import Field
 from structures.fineness import default_frequency
-from structures.html_table import html_table
 from structures.linear_algebra.factor import Matrices, is_definite
 from structures.material import Material, check_stress
 from structures.meshes.mesh_reading import Tag, known

@@ -1,4 +1,4 @@
-"""Input checks shared by every room. Each message names the argument, its value and what would be right."""
+"""Input checks shared by every room, and the words of messages: the argument, its value and what would be right."""
 
 import inspect
 import math
@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from decimal import Decimal
 from difflib import get_close_matches
+from html import escape
 from pathlib import Path
 from typing import Any, TypeGuard, TypeVar
 
@@ -211,6 +212,14 @@ def short(value: object) -> str:
     except ValueError:  # of an integer with thousands of digits
         return f"{type(value).__name__} of thousands of digits"
     return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
+
+
+def html_table(title: str, rows: Sequence[tuple[str, str]]) -> str:
+    """Return a table of names and values under a title, by which notebooks show an object."""
+    left = ' style="text-align: left"'  # notebooks align cells to the right, which suits numbers but not words
+    cells = "".join(f"<tr><th{left}>{escape(name)}</th><td{left}>{escape(value)}</td></tr>" for name, value in rows)
+    caption = f'<caption style="text-align: left; font-weight: bold; white-space: nowrap">{escape(title)}</caption>'
+    return f"<table>{caption}<tbody>{cells}</tbody></table>"
 
 
 def _of(unit: str) -> str:

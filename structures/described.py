@@ -74,11 +74,6 @@ class Described:
         self.what = what or f"{'an' if self.name[0] in 'AEIOU' else 'a'} {self.name}"
 
     @cached_property
-    def summary(self) -> str:
-        """The first sentence of its docstring."""
-        return " ".join((inspect.getdoc(self.target) or "").partition("\n\n")[0].split())
-
-    @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """Its parameters by name."""
         is_class = inspect.isclass(self.target)
@@ -90,17 +85,17 @@ class Described:
             found[name] = Parameter(name, *noted(hint), argument.default, NoneType in get_args(hint))
         return found
 
-    @cached_property
+    @property
     def units(self) -> dict[str, str]:
         """The units of its parameters that are numbers, by name."""
         return {parameter.name: parameter.quantity.unit for parameter in self.parameters.values() if parameter.quantity}
 
-    @cached_property
+    @property
     def makes(self) -> Any:
         """The class itself, or what the function returns."""
         return self.target if inspect.isclass(self.target) else _hints(self.target).get("return")
 
-    @cached_property
+    @property
     def builds(self) -> bool:
         """Whether it makes something anew; a function that changes a structure takes one."""
         return all(parameter.type is not self.makes for parameter in self.parameters.values())

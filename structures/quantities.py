@@ -24,16 +24,12 @@ class Quantity:
     ----------
     unit : str
         The SI unit; empty for a pure number.
-    noun : str
-        What it is, with an article.
-    example : str
-        A number as a case file has it.
+    noun, example : str
+        What it is, with an article, and a number as a case file has it.
     low, high : float
         The valid range, in `unit`.
-    or_zero : bool
-        Whether zero is valid too.
-    ends : bool
-        Whether other ends are valid themselves.
+    or_zero, ends : bool
+        Whether zero is valid too, and whether other ends are.
     likely : (float, float)
         The probable size, other than zero. Beyond it a warning asks whether the number is in another unit.
     below, above : str
@@ -104,10 +100,8 @@ class OneOf:
 
     Parameters
     ----------
-    *words : str
-        The words.
-    others : str
-        The end of the message about a value that is no text.
+    *words, others : str
+        The words, and the end of the message about a value that is no text.
 
     Examples
     --------
@@ -152,23 +146,17 @@ class Count:
 
 
 @dataclass(frozen=True)
-class InFile:
-    """An argument that stands in a file, whose name a case gives."""
-
-    what: str
-    example: str
-
-    @property
-    def text(self) -> str:
-        """The words with which a message asks for a missing entry."""
-        return f'the file of {self.what}, such as "{self.example}"'
-
-
-@dataclass(frozen=True)
 class Asks:
     """The words with which a message asks for a missing entry of a case."""
 
     text: str
+
+
+class InFile(Asks):
+    """An argument that stands in a file, whose name a case gives."""
+
+    def __init__(self, what: str, example: str) -> None:
+        super().__init__(f'the file of {what}, such as "{example}"')
 
 
 class Likely:

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import count_of, each, finite, instance, listed, positive
+from structures.checks import count_of, each, finite, html_table, instance, listed, positive
 from structures.described import described_as
 from structures.field import Field
 from structures.fineness import fineness, for_shorter
-from structures.html_table import html_table
 from structures.linear_algebra.factor import Matrices, numbers, symmetric
 from structures.material import Material
 from structures.surface import Surface

@@ -137,7 +137,7 @@ def places(room: str) -> list[Place]:
     for path in files:
         file = path.relative_to(CHECKOUT).as_posix()
         kernel = any(path.match(pattern) for pattern in KERNELS)
-        if (room != "kernels" and kernel) or path.name in ("__init__.py", "html_table.py"):
+        if (room != "kernels" and kernel) or path.name == "__init__.py":
             continue
         source = path.read_bytes()
         starts = [0]

@@ -11,8 +11,7 @@ import xarray as xr
 
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import provenance
-from structures.checks import short
-from structures.html_table import html_table
+from structures.checks import html_table, short
 
 IDENTIFIED, BLIND, AT_END, NUISANCE = "identified", "blind", "at the end of its range", "nuisance"
 

@@ -18,8 +18,7 @@ from coupling.inference.prediction import Curves, Prediction, Range, check_sampl
 from coupling.inference.search import inverse
 from coupling.results.findings import as_attribute
 from structures.caution import caution
-from structures.checks import finite, listed, one_of, positive, short, whole
-from structures.html_table import html_table
+from structures.checks import finite, html_table, listed, one_of, positive, short, whole
 from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Likely
 from structures.structure import Vector

@@ -19,9 +19,8 @@ from coupling.results.findings import findings_of, warn
 from coupling.results.measures import contact_time
 from coupling.sweeps.sweep import check_build
 from structures.caution import collected
-from structures.checks import instance, positive, whole
+from structures.checks import html_table, instance, positive, whole
 from structures.fineness import finer
-from structures.html_table import html_table
 from structures.linear_algebra.one_thread import one_thread
 from structures.structure import Structure
 from structures.units import readable

@@ -25,8 +25,7 @@ from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
 from coupling.sweeps.batch import Measure, batch
 from structures.caution import collected
-from structures.checks import finite, instance, short, whole
-from structures.html_table import html_table
+from structures.checks import finite, html_table, instance, short, whole
 from structures.quantities import standard_uncertainty
 from structures.structure import Vector
 from structures.units import readable

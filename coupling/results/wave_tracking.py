@@ -9,8 +9,7 @@ import xarray as xr
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.reading import Reading, without_padding
 from coupling.results.wave_finder import FIRST_WAVE, placed
-from structures.checks import positive
-from structures.html_table import html_table
+from structures.checks import html_table, positive
 from structures.structure import Vector
 
 FEWEST_CONTACTS = 4

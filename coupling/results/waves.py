@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import NamedTuple, NoReturn
 
-from structures.html_table import html_table
+from structures.checks import html_table
 
 ABOVE_ONE = "above 1: the beads on the two sides of the sensor differ, or the next wave is merged with it"
 """What reports and tables remark of such an AR."""

@@ -23,8 +23,7 @@ from structures.bodies.rod import rod
 from structures.damping import Rayleigh, StandardLinearSolid, Viscous
 from structures.damping import damped as with_damping
 from structures.described import of_family
-from structures.other_programs.imported import from_matrices
-from structures.other_programs.imported_modes import from_modes
+from structures.imported import from_matrices, from_modes
 from structures.reduction import reduce
 from structures.structure import Structure
 

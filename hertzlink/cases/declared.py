@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from inspect import isclass
+from inspect import getdoc, isclass
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 import numpy as np
@@ -109,7 +109,8 @@ def table_of(of: Described, tag: str = "", base: type[Declared] = Declared) -> t
     radius = of.parameters.get("radius")
     if radius is not None and radius.required:
         bases, _ = (*bases, Round), fields.pop("radius", None)
-    texts = (base.named_so, base.__doc__) if base.named_so else (of.name, of.summary)
+    first_sentence = " ".join((getdoc(of.target) or "").partition("\n\n")[0].split())
+    texts = (base.named_so, base.__doc__) if base.named_so else (of.name, first_sentence)
     model: Any = create_model(texts[0], __base__=bases, __doc__=texts[1], __module__=__name__, **fields)
     model.of = of
     model_of_table: type[Part] = model
@@ -175,7 +176,7 @@ def described_by(target: Any) -> Described:
 def field_of(parameter: Parameter) -> tuple[Any, Any]:
     """Return the entry of a parameter. A number other than zero that a case leaves out is for the builder to choose."""
     entry = _form(parameter.type, parameter.notes, int(parameter.required)).entry
-    asks = next((note.text for note in parameter.notes if isinstance(note, Asks | InFile)), None)
+    asks = next((note.text for note in parameter.notes if isinstance(note, Asks)), None)
     if parameter.required:
         return entry, Field(description=asks) if asks else ...
     if isinstance(parameter.default, str | bool) or parameter.default == 0.0:

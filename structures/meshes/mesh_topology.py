@@ -43,8 +43,7 @@ def merged(points: Vector, used: Numbers, shortest: float, distance: float | Non
     pairs = tree.query_pairs(distance, output_type="ndarray")
     if not len(pairs):
         caution(f"merge = {readable(distance, 'm')}: no two points of the mesh lie so close, and none are joined")
-    graph = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(used.size, used.size))
-    group = connected_components(graph, directed=False)[1]
+    group = _pieces(used.size, *pairs.T)[1]
     first = np.unique(group, return_index=True)[1]
     alias[used] = used[first[group]]
     return alias

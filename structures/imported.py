@@ -1,0 +1,250 @@
+"""Structures from the matrices or modes of other programs, and of tests."""
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from scipy import io, sparse
+
+from structures.caution import caution
+from structures.checks import count_of, each, existing, not_negative
+from structures.described import described_as
+from structures.linear_algebra.factor import numbers
+from structures.material import Material
+from structures.quantities import Asks, Component, Curvature, InFile, Quantity, Scale
+from structures.structure import Structure
+from structures.surface import Surface
+
+Residual = Annotated[float, Quantity("m/N", "a compliance", "2e-9 m/N", -np.inf)]
+
+HEADS = "frequency,shape", "frequency,shape,damping_ratio"
+"""The first line of a file of modes."""
+
+LACKS = (
+    "these modes lack the compliance of all higher ones, at the contact most of all; state residual_flexibility: the "
+    "static compliance, without what Hertz's law contains, minus the sum of φ²/ω²; or 0.0 where modes hold all"
+)
+
+
+@described_as(also=("matrices",))
+def from_matrices(
+    mass: Annotated[Any, InFile("a mass matrix", "mass.mtx")],
+    stiffness: Annotated[Any, InFile("a stiffness matrix", "stiffness.mtx")],
+    material: Material,
+    contact: Annotated[Any, InFile("a contact vector", "contact.txt")],
+    damping: Annotated[Any, InFile("a damping matrix", "damping.mtx")] | None = None,
+    residual_flexibility: Residual = 0.0,
+    curvature: Curvature = 0.0,
+    scale: Scale = 1.0,
+) -> Structure:
+    """A body whose mass and stiffness come from another finite-element program.
+
+    All motions that the matrices have are in it; `reduce` makes it small.
+
+    Parameters
+    ----------
+    mass, stiffness : matrix, str or Path
+        Sparse or dense, n × n, without the degrees of freedom that are held; or a Matrix Market file (.mtx).
+    material : Material
+        The material at the contact, for Hertz's law.
+    contact : array, str or Path
+        b, n numbers, or n × p for p contacts: the forces on the degrees of freedom of a unit contact force. Or a text
+        file with a number on each line.
+    damping : matrix, str or Path, optional
+        The damping matrix; `damped` adds other losses.
+    residual_flexibility : float
+        Local compliance, m/N, that the matrices lack (positive), or that they have although Hertz's law contains it
+        (negative).
+    curvature : float
+        Curvature of the surface at the contact, 1/m, for Hertz's law.
+    scale : float
+        m per unit of length of the matrices: 1e-3 for those in mm, N, s and t.
+
+    Returns
+    -------
+    Structure
+        The body.
+
+    Raises
+    ------
+    ValueError
+        If a file cannot be read, or the matrices and the contact do not fit each other.
+
+    Notes
+    -----
+    A force on a single node of a solid indents it by an amount that grows as the mesh is refined, and that Hertz's law
+    contains already: spread the force over a patch, and take the compliance of the patch away by
+    `residual_flexibility`. A plate of shells has no such indentation. What frequencies the mesh resolves is not known,
+    so no run checks it.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> spring = hl.from_matrices([[0.0141]], [[1.7e7]], hl.PTFE, contact=[1.0])
+    >>> spring.size, spring.origin["kind"]
+    (1, 'from_matrices')
+    """
+    given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
+    matrices = {name: _matrix(name, value) for name, value in given.items()}
+    size = matrices["stiffness"].shape[0]
+    for name, matrix in matrices.items():
+        if matrix.shape != (size, size):
+            raise ValueError(f"{name} has shape {matrix.shape}: must be square, n × n, and as large as the others")
+    heaviest, stiffest = abs(matrices["mass"]).max(), abs(matrices["stiffness"]).max()
+    if heaviest == 0.0:
+        raise ValueError("mass: all its numbers are zero; must be the mass matrix, kg")
+    if 0.0 < stiffest < heaviest:  # a body whose fastest vibration takes seconds
+        raise ValueError(
+            f"mass: its largest number is {heaviest:.3g} kg, that of the stiffness {stiffest:.3g} N/m; the mass "
+            "matrix comes first, then the stiffness matrix"
+        )
+    vector = _table("contact", Path(contact)) if isinstance(contact, str | Path) else numbers("contact", contact)
+    vector = vector.ravel() if isinstance(contact, str | Path) else vector
+    if vector.ndim not in (1, 2) or len(vector) != size:
+        raise ValueError(f"contact has shape {vector.shape}: must have {count_of(size, 'row')}, as the stiffness has")
+    origin = {"mass": _source(mass), "stiffness": _source(stiffness), "contact": _source(contact), "damping": None}
+    return Structure(
+        scale * matrices["mass"],
+        scale * matrices["stiffness"],
+        scale * matrices["damping"] if "damping" in matrices else None,
+        scale * vector,
+        residual_flexibility,
+        Surface(material, curvature),
+        origin if damping is None else {**origin, "damping_matrix": _source(damping)},
+    )
+
+
+@described_as(also=("modes",))
+def from_modes(
+    frequencies: Annotated[Any, InFile("modes", "modes.csv")],
+    material: Material,
+    shapes: Annotated[Any, Asks("the shapes at the contact")] | None = None,
+    damping_ratios: float | Sequence[Component] | None = None,
+    residual_flexibility: Residual | None = None,
+    curvature: Curvature = 0.0,
+    scale: Scale = 1.0,
+) -> Structure:
+    """A body whose modes come from another program or from a test.
+
+    Parameters
+    ----------
+    frequencies : array, str or Path
+        Natural frequencies, Hz, n; zero for rigid motions. Or a file of comma-separated numbers whose first line is
+        `frequency,shape` or `frequency,shape,damping_ratio`: Hz, 1/√kg, and parts of the critical damping.
+    material : Material
+        The material at the contact, for Hertz's law.
+    shapes : array, optional
+        Displacement of the contact in each mode along the push, for unit modal mass, 1/√kg: n, or n × p for p contacts.
+        Needed if `frequencies` are numbers.
+    damping_ratios : float or sequence of float, optional
+        Part of the critical damping, one for all modes or one for each; by default those of the file, or zero.
+    residual_flexibility : float, optional
+        Compliance at the contact, m/N, that the modes lack; without it a warning says how to get it.
+    curvature : float
+        Curvature of the surface at the contact, 1/m, for Hertz's law.
+    scale : float
+        m per unit of length of the shapes: 1e-3 for mm, N, s and t.
+
+    Returns
+    -------
+    Structure
+        One oscillator for each mode. Runs are warned of if the push is shorter than the highest frequency resolves.
+
+    Raises
+    ------
+    ValueError
+        If a file cannot be read, or numbers do not fit each other.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> plate = hl.from_modes([900.0, 2500.0], hl.PTFE, shapes=[2.1, 1.8], residual_flexibility=2e-8)
+    >>> plate.size, plate.origin["highest_frequency"]
+    (2, 2500.0)
+    """
+    in_file, stated = isinstance(frequencies, str | Path), 0.0 if damping_ratios is None else damping_ratios
+    if in_file:
+        if shapes is not None:
+            raise ValueError("shapes: the file of the modes holds them; leave shapes out")
+        table = _table("frequencies", Path(frequencies), HEADS)
+        hertz, vector = table[:, 0], table[:, 1]
+        if damping_ratios is None and table.shape[1] == 3:
+            stated = table[:, 2]
+    else:
+        hertz = np.atleast_1d(numbers("frequencies", frequencies))
+        vector = numbers("shapes", shapes if shapes is not None else [])
+    count, ratios = hertz.size, np.atleast_1d(numbers("damping_ratios", stated)).ravel()
+    if hertz.ndim != 1 or not count or vector.ndim == 0 or len(vector) != count:
+        raise ValueError(f"shapes has shape {vector.shape}: must have a row for each of {count} frequencies")
+    if ratios.size not in (1, count):
+        raise ValueError(f"damping_ratios: must be one number, or {count}, one for each mode")
+    if residual_flexibility is None:
+        caution(f"frequencies: {LACKS}")
+    origin = {
+        "frequencies": _source(frequencies),
+        "shapes": None if in_file else _source(shapes),
+        "modes": count,
+        "damping_ratios": None if damping_ratios is None else np.asarray(damping_ratios).tolist(),
+        "highest_frequency": float(hertz.max()),
+    }
+    omega = 2.0 * np.pi * each(not_negative, "frequencies", hertz, "Hz")
+    damping = 2.0 * each(not_negative, "damping_ratios", ratios) * omega
+    return Structure(
+        sparse.csr_array(sparse.eye_array(count)),
+        sparse.csr_array(sparse.diags_array(omega**2)),
+        sparse.csr_array(sparse.diags_array(damping)) if damping.any() else None,
+        np.sqrt(scale) * vector,
+        residual_flexibility or 0.0,
+        Surface(material, curvature),
+        origin,
+    )
+
+
+def _matrix(name: str, value: Any) -> sparse.csr_array:
+    """Return a matrix that is given, or that of a Matrix Market file."""
+    if isinstance(value, str | Path):
+        path = Path(value)
+        if existing(f"{name} = {str(path)!r}", path).suffix.lower() != ".mtx":
+            raise ValueError(f"{name} = {str(path)!r}: must be a Matrix Market file (.mtx), or a matrix")
+        try:
+            # SciPy's reader ends the process at a number that the end of the file cuts off; a line end prevents that.
+            value = io.mmread(BytesIO(path.read_bytes() + b"\n"))
+        except (ValueError, MemoryError) as error:
+            raise ValueError(f"{name} = {str(path)!r}: {error}") from None
+    try:
+        matrix = value if sparse.issparse(value) else np.atleast_2d(value)
+        if np.iscomplexobj(matrix):
+            raise TypeError
+        result = sparse.csr_array(matrix, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: must be a matrix of real numbers, sparse or dense, or a file of one") from None
+    if not np.isfinite(result.data).all():
+        raise ValueError(f"{name}: must hold finite numbers")
+    return result
+
+
+def _table(name: str, path: Path, heads: tuple[str, ...] = ()) -> Any:
+    """Return the numbers of a text file, rows × columns, with commas between them where a line of heads comes first.
+
+    name: of the argument. heads: the lines of heads that are possible; none where the file holds numbers alone.
+    """
+    what = f"{name} = {str(path)!r}"
+    with existing(what, path).open(encoding="utf-8-sig") as file:
+        try:
+            if heads and (line := file.readline().strip().replace(" ", "")) not in heads:
+                raise ValueError(f"begins with {line[:80]!r}: must begin with {' or '.join(map(repr, heads))}")
+            table = np.loadtxt(file, delimiter="," if heads else None, ndmin=2)
+        except ValueError as error:
+            raise ValueError(f"{what}: {error}") from None
+    if heads and table.shape[1] != 1 + line.count(","):
+        raise ValueError(f"{what}: has {count_of(table.shape[1], 'column')} of numbers below the heads {line}")
+    if not table.size or not np.isfinite(table).all():
+        raise ValueError(f"{what}: must hold finite numbers")
+    return table
+
+
+def _source(value: Any) -> str:
+    """Return what an origin says of an argument: the file, or that it was in memory."""
+    return str(Path(value).absolute()) if isinstance(value, str | Path) else "in memory"

@@ -1,1 +1,0 @@
-"""Structures from matrices, modes and frequency responses that other programs or experiments give."""
