@@ -30,6 +30,9 @@ SECOND = {
     ("half_plane", "distance"),
     # A part of the check, which says what the greatest component is.
     ("Prestress", "xx"),
+    # Their ranges follow from the bodies.
+    ("computed_law", "max_approach"),
+    ("computed_law", "max_force"),
 }
 """Checks within what is described, other than by its annotation, and why."""
 
