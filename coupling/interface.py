@@ -115,8 +115,8 @@ class Interface:
         self.bodies = [slice(striker, last + 1) for striker, last, *_ in self.model.ends.tolist()]
         """The bodies of each chain among those of all."""
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
-        self.force_scale = max(chain.force_scale for chain in self.chains)
-        self.indentation_scale = max(chain.indentation_scale for chain in self.chains)
+        self.force_scale = max(chain.scales[0] for chain in self.chains)
+        self.indentation_scale = max(chain.scales[1] for chain in self.chains)
         self.contact_time = min(chain.contact_time for chain in self.chains)
         self.impact_energy = sum(chain.chain.impact_energy for chain in self.chains)
         self.black_boxes = [structure for structure in self.structures if isinstance(structure, CheckedParticipant)]

@@ -152,7 +152,8 @@ class MovingChain:
         vars(self).update(self.shared)
         # The static equilibrium refuses what is wrong with loads, laws and bodies.
         _ = self.rest
-        self._check_flexibility()
+        if min(self.flexibility, self.behind_flexibility) < 0.0:
+            self._check_flexibility()
         self._check_step()
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
@@ -282,7 +283,7 @@ class MovingChain:
         return self._damping_of_contacts()
 
     def _damping_of_contacts(self) -> float:
-        """Return the damping by `dissipation` alone, between the bodies' full masses."""
+        """Return that time between the bodies' full masses, s."""
         loss = self.chain.dissipation
         if loss is None:
             return inf
@@ -297,30 +298,18 @@ class MovingChain:
         """The loss to which `damping_time` belongs, as it was given, and whether it is one of the contacts."""
         return f"dissipation = {short(self.chain.dissipation)}", True
 
-    @property
-    def force_scale(self) -> float:
-        """The greatest force, N, of the last contact if it took all of that energy; the hardest's where it is none."""
-        return self._scales[0]
-
-    @property
-    def indentation_scale(self) -> float:
-        """The approach, m, of the same contact then."""
-        return self._scales[1]
-
     @cached_property
     def _deepest_alone(self) -> Vector:
         """The depth of each contact, m, if it held the scale of energies alone."""
         return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, self.energy)))
 
     @cached_property
-    def _scales(self) -> tuple[float, float]:
-        last = self.laws[-1]
-        if last is not None:
-            overlap = last.overlap(np.array([self.energy]))
-            return float(last.force(overlap)[0]), float(overlap[0])
+    def scales(self) -> tuple[float, float]:
+        """The greatest force, N, and approach, m, of the last contact if it took all of that energy; those of the
+        hardest contact where the last bead faces nothing."""
         deepest = self._deepest_alone
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
-        contact = int(force.argmax())
+        contact = -1 if self.laws[-1] is not None else int(force.argmax())
         return float(force[contact]), float(deepest[contact])
 
     @property
@@ -453,15 +442,11 @@ class MovingChain:
     def rest(self) -> Vector:
         """The positions in static equilibrium, m, and behind them what contacts that yield remember."""
         approach = self.preload.copy()
-        approach[[0, -1]] += self._springs() * self.static_force[[0, -1]]
+        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * self.static_force[[0, -1]]
         places: Vector = np.cumsum(approach[::-1])[::-1].copy()
         if self.yielding is None:
             return places
         return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))
-
-    def _springs(self) -> Vector:
-        """Return the flexibilities behind the first and the last contact, m/N."""
-        return np.array([self.behind_flexibility, self.flexibility])
 
     def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
         """Return of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
@@ -481,31 +466,23 @@ class MovingChain:
     def _check_behind(self) -> None:
         """A surface behind the chain has the place of a striker."""
         finite("behind_flexibility", self.behind_flexibility, "m/N")
-        if self.behind is None:
-            if self.behind_flexibility != 0.0:
+        if self.behind is None and self.behind_flexibility != 0.0:
+            raise ValueError(f"behind_flexibility = {self.behind_flexibility!r}: must be 0 where nothing is behind")
+        if self.behind is not None:
+            instance("behind", self.behind, Surface, "a Surface(material), or None")
+            if not self.chain.excitation.allows_structure_behind:
                 raise ValueError(
-                    f"behind_flexibility = {self.behind_flexibility!r}: must be 0 where nothing is behind the chain"
+                    f"striker = {type(self.chain.striker).__name__}: must be None or a PushedBead for a chain with a "
+                    "structure behind it, which has the striker's place"
                 )
-            return
-        instance("behind", self.behind, Surface, "a Surface(material), or None")
-        if not self.chain.excitation.allows_structure_behind:
-            raise ValueError(
-                f"striker = {type(self.chain.striker).__name__}: must be None or a PushedBead for a chain with a "
-                "structure behind it, which has the striker's place"
-            )
 
     def _check_flexibility(self) -> None:
         """Refuse a spring so negative that the contact would snap shut: its patch is smaller than the contact."""
-        if self.flexibility >= 0.0 and self.behind_flexibility >= 0.0:
-            return
         deepest = self._deepest_alone
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
-        for name, flexibility, stiffness in (
-            ("flexibility", self.flexibility, tangent[-1]),
-            ("behind_flexibility", self.behind_flexibility, tangent[0]),
-        ):
-            excess = -flexibility * float(stiffness)
-            if excess >= 1.0:
+        for name, contact in (("flexibility", -1), ("behind_flexibility", 0)):
+            flexibility = getattr(self, name)
+            if (excess := -flexibility * float(tangent[contact])) >= 1.0:
                 raise ValueError(
                     f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than the "
                     f"patch; give the structure a patch_radius at least {ceil(100.0 * excess) / 100.0:g} times as large"

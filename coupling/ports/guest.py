@@ -54,7 +54,7 @@ def advance(moving: MovingChain, state: GuestState, surface: float, window: floa
     if bad.any():
         raise FloatingPointError(f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt")
     rate = (surface - state.surface) / window
-    mean_force = mean_force if abs(mean_force) > ROUNDING * moving.force_scale else 0.0
+    mean_force = mean_force if abs(mean_force) > ROUNDING * moving.scales[0] else 0.0
     return GuestState(chain, surface, mean_force, _contact_force(moving, chain, surface, rate))
 
 
@@ -63,5 +63,5 @@ def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate:
     contacts, work, places = np.arange(force.size), moving.work_space(), np.array([[surface], [rate]])
     forces_of_chains(moving.model, position, velocity, time, *places, contacts, force, work)
     dynamic: Vector = force - moving.static_force
-    dynamic[abs(dynamic) <= ROUNDING * moving.force_scale] = 0.0
+    dynamic[abs(dynamic) <= ROUNDING * moving.scales[0]] = 0.0
     return dynamic

@@ -279,7 +279,7 @@ class MovingDeformableChain(MovingChain):
         approach = np.zeros_like(force)
         for law, which in contacts.grouped(self.local_laws).items():
             approach[which] = law.approach(force[which])
-        approach[[0, -1]] += self._springs() * force[[0, -1]]
+        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * force[[0, -1]]
         approach[1:] -= vibrations.cross[1:] * force[:-1]
         approach[:-1] -= vibrations.cross[1:] * force[1:]
         shortened = approach - (vibrations.far * amplitude).sum(axis=1)

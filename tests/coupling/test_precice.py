@@ -57,7 +57,7 @@ class Double:
         type(self).latest = self
 
     # What a test chooses.
-    implicit, dimensions, until, tolerance, initial, axis = True, 3, 8e-4, 1e-11 * MOVING.force_scale, False, 2
+    implicit, dimensions, until, tolerance, initial, axis = True, 3, 8e-4, 1e-11 * MOVING.scales[0], False, 2
     called: tuple[str, ...] = ("Chain", "Chain-Mesh", "Displacement", "Force")
     sizes = (1, 1)
     most, scale, window, always_complete = 50, 1.0, WINDOW, False
@@ -327,7 +327,7 @@ def test_windows_that_do_not_converge_are_counted(
     run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert "max-iterations" not in run.attrs["warnings"]
     assert run.evaluations.sum() == double.latest.calls.count("advance")
-    assert 0.0 < run.residual.max() < 1e-4 * MOVING.force_scale
+    assert 0.0 < run.residual.max() < 1e-4 * MOVING.scales[0]
     for name in ("interface_work", "interface_impulse"):
         scale = float(abs(cosimulation[name]).max())
         assert run[name].values == pytest.approx(cosimulation[name].values, abs=1e-9 * scale)
@@ -412,7 +412,7 @@ def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
 
 def test_a_repeated_window_starts_from_the_old_state(double: type[Double], configuration: Path) -> None:
     """Repeating every window some ten times, for a tolerance that nothing meets but the same force, adds no frames."""
-    double.until, double.tolerance = 1e-4, 1e-13 * MOVING.force_scale
+    double.until, double.tolerance = 1e-4, 1e-13 * MOVING.scales[0]
     run = hl.run_in_precice(CHAIN, configuration, SURFACE)
     assert run.sizes["time"] == 101
     assert np.diff(run.time.values) == pytest.approx(WINDOW, rel=1e-9)

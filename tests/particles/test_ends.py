@@ -306,8 +306,8 @@ def test_scales() -> None:
         moving = MovingChain(chain, SOFT, behind=FLAT, impact_energy=asked)
         stiffness = hertz_stiffness(LARGE.surface, SOFT)
         depth = (2.5 * scale / stiffness) ** 0.4
-        assert moving.indentation_scale == pytest.approx(depth)
-        assert moving.force_scale == pytest.approx(stiffness * depth**1.5)
+        assert moving.scales[1] == pytest.approx(depth)
+        assert moving.scales[0] == pytest.approx(stiffness * depth**1.5)
         assert moving.speed == pytest.approx((2.0 * scale / BEAD.mass) ** 0.5)
     shortest = MovingChain(chain, SOFT, behind=FLAT).contact_time
     assert MovingChain(chain, SOFT, behind=FLAT, impact_energy=1e10 * chain.impact_energy).contact_time == (
@@ -317,7 +317,7 @@ def test_scales() -> None:
     alone = MovingChain(chain, None)
     stiffness = hertz_stiffness(BEAD.surface, LARGE.surface)
     depth = (2.5 * chain.impact_energy / stiffness) ** 0.4
-    assert (alone.force_scale, alone.indentation_scale) == pytest.approx((stiffness * depth**1.5, depth))
+    assert alone.scales == pytest.approx((stiffness * depth**1.5, depth))
     assert hl.Chain([BEAD], None).impact_energy == pytest.approx(0.5 * BEAD.mass * 1e-4)
     assert hl.Chain([BEAD], None, 0).impact_energy == hl.Chain([BEAD], None).impact_energy
 
