@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ FORMATS = BY_GMSH | {".vtu": "VTK, ParaView", ".vtk": "VTK", ".xdmf": "XDMF", ".
 
 GMSH_STARTS = ("$MeshFormat", "$Comments", "$NOD")
 """How a file of gmsh begins. gmsh takes other text for a program, and runs it."""
+
+GMSH = Lock()
+"""gmsh has one state for all threads."""
 
 HDF5 = "\x89HDF\r\n\x1a\n"
 
@@ -87,27 +91,28 @@ def gmsh_model(options: Mapping[str, float]) -> Iterator[Any]:
         import gmsh
     except (ImportError, OSError) as error:  # OSError: a library that gmsh draws with, such as libGLU, is missing
         raise ImportError(f"this needs gmsh ({error}): pip install hertzlink[mesh]") from error
-    started = not gmsh.isInitialized()
-    if started:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-    options = {"General.Terminal": 0.0, "General.NumThreads": 1.0, **options}
-    before = {name: gmsh.option.getNumber(name) for name in options}
-    shown, models = gmsh.model.getCurrent(), gmsh.model.list()
-    try:
-        for option, value in options.items():
-            gmsh.option.setNumber(option, value)
-        gmsh.model.add("hertzlink")
-        yield gmsh
-    finally:
+    with GMSH:
+        started = not gmsh.isInitialized()
         if started:
-            gmsh.finalize()
-        else:
-            for model in gmsh.model.list()[len(models) :]:  # a file of Salome adds its own
-                gmsh.model.setCurrent(model)
-                gmsh.model.remove()
-            gmsh.model.setCurrent(shown)
-            for option, value in before.items():
+            gmsh.initialize(readConfigFiles=False, interruptible=False)
+        options = {"General.Terminal": 0.0, "General.NumThreads": 1.0, **options}
+        before = {name: gmsh.option.getNumber(name) for name in options}
+        shown, models = gmsh.model.getCurrent(), gmsh.model.list()
+        try:
+            for option, value in options.items():
                 gmsh.option.setNumber(option, value)
+            gmsh.model.add("hertzlink")
+            yield gmsh
+        finally:
+            if started:
+                gmsh.finalize()
+            else:
+                for model in gmsh.model.list()[len(models) :]:  # a file of Salome adds its own
+                    gmsh.model.setCurrent(model)
+                    gmsh.model.remove()
+                gmsh.model.setCurrent(shown)
+                for option, value in before.items():
+                    gmsh.option.setNumber(option, value)
 
 
 def _by_gmsh(path: Path) -> Any:
