@@ -141,7 +141,10 @@ class Weakened:
     factor: Annotated[float, Quantity()]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "region", _rectangle(self.region))
+        region = left, right, bottom, top = _numbers("region", self.region, ("left", "right", "bottom", "top"))
+        if left >= right or bottom >= top:
+            raise ValueError(f"region = {self.region!r}: must be (left, right, bottom, top), ascending, in m")
+        object.__setattr__(self, "region", region)
         if self.factor > 1.0:
             raise ValueError(f"factor = {self.factor!r}: must be at most 1, what is left of the bending stiffness")
 
@@ -150,8 +153,8 @@ Addition = PointMass | Stiffener | Weakened | Prestress
 
 
 def check_additions(additions: object, box: tuple[float, float, float, float]) -> tuple[Addition, ...]:
-    """Return the additions to a plate within a box (least and greatest x, then y, m) as a tuple; raise a ValueError
-    names the one that does not fit."""
+    """Return the additions to a plate within a box (least and greatest x, then y, m) as a tuple; a ValueError names the
+    one that does not fit."""
     if not isinstance(additions, Sequence) or isinstance(additions, str):
         raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened and Prestress")
     left, right, bottom, top = box
@@ -169,10 +172,13 @@ def check_additions(additions: object, box: tuple[float, float, float, float]) -
                 f"{name}: must lie on the plate, between x = {left:.4g} and {right:.4g}, y = {bottom:.4g} and "
                 f"{top:.4g} m"
             )
-        if isinstance(addition, Weakened) and any(
-            isinstance(other, Weakened) and _overlap(addition, other) for other in additions[:i]
-        ):
-            raise ValueError(f"{name}: overlaps an earlier one; give regions side by side, each with its own factor")
+        for other in additions[:i]:
+            if isinstance(addition, Weakened) and isinstance(other, Weakened):
+                (l1, r1, b1, t1), (l2, r2, b2, t2) = addition.region, other.region
+                if max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2):
+                    raise ValueError(
+                        f"{name}: overlaps an earlier one; give regions side by side, each with its factor"
+                    )
     return tuple(additions)
 
 
@@ -231,17 +237,3 @@ def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ..
     if len(items) != len(names):
         raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
     return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(items))
-
-
-def _rectangle(region: object) -> tuple[float, float, float, float]:
-    """Return a region as four floats, or raise a ValueError."""
-    left, right, bottom, top = _numbers("region", region, ("left", "right", "bottom", "top"))
-    if left >= right or bottom >= top:
-        raise ValueError(f"region = {region!r}: must be (left, right, bottom, top), ascending, in m")
-    return left, right, bottom, top
-
-
-def _overlap(region: Weakened, other: Weakened) -> bool:
-    """Return whether the two have more than an edge in common."""
-    (l1, r1, b1, t1), (l2, r2, b2, t2) = region.region, other.region
-    return max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2)

@@ -11,7 +11,7 @@ from math import log
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import BarycentricInterpolator, PchipInterpolator
 
 from plates.half_plane import EDGES
 from plates.plate import Plate
@@ -144,29 +144,22 @@ def scaled_critical_distance(
     Where waves merge, AR jumps along lines of λ and d/ℓ, between which the table interpolates badly: there the bounds
     hold those of the table's λ on both sides as well.
     """
-    error, sides = (ERROR, [inelasticity]) if inelasticity <= DECAYING else (ERROR_MERGING, _around(inelasticity))
+    table = _table()
+    error, sides = ERROR, [inelasticity]
+    if inelasticity > DECAYING:
+        place = int(np.clip(np.searchsorted(table.parameters, inelasticity), 1, table.parameters.size - 1))
+        error, sides = ERROR_MERGING, [inelasticity, *table.parameters[place - 1 : place + 1].tolist()]
     curves = [edge_difference(edge, stiffness_ratio, side) for side in sides]
     low, high = ([last_crossing(*curve, tolerance + sign * error) for curve in curves] for sign in (1.0, -1.0))
-    share = _between(stiffness_ratio)
-    return CriticalDistanceEstimate(
-        last_crossing(*curves[0], tolerance), min(low) * (1.0 - share), max(high) * (1.0 + share)
-    )
-
-
-def _between(stiffness_ratio: float) -> float:
-    """Return the part of c by which it may be off between the table's stiffness ratios: a parabola between each two."""
-    logarithms = np.log(_table().ratios)
+    # Between two stiffness ratios of the table c may be off by a parabola.
+    logarithms = np.log(table.ratios)
     place = int(np.clip(np.searchsorted(logarithms, log(stiffness_ratio)), 1, logarithms.size - 1))
     left, right = logarithms[place - 1 : place + 1]
     part = float(np.clip((log(stiffness_ratio) - left) / (right - left), 0.0, 1.0))
-    return 4.0 * part * (1.0 - part) * BETWEEN
-
-
-def _around(inelasticity: float) -> list[float]:
-    """Return λ, and those of the table on both sides of it."""
-    inelasticities = _table().parameters
-    place = int(np.clip(np.searchsorted(inelasticities, inelasticity), 1, inelasticities.size - 1))
-    return [inelasticity, *inelasticities[place - 1 : place + 1].tolist()]
+    share = 4.0 * part * (1.0 - part) * BETWEEN
+    return CriticalDistanceEstimate(
+        last_crossing(*curves[0], tolerance), min(low) * (1.0 - share), max(high) * (1.0 + share)
+    )
 
 
 def edge_length(bead: Bead, plate: Plate, impact_speed: float) -> float:
@@ -214,19 +207,14 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
                 f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {ends[0]:.3g} "
                 f"and {ends[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
             )
-    at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ _by_parameter(edge)(log(inelasticity))
+    by_parameter = PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
+    nodes = np.log(table.ratios)
+    at_nodes = BarycentricInterpolator(nodes, by_parameter(log(inelasticity)))(log(stiffness_ratio))
     fine = np.linspace(0.0, table.distances[-1], FINE)
     difference = np.asarray(PchipInterpolator(table.distances, at_nodes)(fine))
     for array in (fine, difference):
         array.setflags(write=False)
     return fine, difference
-
-
-@cache
-def _by_parameter(edge: str) -> PchipInterpolator:
-    """Return the table of an edge, stiffness ratios × distances, over ln λ."""
-    table = _table()
-    return PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
 
 
 def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> float:
@@ -239,9 +227,3 @@ def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> fl
         return float(distances[-1])
     here, there = np.abs(difference[last : last + 2]) - tolerance
     return float(distances[last] + (distances[last + 1] - distances[last]) * here / (here - there))
-
-
-def _lagrange(nodes: Vector, place: float) -> Vector:
-    """Return the weights of the values at nodes in the polynomial through all of them, at a place."""
-    others = [np.delete(nodes, i) for i in range(nodes.size)]
-    return np.array([np.prod((place - rest) / (node - rest)) for node, rest in zip(nodes, others, strict=True)])

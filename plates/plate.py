@@ -265,7 +265,8 @@ class Plate:
 
     def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
         """Return the mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
-        self._check_size(self._unknowns)
+        # Without its refinement at the contact, before it is made.
+        self._check_size(self.element.unknowns * self.shape.area / self._cells.coarsest**2)
         self._check_buckling()
         mesh = self.shape.mesh([contact.x for contact in contacts], [contact.y for contact in contacts], self._cells)
         count = self.element.unknowns * mesh.mesh.nelements
@@ -276,7 +277,11 @@ class Plate:
                 f"take minutes and some {ceil(1e-9 * BYTES_PER_UNKNOWN * count)} GB"
             )
         held = {name: support for name, support in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
-        touches = [self._touch(mesh, held, contact) for contact in contacts]
+        touches = []
+        for contact in contacts:
+            place = np.array([contact.x, contact.y])
+            check_place(mesh, held, place, self.element.patch_radius)
+            touches.append(Touch(place, mirrors(mesh, held, place), self.wall(contact.face)))
         copies = common_copies(contacts, [2 ** len(touch.mirrors) for touch in touches])
         return mesh, *self._assembled(mesh, held, copies), touches
 
@@ -309,11 +314,6 @@ class Plate:
         return bool((np.abs(sheared) > ROUNDING * np.abs(forces).max()).any())
 
     @property
-    def _sheared(self) -> float:
-        """The shear force per length of the prestress, N/m."""
-        return float(forces_in_plane(self.additions)[0, 1])
-
-    @property
     def finest_cell(self) -> float:
         """Size of the cells at a contact, m."""
         return self._cells.finest
@@ -323,14 +323,9 @@ class Plate:
         """The cells that the element requires; halves where only the contacts may differ between them."""
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
         alike = halves_alike(self.additions, (self.length, self.width))
-        equal = self._sheared == 0.0 and mirrors_itself(self.section, 0.0)
+        equal = forces_in_plane(self.additions)[0, 1] == 0.0 and mirrors_itself(self.section, 0.0)
         cells = self.element.cells(self.shortest_wavelength, self.additions).finer()
         return replace(cells, halved=(equal and alike[0] and left == right, equal and alike[1] and bottom == top))
-
-    @property
-    def _unknowns(self) -> float:
-        """About how many degrees of freedom a mesh for one contact has, without its refinement at the contact."""
-        return self.element.unknowns * self.shape.area / self._cells.coarsest**2
 
     def _check_size(self, count: float) -> None:
         """Raise a ValueError for more degrees of freedom than fit in memory."""
@@ -339,12 +334,6 @@ class Plate:
                 f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom on "
                 f"{self.shape.area:.3g} m² of plate, more than {MOST:.0e}; is the plate in millimetres?"
             )
-
-    def _touch(self, mesh: PlateMesh, held: Mapping[Tag, Support], contact: Contact) -> Touch:
-        """Return the contact on the mesh; raise a ValueError where the plate cannot be struck."""
-        place = np.array([contact.x, contact.y])
-        check_place(mesh, held, place, self.element.patch_radius)
-        return Touch(place, mirrors(mesh, held, place), self.wall(contact.face))
 
     def wall(self, face: str) -> Section:
         """Return the wall with the material that is struck on a face."""

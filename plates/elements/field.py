@@ -6,7 +6,7 @@ at the struck face of a homogeneous wall, 6 M/t² at z = t/2; at the lower face 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy import sparse
@@ -35,14 +35,6 @@ NINE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [
 
 SAME = 1e-7
 """Points nearer to each other than this part of the plate's size are merged."""
-
-
-class Sampled(Protocol):
-    """The shape functions of a plate, as far as a field needs them."""
-
-    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """Read w, and the three curvatures, at places of the reference cell, 2 × places, in each cell in turn."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +71,7 @@ class PlateSampler:
         return [self.stiffness]
 
 
-def mesh_sampler(mesh: Any, functions: Sampled, expansion: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
+def mesh_sampler(mesh: Any, functions: Any, expansion: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
     """Return the sampler of a plate on a mesh of scikit-fem. expansion: all freedoms from those of a Structure."""
     corners = mesh.t.shape[0]
     quads = THREE_QUADS if corners == 3 else FOUR_QUADS

@@ -10,7 +10,7 @@ the beam matrix is that of a point; over a rectangle the integrals extend over t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from math import inf
 from typing import Any, ClassVar
 
@@ -113,40 +113,30 @@ class Beam:
     end: Support
     mirrored: bool = False
     kept: Whole = field(init=False)
+    row: Whole = field(init=False)
+    column: Whole = field(init=False)
+    _there: Whole = field(init=False)
+    _slot: Whole = field(init=False)
+    """Which entries of all cells' 4 × 4 are kept, and where they go."""
 
     def __post_init__(self) -> None:
         last = 2 * self.nodes.size - 2
         held = set(_held(self.start)) | {last + kind for kind in _held(self.end)}
-        object.__setattr__(self, "kept", np.setdiff1d(np.arange(last + 2), sorted(held)))
+        kept = np.setdiff1d(np.arange(last + 2), sorted(held))
+        number = np.full(last + 2, -1)
+        number[kept] = np.arange(kept.size)
+        local = number[2 * np.arange(self.nodes.size - 1)[:, None] + np.arange(4)]
+        rows, columns = (np.broadcast_to(one, (*local.shape, 4)).ravel() for one in (local[:, :, None], local[:, None]))
+        there = np.flatnonzero((rows >= 0) & (columns >= 0))
+        code, slot = np.unique(rows[there] * kept.size + columns[there], return_inverse=True)
+        entries = kept, *np.divmod(code, max(kept.size, 1)), there, slot
+        for name, values in zip(("kept", "row", "column", "_there", "_slot"), entries, strict=True):
+            object.__setattr__(self, name, values)
 
     @property
     def size(self) -> int:
         """Degrees of freedom that are not held."""
         return int(self.kept.size)
-
-    @cached_property
-    def _entries(self) -> tuple[Whole, Whole, Whole, Whole]:
-        """Rows and columns of a beam matrix; which entries of all cells' 4 × 4 are kept, and where they go."""
-        number = np.full(2 * self.nodes.size, -1)
-        number[self.kept] = np.arange(self.kept.size)
-        local = number[2 * np.arange(self.nodes.size - 1)[:, None] + np.arange(4)]
-        rows, columns = (
-            np.broadcast_to(indices, (*local.shape, 4)).ravel() for indices in (local[:, :, None], local[:, None])
-        )
-        there = np.flatnonzero((rows >= 0) & (columns >= 0))
-        code, slot = np.unique(rows[there] * self.size + columns[there], return_inverse=True)
-        row, column = np.divmod(code, max(self.size, 1))
-        return row, column, there, slot
-
-    @property
-    def row(self) -> Whole:
-        """Row of each entry."""
-        return self._entries[0]
-
-    @property
-    def column(self) -> Whole:
-        """Column of each entry."""
-        return self._entries[1]
 
     def integrals(self, start: float = -inf, end: float = inf) -> Integrals:
         """Return P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ for i, j = 0, 1, 2, from `start` to `end` (m) as far as the beam goes; exact."""
@@ -156,7 +146,8 @@ class Beam:
         points = (low + high)[:, None] / 2.0 + (high - low)[:, None] / 2.0 * place
         weights = (high - low)[:, None] / 2.0 * weight
         shapes = _hermite(left[:, None], (right - left)[:, None], points)
-        return {(i, j): self._gathered(np.einsum("qcp,rcp,cp->cqr", shapes[i], shapes[j], weights)) for i, j in ORDERS}
+        cells = ((order, np.einsum("qcp,rcp,cp->cqr", *(shapes[i] for i in order), weights)) for order in ORDERS)
+        return {ij: np.bincount(self._slot, one.ravel()[self._there], self.row.size).astype(float) for ij, one in cells}
 
     def at(self, position: float, derivative: int = 0) -> Vector:
         """Return the values of all kept shape functions, or of a derivative of theirs, at a position, m."""
@@ -192,10 +183,6 @@ class Beam:
             if isinstance(kind, ElasticEdge):
                 total += kind.translation * self.point(position) + kind.rotation * self.point(position, 1)
         return total
-
-    def _gathered(self, cells: Vector) -> Vector:
-        _, _, there, slot = self._entries
-        return np.asarray(np.bincount(slot, cells.ravel()[there], self.row.size), dtype=float)
 
 
 def _beam(mesh: PlateMesh, supports: Supported, axis: int) -> Beam:

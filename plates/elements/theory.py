@@ -2,7 +2,7 @@
 
 A new element is one file with one class that meets `Element`: `Plate(shape, section, supports, MyElement())` takes it
 as it is. An element with shape functions on a mesh of scikit-fem need not handle supports and additions itself: it
-returns `on_mesh(functions, ...)`, with functions that meet `ShapeFunctions`.
+returns `on_mesh(functions, ...)`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,7 @@ from plates.shapes.place import Mirror
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.field import Sampler
-from structures.meshes.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Tag
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array
@@ -103,39 +103,6 @@ class Element(Protocol):
         ...
 
 
-class ShapeFunctions(Protocol):
-    """Shape functions of one element on a mesh, and the matrices that follow from them."""
-
-    @property
-    def size(self) -> int:
-        """The number of degrees of freedom before supports."""
-        ...
-
-    def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
-        """Return M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
-        ...
-
-    def tension(self, forces: Vector) -> Matrix:
-        """Return the stiffness ½ ∫ N_ij w,i w,j of constant forces in the plane, 2 × 2, N/m."""
-        ...
-
-    def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
-        """Return the stiffness of springs along facets."""
-        ...
-
-    def kept(self, edges: Mapping[Tag, Numbers], supports: Supported) -> Matrix:
-        """Return the size × n: all degrees of freedom from those that the supports leave."""
-        ...
-
-    def deflection(self, points: Vector) -> Matrix:
-        """Reads w at points, p × 2, m; a ValueError where one lies outside."""
-        ...
-
-    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """Read w, and (w_xx, w_yy, 2 w_xy) in three rows, at places of the reference cell, 2 × places, in each cell."""
-        ...
-
-
 def thin_wavelength(section: Section, rigidity: float, frequency: float) -> float:
     """Return the length of flexural waves in Kirchhoff's theory, 2π (D/m)^¼ / √ω, m; frequency in Hz."""
     return float(2.0 * np.pi * (rigidity / section.mass) ** 0.25 / (2.0 * np.pi * frequency) ** 0.5)
@@ -157,7 +124,7 @@ def thick_wavelength(
 
 
 def on_mesh(
-    functions: ShapeFunctions,
+    functions: Any,
     mesh: PlateMesh,
     section: Section,
     supports: Supported,
@@ -167,6 +134,9 @@ def on_mesh(
 ) -> Assembled:
     """Return a plate of shape functions on a mesh: weakened regions, springs, point masses, prestress and held edges.
 
+    functions: of n degrees of freedom, as MindlinFunctions. matrices(weakening) returns M and K; tension(forces)
+    the stiffness ½ ∫ N_ij w,i w,j; springs(facets, edge) that of an ElasticEdge; kept(edges, supports) all n from
+    those that the supports leave; deflection(points) reads w; sampled(places) w and (w_xx, w_yy, 2 w_xy) in each cell.
     force: returns the contact vector of a Touch; takes what `kept` returned as well; None for a force at a point.
     stiffener: returns M and K of a stiffener, size × size each; None for elements that object to stiffeners.
     """
@@ -196,7 +166,7 @@ def on_mesh(
     return Assembled(mass, stiffness, partial(force or at_point, expansion), sampler)
 
 
-def _point_force(functions: ShapeFunctions, expansion: Matrix, touch: Touch) -> Vector:
+def _point_force(functions: Any, expansion: Matrix, touch: Touch) -> Vector:
     return np.asarray(functions.deflection(touch.place[None]).toarray()[0] @ expansion)
 
 

@@ -75,8 +75,7 @@ class Outline:
         if (total := sum(map(len, (self.corners, *self.holes)))) > MOST_CORNERS:
             raise ValueError(f"corners, holes: have {total} corners in all, must have at most {MOST_CORNERS}")
         object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
-        self._check_corners()
-        self._check_crossings()
+        self._check_sides()
         Likely.SIDE.warn("Outline", "size", self.size)
         outer, rings = np.array(self.corners), [np.array(hole) for hole in self.holes]
         for i, ring in enumerate(rings):
@@ -121,14 +120,11 @@ class Outline:
 
     def directions(self, name: Tag) -> Vector:
         """Return the angles of the sides of an edge from the x axis, rad."""
-        directions = []
+        found = []
         for ring in self._named_rings():
-            corners = np.array(ring.corners)
-            steps = np.roll(corners, -1, axis=0) - corners
-            directions += [
-                np.arctan2(step[1], step[0]) for step, edge in zip(steps, ring.edges, strict=True) if edge == name
-            ]
-        return np.array(directions)
+            x, y = (np.roll(ring.corners, -1, axis=0) - np.array(ring.corners)).T
+            found.append(np.arctan2(y, x)[[edge == name for edge in ring.edges]])
+        return np.concatenate(found)
 
     def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
         """Return triangles, finest at the contacts (x, y), m, which are corners of them unless they lie near an edge.
@@ -171,32 +167,23 @@ class Outline:
         holes = [(f"holes[{i}]", np.array(hole)) for i, hole in enumerate(self.holes)]
         return [("corners", np.array(self.corners)), *holes]
 
-    def _check_corners(self) -> None:
-        rings = self._rings()
-        places = [(name, i) for name, ring in rings for i in range(len(ring))]
-        points = np.concatenate([ring for _, ring in rings])
+    def _check_sides(self) -> None:
+        """Raise a ValueError where corners coincide, and where sides have more in common than a corner."""
+        places = [(name, i, ring) for name, ring in self._rings() for i in range(len(ring))]
+        starts = np.concatenate([ring for _, ring in self._rings()])
+        ends = np.concatenate([np.roll(ring, -1, axis=0) for _, ring in self._rings()])
         near = COINCIDE * self.size
-        apart = np.abs(points[:, None] - points[None]).max(axis=2) + np.tri(len(points)) * 2.0 * near
+        apart = np.abs(starts[:, None] - starts[None]).max(axis=2) + np.tri(len(starts)) * 2.0 * near
         for first, second in np.argwhere(apart <= near):
-            (one, i), (other, j) = places[first], places[second]
-            at = "({:.4g}, {:.4g}) m".format(*points[first])
+            (one, i, _), (other, j, _) = places[first], places[second]
+            at = "({:.4g}, {:.4g}) m".format(*starts[first])
             raise ValueError(f"{one}[{i}] and {other}[{j}] coincide at {at}; give each corner once")
-
-    def _check_crossings(self) -> None:
-        starts, ends, labels = [], [], []
-        for name, ring in self._rings():
-            starts.append(ring)
-            ends.append(np.roll(ring, -1, axis=0))
-            labels += [(name, i) for i in range(len(ring))]
-        crossing = _crossing(np.concatenate(starts), np.concatenate(ends), COINCIDE * self.size)
-        count = {name: len(ring) for name, ring in self._rings()}
-        for first, second in np.argwhere(np.triu(crossing, 1)):
-            (one, i), (other, j) = labels[first], labels[second]
-            if one == other and (j - i) % count[one] in (1, count[one] - 1):
-                if not _folds_back(np.array(dict(self._rings())[one]), i, j):
-                    continue
+        for first, second in np.argwhere(np.triu(_crossing(starts, ends, near), 1)):
+            (one, i, ring), (other, j, _) = places[first], places[second]
+            if one != other or (j - i) % len(ring) not in (1, len(ring) - 1):
+                raise ValueError(f"{one}: the side from corner {i} meets that from {other} corner {j}; must not cross")
+            if _folds_back(ring, i, j):
                 raise ValueError(f"{one}: the side from corner {j} runs back over that from corner {i}")
-            raise ValueError(f"{one}: the side from corner {i} meets that from {other} corner {j}; must not cross")
 
 
 def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> tuple[Place, ...]:

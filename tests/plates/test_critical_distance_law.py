@@ -72,14 +72,6 @@ def test_the_bounds_are_wider_between_the_materials_of_the_table() -> None:
     assert widths[2] == pytest.approx(widths[0], abs=3e-3)
 
 
-def test_the_law_is_read_between_neighbours_of_the_table() -> None:
-    known = law._table().parameters
-    for value in (known[0], 1.01 * known[0], 0.5 * (known[3] + known[4]), 0.99 * known[-1], known[-1]):
-        _, below, above = law._around(float(value))
-        assert below <= value <= above
-        assert np.searchsorted(known, above) - np.searchsorted(known, below) == 1
-
-
 def test_it_scales_with_the_length() -> None:
     """Bead, plate and thickness of twice the size: λ is the same, and d_c twice as long."""
     small, large = (
