@@ -77,16 +77,16 @@ class ElasticSampler:
         _, first, number = np.unique(pairs, return_index=True, return_inverse=True)
         number = number.reshape(cells, shapes)
         places = np.moveaxis(np.asarray(mesh.mapping().F(element.doflocs.T)), 0, -1).reshape(-1, mesh.dim())  # type: ignore[attr-defined]
-        vtk = _vtk_order(kind)
+        from skfem.io.meshio import HEX_MAPPING  # loads meshio
+
+        vtk = HEX_MAPPING if kind == "hexahedron27" else slice(None)
         self.point_dofs = self.dofs.reshape(-1, mesh.dim())[first]
         points = self._in_space(places[first])
         self._grid = Grid(points, _upright(points, number[:, vtk], kind), kind, owner, self.revolution)
-        self._prepare(mesh, element, linear, number)
 
-    def _prepare(self, mesh: Any, element: type, linear: type, number: Whole) -> None:
-        """Compute gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes."""
+        # Gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes.
         scalar = Basis(mesh, element(), intorder=GAUSS_ORDER)
-        cells, gauss = scalar.dx.shape
+        gauss = scalar.dx.shape[1]
         functions = [function[0] for function in scalar.basis]
         self.slopes = np.stack(
             [np.broadcast_to(function.grad, (mesh.dim(), cells, gauss)) for function in functions], axis=-1
@@ -95,9 +95,7 @@ class ElasticSampler:
             radius = np.asarray(scalar.global_coordinates())[0]
             values = np.stack([np.broadcast_to(np.asarray(value), (cells, gauss)) for value in functions], axis=-1)
             self.hoop = values / radius[:, :, None]
-        through = _values(linear, scalar.X)
-        carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(through.T)  # type: ignore[attr-defined]
-        shapes = number.shape[1]
+        carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(_values(linear, scalar.X).T)  # type: ignore[attr-defined]
         rows = np.broadcast_to(number[:, :, None], (cells, shapes, gauss))
         columns = np.broadcast_to(np.arange(cells * gauss).reshape(cells, 1, gauss), rows.shape)
         weights = carry / np.bincount(number.ravel())[number][:, :, None]
@@ -161,13 +159,6 @@ def _values(element: type, places: Numbers) -> Numbers:
     return np.stack(
         [functions.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(functions.doflocs.shape[0])]
     )
-
-
-def _vtk_order(kind: str) -> Whole:
-    """Return VTK's order of a cell's nodes, as indices into scikit-fem's order; the two differ for hexahedra only."""
-    from skfem.io.meshio import HEX_MAPPING
-
-    return np.array(HEX_MAPPING) if kind == "hexahedron27" else np.arange({"quad9": 9, "tetra10": 10}[kind])
 
 
 def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:

@@ -18,7 +18,7 @@ from structures.checks import finite
 from structures.described import described
 from structures.material import Material
 from structures.meshes.mesh_files import source_of
-from structures.meshes.mesh_reading import Numbers, Tag
+from structures.meshes.mesh_reading import Tag
 from structures.quantities import Asks, Component, Coordinate, Curvature, InFile, Length, Scale
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -141,7 +141,7 @@ def solid(
     body = BodyMesh(mesh, scale, merge, tags)
     materials, owner = body.materials(material)
     radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else patch_radius
-    patch = Patch(body, point_of("contact", contact), None if normal is None else point_of("normal", normal), radius)
+    patch = Patch(body, _point("contact", contact), None if normal is None else _point("normal", normal), radius)
     patch.check_curvature(curvature)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
     if basis.N > MANY_DEGREES_OF_FREEDOM:
@@ -149,7 +149,10 @@ def solid(
     mass, stiffness = body_matrices(basis, materials, owner)
     facets = None if fixed is None else body.facets.of("fixed", fixed)
     spread = patch.spread(body)
-    free = _kept(basis, fixed, facets, patch, spread)
+    held = np.zeros(0, dtype=int) if facets is None else basis.get_dofs(facets).all()
+    if np.any(spread[held] != 0.0):
+        raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
+    free = np.setdiff1d(np.arange(basis.N), held)
     origin = {
         "mesh": source_of(mesh),
         "material": None,
@@ -171,16 +174,6 @@ def solid(
     return Structure(mass, stiffness, None, spread, -patch_compliance(struck, radius), surface, origin, field=field)
 
 
-def _kept(basis: Any, fixed: Tag | None, facets: Numbers | None, patch: "Patch", spread: Vector) -> Numbers:
-    """Return the degrees of freedom that move."""
-    if facets is None:
-        return np.arange(basis.N)
-    held = basis.get_dofs(facets).all()
-    if np.any(spread[held] != 0.0):
-        raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
-    return np.setdiff1d(np.arange(basis.N), held)
-
-
 def patch_compliance(material: Material, radius: float) -> float:
     """Return the weighted mean displacement, m/N, of a half-space under the pressure 2 (1 − r²/a²)/π a² (a = radius,
     m), with the same weights.
@@ -192,44 +185,68 @@ def patch_compliance(material: Material, radius: float) -> float:
 
 
 class Patch:
-    """The circle that carries the force: its place and normal, the cell behind it, and its load vector.
+    """The circle that carries the force.
 
-    place: the point of the surface nearest to the contact, m. struck: the facets on it.
+    place: the point of the surface nearest to the contact, m. normal: outward. cell: the one behind it. struck: the
+    facets on it. corners: theirs, m.
     """
 
     def __init__(self, body: BodyMesh, contact: Vector, normal: Vector | None, radius: float) -> None:
-        self.facets = body.mesh.boundary_facets()
-        corners = body.mesh.p[:, body.mesh.facets[:, self.facets]].transpose(2, 1, 0)
+        self.radius, facets = radius, body.mesh.boundary_facets()
+        corners = body.mesh.p[:, body.mesh.facets[:, facets]].transpose(2, 1, 0)
         nearest, away = _nearest(corners, contact)
         facet = int(np.argmin(away))
-        self.place = tuple(map(float, nearest[facet]))
+        self.place, self.cell = tuple(map(float, nearest[facet])), int(body.mesh.f2t[0, facets[facet]])
         if away[facet] > LARGEST_DISTANCE_OFF_SURFACE * radius:
             raise ValueError(
                 f"contact = {_text(contact)} m: lies {away[facet]:.3g} m off the surface, whose nearest point is "
                 f"{_text(nearest[facet])} m"
             )
-        self.cell = int(body.mesh.f2t[0, self.facets[facet]])
-        outward = _normals(body, self.facets)
+        faces = FacetBasis(body.mesh, body.element(), facets=facets, intorder=2)
+        outward = np.asarray(faces.normals).mean(axis=2).T
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
         near = away < radius
-        around = outward[near & (outward @ outward[facet] > LEAST_NORMAL_COSINE)].mean(axis=0)
-        self.normal = _direction(around / np.linalg.norm(around), normal)
+        surface = outward[near & (outward @ outward[facet] > LEAST_NORMAL_COSINE)].mean(axis=0)
+        self.normal = surface = surface / np.linalg.norm(surface)
+        if normal is not None:
+            size = float(np.linalg.norm(normal))
+            if size == 0.0:
+                raise ValueError(f"normal = {_text(normal)}: must have a length")
+            if normal @ surface < LEAST_NORMAL_COSINE * size:
+                raise ValueError(
+                    f"normal = {_text(normal)}: must point outward; that of the surface is {_text(surface)}"
+                )
+            self.normal = normal / size
         near &= outward @ self.normal > LEAST_NORMAL_COSINE
-        _check_fine(corners[near], radius)
-        self.radius, self.corners = radius, np.unique(corners[near].reshape(-1, 3), axis=0)
-        self.struck = self.facets[near]
+        self.struck, self.corners = facets[near], np.unique(corners[near].reshape(-1, 3), axis=0)
+
+        first, second = np.array(list(combinations(range(corners.shape[1]), 2))).T
+        longest = np.linalg.norm(corners[near][:, first] - corners[near][:, second], axis=2).max()
+        if corners.shape[1] == 4:  # diagonals count too
+            longest /= sqrt(2.0)
+        if longest > radius / PATCH_RADIUS_PER_EDGE:
+            fine, wide = radius / PATCH_RADIUS_PER_EDGE, PATCH_RADIUS_PER_EDGE * longest
+            raise ValueError(
+                f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; refine "
+                f"them to {fine:.3g} m, or use at least {wide:.3g} m"
+            )
 
     def spread(self, body: BodyMesh) -> Vector:
-        """Return b of all degrees of freedom."""
+        """Return b of all degrees of freedom, for the pressure 2 (1 − r²/a²)/π a² of a unit force, 1/m²."""
         faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=self.struck, intorder=PATCH_ORDER)
+        offset = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
+        along = np.einsum("i,ifq->fq", self.normal, offset)
+        square = ((offset**2).sum(axis=0) - along**2) / self.radius**2
+        pressure = 2.0 / (pi * self.radius**2) * np.maximum(1.0 - square, 0.0)
+        pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
+        total = float((pressure * faces.dx).sum())
+        if abs(total - 1.0) > LARGEST_MISSING_PRESSURE:
+            raise ValueError(
+                f"patch_radius = {self.radius!r}: the face around the contact carries {100.0 * total:.0f} % of the "
+                "patch, as an edge of the body is near; take a smaller patch or another contact"
+            )
         x, y, z = self.normal
-        return np.asarray(_push.assemble(faces, pressure=self.pressure(faces), normal_x=x, normal_y=y, normal_z=z))
-
-    def weights(self, body: BodyMesh, element: Any) -> tuple[Vector, Vector]:
-        """Return the places of the nodes of an element that a unit force acts on, n × 3, and the part of each."""
-        faces = FacetBasis(body.mesh, element, facets=self.struck, intorder=PATCH_ORDER)
-        parts = np.asarray(_weight.assemble(faces, pressure=self.pressure(faces)))
-        used = np.flatnonzero(parts)
-        return faces.doflocs.T[used], parts[used]
+        return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
 
     def check_curvature(self, curvature: float) -> None:
         """Warn if the surface of the mesh has another mean curvature: that of the paraboloid through its corners."""
@@ -243,32 +260,12 @@ class Patch:
         mesh_curvature = round(fitted, 3) + 0.0  # no -0
         wrong, (least, part) = abs(mesh_curvature - curvature), LARGEST_CURVATURE_ERROR
         if wrong > least and wrong > part * max(abs(mesh_curvature), abs(curvature)):
+            shapes = [f"radius {readable(1.0 / one, 'm')}" if one else "flat" for one in (curvature, mesh_curvature)]
+            given, found = f"{curvature:.3g} 1/m ({shapes[0]})", f"{mesh_curvature:.3g} 1/m ({shapes[1]})"
             caution(
-                f"solid curvature = {_curved(curvature)}: the surface of the mesh has {_curved(mesh_curvature)} at the "
-                "contact, and a bead's contact is stiffer on a flat surface than on a convex one; give that curvature"
+                f"solid curvature = {given}: the surface of the mesh has {found} at the contact, and a bead's contact "
+                "is stiffer on a flat surface than on a convex one; give that curvature"
             )
-
-    def pressure(self, faces: Any) -> Vector:
-        """Return the pressure of a unit force at the points of integration, 1/m²."""
-        radius = self.radius
-        offset = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
-        along = np.einsum("i,ifq->fq", self.normal, offset)
-        square = (offset**2).sum(axis=0) - along**2
-        pressure = 2.0 / (pi * radius**2) * np.maximum(1.0 - square / radius**2, 0.0)
-        pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
-        total = float((pressure * faces.dx).sum())
-        if abs(total - 1.0) > LARGEST_MISSING_PRESSURE:
-            raise ValueError(
-                f"patch_radius = {radius!r}: the face around the contact carries {100.0 * total:.0f} % of the patch, "
-                "as an edge of the body is near; take a smaller patch or another contact"
-            )
-        return np.asarray(pressure / total)
-
-
-def _curved(curvature: float) -> str:
-    """Return a curvature with its radius."""
-    radius = f"radius {readable(1.0 / curvature, 'm')}" if curvature else "flat"
-    return f"{curvature:.3g} 1/m ({radius})"
 
 
 def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
@@ -292,48 +289,12 @@ def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
     return nearest, distance
 
 
-def _normals(body: BodyMesh, facets: Numbers) -> Vector:
-    """Return the outward unit normals, f × 3."""
-    normals = np.asarray(FacetBasis(body.mesh, body.element(), facets=facets, intorder=2).normals).mean(axis=2).T
-    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
-
-
-def _direction(surface: Vector, normal: Vector | None) -> Vector:
-    """Return the unit normal that is stated, or otherwise that of the surface."""
-    if normal is None:
-        return surface
-    size = float(np.linalg.norm(normal))
-    if size == 0.0:
-        raise ValueError(f"normal = {_text(normal)}: must have a length")
-    if normal @ surface < LEAST_NORMAL_COSINE * size:
-        raise ValueError(f"normal = {_text(normal)}: must point outward; that of the surface is {_text(surface)}")
-    return np.asarray(normal / size)
-
-
-def _check_fine(corners: Vector, radius: float) -> None:
-    """Raise a ValueError if facets are too large for the patch."""
-    pairs = np.array(list(combinations(range(corners.shape[1]), 2)))
-    longest = np.linalg.norm(corners[:, pairs[:, 0]] - corners[:, pairs[:, 1]], axis=2).max()
-    if corners.shape[1] == 4:
-        longest /= sqrt(2.0)
-    if longest > radius / PATCH_RADIUS_PER_EDGE:
-        raise ValueError(
-            f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; refine "
-            f"them to {radius / PATCH_RADIUS_PER_EDGE:.3g} m, or use at least {PATCH_RADIUS_PER_EDGE * longest:.3g} m"
-        )
-
-
-@LinearForm
-def _weight(v: Any, w: Any) -> Any:
-    return w.pressure * v
-
-
 @LinearForm
 def _push(v: Any, w: Any) -> Any:
     return -w.pressure * (w.normal_x * v[0] + w.normal_y * v[1] + w.normal_z * v[2])
 
 
-def point_of(name: str, values: Any) -> Vector:
+def _point(name: str, values: Any) -> Vector:
     numbers = list(values) if isinstance(values, tuple | list | np.ndarray) else []
     if len(numbers) != 3:
         raise ValueError(f"{name} = {values!r}: must be three numbers")
