@@ -45,42 +45,12 @@ Points = tuple[Vector, Vector]
 
 @described
 class ComputedLaw(TabulatedLaw):
-    """A contact law by a numerical method, computed from the approach `smallest` to `largest`.
+    """A law by finite elements, computed from the approach `smallest` to `largest`, m; beyond it a run warns.
 
-    Below that range the law continues as that of its theory in series with a spring, through the first computed point;
-    beyond it a run warns.
-
-    Parameters
-    ----------
-    approaches : sequence of float
-        Approaches, m, increasing.
-    forces : sequence of float
-        Forces, N, increasing.
-    name : str
-        The method.
-    caution : str
-        What a user of the law must know; a run repeats it as a warning.
-    largest : float
-        Largest approach that was computed, m.
-    smallest : float
-        Smallest approach that was computed, m.
-    error : float
-        Largest relative error of the force in the range, estimated from coarser meshes.
-    order : float
-        Observed order of convergence; nan where the meshes are too coarse to show it.
-    formula : float
-        Force at the last point by `contact_law` of the two bodies, N; 0 where they are not known. A chain in which the
-        law has other bodies warns.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> law = hl.laws.computed_law(bead, max_force=50.0, spacing=20e-6)
-    >>> law
-    ComputedLaw('finite elements', ... points up to ... m and ... N)
-    >>> law.error < 0.01
-    True
+    Below `smallest` it continues as that of its theory in series with a spring, through the first computed point.
+    error: largest relative error of the force, estimated from coarser meshes; order: the observed one of convergence,
+    nan where the meshes are too coarse to show it. formula: force at the last point by `contact_law` of the two bodies,
+    N, 0 where they are not known; a chain in which the law has other bodies warns.
     """
 
     smallest: Place = 0.0
