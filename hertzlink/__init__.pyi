@@ -67,8 +67,10 @@ from particles.excitation import SpringLoaded as SpringLoaded
 from particles.laws.formulas import contact_law as contact_law
 from particles.laws.law import ContactLaw as ContactLaw
 from plates.additions import PointMass as PointMass
+from plates.additions import Prestress as Prestress
 from plates.additions import Stiffener as Stiffener
 from plates.additions import Weakened as Weakened
+from plates.additions import thermal_prestress as thermal_prestress
 from plates.beam import beam as beam
 from plates.builders import kirchhoff_plate as kirchhoff_plate
 from plates.builders import mindlin_panel as mindlin_panel
@@ -81,8 +83,6 @@ from plates.laminate import OrthotropicMaterial as OrthotropicMaterial
 from plates.laminate import Ply as Ply
 from plates.modal import ModalPlate as ModalPlate
 from plates.plate import Plate as Plate
-from plates.prestress import Prestress as Prestress
-from plates.prestress import thermal_prestress as thermal_prestress
 from plates.reduced import ReducedPlate as ReducedPlate
 from plates.scaling import scaled as scaled
 from plates.section import Section as Section

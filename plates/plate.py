@@ -13,7 +13,7 @@ from plates.contacts import Contact, Places, common_copies, contacts_at, contact
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate
 from plates.section import Section, all_around, check_thickness, mirrors_itself, point_rigidity, section_data
-from plates.shapes.place import check_place, mirrors
+from plates.shapes.mesh_geometry import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary

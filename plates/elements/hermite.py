@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from plates.additions import Addition, PointMass, Stiffener, Weakened, extent
+from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened, extent
 from plates.elements.field import PlateSampler, product_sampler
 from plates.elements.theory import Assembled, Supported, Touch, check_free, thin_wavelength
-from plates.prestress import Prestress
 from plates.section import Section
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support

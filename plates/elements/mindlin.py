@@ -22,8 +22,7 @@ from plates.elements.indentation import bending_by_poisson, remaining_flexibilit
 from plates.elements.shape_functions import Space
 from plates.elements.theory import Assembled, Supported, Touch, on_mesh, thick_wavelength
 from plates.section import Section
-from plates.shapes.mesh_geometry import QUARTER_TURN, tangents
-from plates.shapes.place import cell_size, disc
+from plates.shapes.mesh_geometry import QUARTER_TURN, cell_size, disc, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.caution import caution

@@ -13,12 +13,10 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from scipy import sparse
 
-from plates.additions import Addition, PointMass, Stiffener, Weakened
+from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened
 from plates.elements.field import mesh_sampler
-from plates.prestress import Prestress
 from plates.section import Section
-from plates.shapes.mesh_geometry import check_straight
-from plates.shapes.place import Mirror
+from plates.shapes.mesh_geometry import Mirror, check_straight
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.field import Sampler
