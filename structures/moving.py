@@ -9,7 +9,6 @@ from scipy.linalg import block_diag
 from structures.checks import instance, within
 from structures.kernels import linear
 from structures.linear_algebra.factor import SMALL_MATRIX, check_definite
-from structures.modes import modes_of
 from structures.oscillators import OscillatorStep
 from structures.stepping import (
     LONGEST_WINDOW,
@@ -18,6 +17,7 @@ from structures.stepping import (
     ImplicitMidpoint,
     StructureState,
     energies,
+    modes_of,
 )
 from structures.structure import Structure, Vector
 from structures.surface import Surface

@@ -131,31 +131,22 @@ class BodyMesh:
             return
         suspects = np.arange(self.mesh.nelements)
         for steps in JACOBIAN_STEPS:
-            jacobian = self._jacobians(steps, suspects)
+            line = np.linspace(0.0, 1.0, steps + 1)
+            inside = np.array(np.meshgrid(line, line, line, indexing="ij")).reshape(3, -1)
+            if self.mesh.t.shape[0] == 4:
+                inside = inside[:, inside.sum(axis=0) <= 1.0 + 1e-9]
+            jacobian = np.asarray(self.mesh.mapping().detDF(inside, suspects))
             least, largest = jacobian.min(axis=1), jacobian.max(axis=1)
             size = np.maximum(np.abs(least), np.abs(largest))
             bad = (least <= FLAT_JACOBIAN * size) & (largest >= -FLAT_JACOBIAN * size)
             if bad.any():
                 first = int(suspects[bad][0])
-                at = self.mesh.mapping().F(
-                    _lattice(steps, self.mesh)[:, jacobian[bad][0].argsort()[:1]], np.array([first])
-                )
+                at = self.mesh.mapping().F(inside[:, jacobian[bad][0].argsort()[:1]], np.array([first]))
                 raise ValueError(
                     f"mesh: the midpoints of {bad.sum()} of {self.mesh.nelements} cells fold them, the first (cell "
                     f"{first + 1}) near {near(at[:, 0].T)}"
                 )
             suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < NEARLY_FOLDED * size]
-
-    def _jacobians(self, steps: int, cells: Numbers) -> Vector:
-        """Return the Jacobians at points of a lattice in each cell."""
-        return np.asarray(self.mesh.mapping().detDF(_lattice(steps, self.mesh), cells))
-
-
-def _lattice(steps: int, mesh: Any) -> Vector:
-    """Return the local coordinates of points that divide the edges of a cell in equal steps, its corners included."""
-    line = np.linspace(0.0, 1.0, steps + 1)
-    points = np.array(np.meshgrid(line, line, line, indexing="ij")).reshape(3, -1)
-    return points if mesh.t.shape[0] == 8 else points[:, points.sum(axis=0) <= 1.0 + 1e-9]
 
 
 def _corners(kind: str) -> int:
