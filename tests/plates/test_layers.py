@@ -54,7 +54,7 @@ def test_against_a_solid(name: str) -> None:
         run = hl.CoSimulation(chain, hl.reduce(body, until, tolerance=1e-3)).run(until)
         ratios.append(hl.amplitude_ratio(run, 8).item())
     assert found == pytest.approx(solid, rel=1e-2)
-    assert ratios[0] == pytest.approx(ratios[1], abs=1.3e-2 if name == "soft core" else 1e-2)
+    assert ratios[0] == pytest.approx(ratios[1], abs=1.5e-2 if name == "soft core" else 1e-2)
 
 
 def sandwich_compliance(material: hl.Material, thickness: float, core: hl.Material, middle: float) -> float:
