@@ -24,7 +24,8 @@ UNTIL, RUNS, ROUNDS, REPEATS = 1.0e-3, 1_000, 3, 100
 BEAD = hl.Sphere(radius=4.765e-3, material=hl.STEEL_440C)
 EDGES = hl.Supports(left="clamped", right="clamped")
 PLATE = hl.kirchhoff_plate(0.914, 0.914, 4.83e-3, hl.ALUMINIUM_6061, EDGES)
-SMALL = hl.reduce(PLATE.at(0.06, 0.457), until=1.2 * UNTIL)
+SMALL = hl.reduce(PLATE.at(0.06, 0.457), until=UNTIL)
+MODES = hl.ModalPlate(PLATE, UNTIL)
 
 
 def tap(impact_speed: float = 0.31, accuracy: str = "screening") -> hl.CoSimulation:
@@ -33,8 +34,8 @@ def tap(impact_speed: float = 0.31, accuracy: str = "screening") -> hl.CoSimulat
 
 
 def thin(thickness: float, accuracy: str = "screening") -> hl.CoSimulation:
-    """A plate of its own for each run, scaled from one reduction."""
-    return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31), hl.scaled(SMALL, thickness=thickness), accuracy=accuracy)
+    """A plate of its own for each run, of the same modes."""
+    return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.31), MODES.at(0.06, 0.457, thickness), accuracy=accuracy)
 
 
 def waves(runs: xr.Dataset) -> xr.Dataset:

@@ -97,19 +97,19 @@ def loss(coefficient: float, impact_speed: float) -> hl.CoSimulation:
 
 
 class Plates(NamedTuple):
-    """Kirchhoff plates reduced once, of the frozen mesh."""
+    """Kirchhoff plates of the same modes."""
 
-    reduced: hl.ReducedPlate
+    modes: hl.ModalPlate
 
     def __call__(self, distance: float, impact_speed: float) -> hl.CoSimulation:
         """At a distance from the left edge."""
-        return on(self.reduced.at(distance, MIDDLE), impact_speed)
+        return on(self.modes.at(distance, MIDDLE), impact_speed)
 
 
 class EightUnknowns(NamedTuple):
-    """A chain with losses on a plate of 0.3 m, clamped at its left and right edges, of which one basis serves all."""
+    """A chain with losses on a plate of 0.3 m, clamped at its left and right edges; the same modes serve all."""
 
-    reduced: hl.ReducedPlate
+    modes: hl.ModalPlate
 
     def __call__(
         self, distance: float, thickness: float, modulus: float, density: float, impact_speed: float,
@@ -120,13 +120,13 @@ class EightUnknowns(NamedTuple):
         bead, striker = hl.Sphere(BEAD.radius, steel), hl.Sphere(striker_radius, steel)
         wall = hl.Material(modulus, hl.ALUMINIUM_6061.poisson_ratio, density)
         chain = hl.Chain([bead] * 20, striker, impact_speed, dissipation=hl.LinearDashpot(coefficient))
-        return hl.CoSimulation(chain, self.reduced.at(distance, 0.12, thickness=thickness, material=wall))
+        return hl.CoSimulation(chain, self.modes.at(distance, 0.12, thickness=thickness, material=wall))
 
 
 def eight() -> Case:
     """With calibrated sensors: with an unknown gain, speed and moduli would hardly be told apart."""
     thin = hl.kirchhoff_plate(0.3, 0.3, 2.4e-3, hl.ALUMINIUM_6061, EDGES)
-    build = EightUnknowns(hl.ReducedPlate(thin, until=1.7 * UNTIL, x=(0.05, 0.08), y=0.12))
+    build = EightUnknowns(hl.ModalPlate(thin, UNTIL))
     others = {
         "thickness": 3e-3, "modulus": hl.ALUMINIUM_6061.youngs_modulus, "density": hl.ALUMINIUM_6061.density,
         "bead_modulus": hl.STEEL_440C.youngs_modulus, "coefficient": 4.0, "striker_radius": BEAD.radius,
@@ -164,7 +164,7 @@ def cases(chosen: list[str]) -> dict[str, Case]:
         found["eight unknowns"] = eight()
     if "Mindlin, by Kirchhoff" in found:
         plate = hl.kirchhoff_plate(SIDE, SIDE, 4.83e-3, hl.ALUMINIUM_6061, EDGES)
-        plates = hl.ReducedPlate(plate, until=UNTIL, x=(0.05, 0.07), y=MIDDLE)
+        plates = hl.ModalPlate(plate, UNTIL)
         found["Mindlin, by Kirchhoff"] = found["Mindlin, by Kirchhoff"]._replace(build=Plates(plates))
     return found
 

@@ -83,8 +83,6 @@ from plates.laminate import OrthotropicMaterial as OrthotropicMaterial
 from plates.laminate import Ply as Ply
 from plates.modal import ModalPlate as ModalPlate
 from plates.plate import Plate as Plate
-from plates.reduced import ReducedPlate as ReducedPlate
-from plates.scaling import scaled as scaled
 from plates.section import Section as Section
 from plates.section import homogeneous_section as homogeneous_section
 from plates.shapes.outline import Outline as Outline

@@ -1,6 +1,6 @@
 """A rectangular Kirchhoff plate as modes that serve every place, thickness and material: see docs/theory.md."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cached_property, lru_cache
 from itertools import product
 from math import ceil, pi
@@ -18,6 +18,7 @@ from plates.section import homogeneous_section, section_data
 from plates.shapes.rectangle import SIDES, Rectangle
 from plates.support import Supports
 from structures.checks import finite
+from structures.described import described_as
 from structures.fineness import fineness
 from structures.kernels.quadrature import LANES, tridiagonal
 from structures.linear_algebra.one_thread import one_thread
@@ -113,7 +114,7 @@ def _beam_modes(beam: Beam, most: float) -> tuple[Vector, Vector, Vector, Vector
     return np.maximum(fourth, 0.0), modes, modes.T @ twist @ modes, modes.T @ bend @ modes
 
 
-@dataclass(frozen=True, eq=False)
+@described_as(eq=False)
 class ModalPlate:
     """A rectangular Kirchhoff plate as its modes, which serve every place, thickness and material of the same ν.
 

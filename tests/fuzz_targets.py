@@ -332,16 +332,10 @@ def _structures() -> dict[str, Target]:
         "reduce a cylinder": Target(
             hl.reduce, {"structure": full, "until": 3e-5, "tolerance": 0.05, "largest": 50, "keep_field": True}, push
         ),
-        "ReducedPlate": Target(
-            hl.ReducedPlate,
-            {
-                **{"plate": PLATE, "until": 1e-4, "x": (0.04, 0.05), "y": 0.05, "tolerance": 0.1},
-                **{"pulse": 2.5e-5, "largest": 600, "thickness": 3e-3},
-            },
-            lambda reduced: push(reduced.at(0.045, 0.05)),
-        ),
-        "scaled": Target(
-            hl.scaled, {"structure": PLATE.at(0.05, 0.05), "thickness": 3e-3, "material": hl.ALUMINIUM_6061}, push
+        "ModalPlate": Target(
+            hl.ModalPlate,
+            {"plate": hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, CLAMPED), "until": 1e-4},
+            lambda modal: push(modal.at(0.045, 0.05, 3e-3)),
         ),
         "ContactPoint": Target(hl.ContactPoint, {"structure": PLATE.at([0.05, 0.07], [0.02, 0.03]), "number": 1}),
         "damped": Target(

@@ -149,10 +149,9 @@ def structures() -> dict[str, Callable[[], Any]]:
         "section": lambda: small(
             hl.kirchhoff_plate(0.2, 0.15, None, hl.homogeneous_section(2e-3, hl.POLYCARBONATE), CLAMPED).at(0.06, 0.07)
         ),
-        "scaled plate": lambda: hl.scaled(
-            small(plate().at(0.05, 0.05)), thickness=4e-3, material=hl.Material(1e11, 0.33, 8500.0)
+        "plate of modes": lambda: hl.ModalPlate(plate(), UNTIL).at(
+            0.05, 0.07, thickness=4e-3, material=hl.Material(1e11, 0.33, 8500.0)
         ),
-        "plate from a basis": lambda: hl.ReducedPlate(plate(), UNTIL, (0.04, 0.06), 0.07).at(0.05, 0.07),
         "structural loss": lambda: hl.damped(small(rod()), hl.damping.Modal(0.025)),
     }
 

@@ -17,7 +17,7 @@ from coupling.inference.identification import Identification
 from coupling.inference.intervals import YIELD, Judgement
 from coupling.inference.measured import measured_signal
 from coupling.inference.misfit import GAIN, OF_SENSORS, OFFSET, TIME_ZERO, Measured, Misfit
-from coupling.inference.plates import Build, PlateSearch
+from coupling.inference.plates import FREQUENCY, Build, on_modes
 from coupling.inference.prediction import Prediction, Range, range_of, usual_length
 from coupling.inference.search import MANY, NEARLY, RUNS_NEARBY, RUNS_OF_LINE, WELL_SCANNED, GlobalSearch
 from coupling.inference.surrogate import FIRST_WAVE
@@ -39,9 +39,6 @@ COARSEST = 4.0
 
 COMPARE = ("waveform", "features")
 """What of a signal can be compared."""
-
-SEARCHES = ("quick", "full")
-"""How the unknowns of a plate are searched."""
 
 RUNS_OF_END = 10
 """Runs of a typical fit after its scan, for each unknown: fits took 0.8 to 1.3 times as many in all."""
@@ -68,7 +65,6 @@ def identify(
     guess: Mapping[str, float] | None = None,
     discrepancy: float = 0.0,
     compare: str = "waveform",
-    search: str = "quick",
     **ranges: Any,
 ) -> Identification:
     """Find unknowns of a structure, or of the chain, from a measured or simulated signal, with 95 % intervals.
@@ -79,7 +75,8 @@ def identify(
         A signal of `read_signal` or `as_signal`, or a run.
     build : callable
         Takes the unknowns by name and returns the CoSimulation of one chain. Large structures are reduced; a builder
-        that uses `half_plane`, `ReducedPlate` or `scaled` is faster. See `search` for plates.
+        that uses `half_plane` or `ModalPlate` is faster. Where a builder strikes `plate.at(x, y)` of a plate that
+        `ModalPlate` covers, its modes take the place of a mesh for each run.
     nuisances : sequence of str
         What is not known either, but of no interest. Of the sensors: "gain" (of each), "time_zero" (the impact is at
         this time of the signal), "offset" (of each, N), "time_constant" (of the sensors' high-pass, s). A name of
@@ -110,11 +107,6 @@ def identify(
     compare : {"waveform", "features"}
         Whether all samples are compared, or only AR and TOF of the primary and secondary wave at each sensor. These do
         not depend on gain and time zero.
-    search : {"quick", "full"}
-        How the unknowns of a rectangular plate are searched, where the builder strikes `plate.at(x, y)`. "quick": on a
-        plate with the nearest edge alone, then on the whole plate around those fits, of which one basis serves
-        Kirchhoff's plates. "full": on the whole plate from the start, with a mesh for each run, in many minutes.
-        `Identification.remarks` say how accurate the plate's mesh is.
     **ranges : tuple of float
         Each unknown that `build` takes, as (lowest, highest) value. A range over more than a factor of ten is searched
         by its logarithm.
@@ -172,7 +164,6 @@ def identify(
     record = float(measured.time[-1] - measured.time[0])
     length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
     one_of("compare", compare, COMPARE)
-    quick = one_of("search", search, SEARCHES) == "quick" and guess is None
     check_build(build, dict(ranges), "build", "unknowns")
 
     def fitted(build: Build, ranges: Mapping[str, Any], guess: Any) -> Identification:
@@ -204,10 +195,17 @@ def identify(
                 prediction.progress = None
 
     ends = {unknown.name: (unknown.low, unknown.high) for unknown in wanted}
-    plate = PlateSearch(build, ends, names, measured.sensors, length, fitted)
-    identification = plate.run() if quick and plate.serves else fitted(build, ranges, guess)
-    if search == "full" and plate.serves:
-        identification = replace(identification, remarks=plate.fit(identification).remarks())
+    modes = on_modes(build, ends, length)
+    identification = fitted(modes or build, ranges, guess)
+    if modes is not None:
+        if (
+            guess is None
+        ):  # a plate's many echoes make valleys near the best, which the search over all ranges passes by
+            nearby = fitted(modes, ranges, {name: identification[name].value for name in ends})
+            runs = identification.runs + nearby.runs
+            identification = replace(min(identification, nearby, key=lambda fit: fit.misfit), runs=runs)
+        remark = f"whole plate: modes up to {1e-3 * FREQUENCY:g} kHz or more, for all places and thicknesses"
+        identification = replace(identification, remarks=[remark])
     for warning in identification.warnings:
         if warning.startswith(YIELD):
             caution(warning)
@@ -249,7 +247,7 @@ def _warn_of_time(prediction: Prediction, runs: int) -> None:
     if spent * runs > LONG_TIME:
         caution(
             f"identify: building and running take {spent:.2g} s; likely about {runs} runs, {spent * runs / 60.0:.0f} "
-            "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs"
+            "minutes. A builder with half_plane or ModalPlate is faster; guess= needs few runs"
         )
 
 

@@ -172,5 +172,5 @@ def identified(question: Question, signal: xr.Dataset, until: float) -> Identifi
     settings: dict[str, Any] = dict(question.ranges)
     return identify(
         signal, question.build, question.nuisances, until=until, noise=part.noise, starts=part.starts,
-        seed=part.seed, discrepancy=part.discrepancy, compare=part.compare, search=part.search, **settings,
+        seed=part.seed, discrepancy=part.discrepancy, compare=part.compare, **settings,
     )  # fmt: skip

@@ -137,7 +137,6 @@ class IdentifyPart(Part):
     noise: Annotated[float, Unit("N", "a force", "0.2 N")] | None = None
     discrepancy: Number = 0.0
     compare: Literal["waveform", "features"] = "waveform"
-    search: Literal["quick", "full"] = "quick"
     starts: Annotated[int, Field(ge=1)] = 3
     seed: Annotated[int, Field(ge=0)] = 0
 

@@ -11,8 +11,8 @@ import joblib
 import numpy as np
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.identify import identify, likely_runs, seconds_of_run
-from coupling.inference.plates import PlateSearch
+from coupling.inference.identify import likely_runs, seconds_of_run
+from coupling.inference.plates import on_modes
 from coupling.inference.prediction import Prediction, range_of
 from coupling.participant import CheckedParticipant
 from hertzlink.cases.case import of_run
@@ -96,25 +96,23 @@ def _at_ends(task: Task) -> Iterator[Callable[[], CoSimulation]]:
 
 
 def _identification(question: Question) -> list[str]:
-    """Return what `hertzlink identify` likely takes; on a plate its search with one edge, and the fits that follow."""
+    """Return what `hertzlink identify` likely takes."""
     question, until = prepared(question)
     build: Callable[..., CoSimulation] = question.build
     columns = list(question.columns)
-    plate = PlateSearch(build, question.ranges, question.nuisances, columns, until, identify)
-    if short_way := question.part.search == "quick" and plate.serves:
-        build = plate.with_one_edge
+    modes = on_modes(build, question.ranges, until)
     names = [name for name in question.ranges if name not in question.nuisances]
     unknowns = len(names) or len(question.ranges)
     runs = likely_runs(unknowns, len(question.ranges) - unknowns)
     ranges = [range_of(name, ends) for name, ends in question.ranges.items()]
     with collected():
-        prediction = Prediction(build, ranges, columns, until)
+        prediction = Prediction(modes or build, ranges, columns, until)
         starting = seconds_of_run(prediction, [0.5])
         each = seconds_of_run(prediction, [0.3, 0.4, 0.6])
     return [
         f"identify: {count_of(len(ranges), 'unknown')}, likely about {runs} runs, {in_words(starting + runs * each)}",
         f"  (measured: {in_words(each)} to build and run)",
-        *["  on the plate with its nearest edge alone, then fits on the whole plate"] * short_way,
+        *["  on the modes of the plate"] * (modes is not None),
     ]
 
 

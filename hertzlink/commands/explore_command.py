@@ -71,27 +71,17 @@ def _server(name: str, case: "Case", port: int) -> "Server":
 
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
-    """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
-    from coupling.inference.plates import basis_between
-    from hertzlink.explore.answers import MOST_ERROR, TOLERANCE, plates_of
+    """Prepare the modes of the plates. What the user should know of it; ratio: AR at the first values without them."""
+    from hertzlink.explore.answers import modes_for
 
-    plates = plates_of(explorer.case, explorer.sliders)
-    if plates is None:
+    explorer.modes = modes_for(explorer.case, explorer.sliders)
+    if explorer.modes is None:
         return []
     say("preparing the plate for all values of its sliders: some seconds, once ...")
     began = perf_counter()
-    try:
-        basis = basis_between(*plates, explorer.case.until, TOLERANCE)
-        reason = "" if basis.error <= MOST_ERROR else f"one for all has an error of {100.0 * basis.error:.0f} %"
-    except ValueError as error:
-        reason = str(error)
-    if reason:
-        note = f"Each plate gets a mesh of its own, which takes longer ({reason}); shorter ranges in [sweep] help."
-    else:
-        explorer.basis = basis
-        note = "All plates come from one mesh and one basis."
-        other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
-        if ratio is not None and other is not None:
-            note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
+    note = "All plates come from one set of modes."
+    other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
+    if ratio is not None and other is not None:
+        note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
     say(f"prepared in {perf_counter() - began:.1f} s. {note}")
     return [note]

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
-from coupling.inference.plates import PlateBasis, Struck, share_modes, struck_by
+from coupling.inference.plates import PlateModes, modes_of, struck_by
 from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
@@ -31,18 +31,13 @@ EVEN = 0.2
 """Density of the points where the curve is straight, as a part of the mean."""
 
 
-TOLERANCE, MOST_ERROR = 0.03, 0.1
-"""Error of the displacement after a pulse that a basis is made for, and the largest with which it is used: with 0.3
-late waves are wrong, with 0.07 AR is off by some 1e-4."""
-
-
 @dataclass
 class Explorer:
     """The case at the first values of its sliders, and what runs it at others."""
 
     case: Case
     sliders: Sequence[Slider]
-    basis: PlateBasis | None = None
+    modes: PlateModes | None = None
     _one_at_a_time: Lock = field(default_factory=Lock)
 
     def changed(self, values: Mapping[str, str]) -> Case:
@@ -102,20 +97,17 @@ class Explorer:
 
     def simulation(self, case: Case) -> CoSimulation:
         """Return the co-simulation of the case at some values."""
-        struck = None if self.basis is None else struck_by(case.simulation)
-        return case.simulation() if self.basis is None or struck is None else self.basis.simulation(struck)
+        struck = None if self.modes is None else struck_by(case.simulation)
+        return case.simulation() if self.modes is None or struck is None else self.modes.simulation(struck)
 
 
-def plates_of(case: Case, sliders: Sequence[Slider]) -> tuple[Struck, list[list[Struck]]] | None:
-    """Return the plate at the first values and at both ends of each slider; None where no basis serves them all."""
+def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
+    """Return the modes of the plates at all values of the sliders; None where modes do not serve them all."""
     moved = [slider for slider in sliders if slider.path[0] in ("structure", "materials")]
     if not moved or case.model.run.reduce is not True or any(slider.choices for slider in moved):
         return None
     changes: list[dict[str, float]] = [{}, *({s.name: s.si(end)} for s in moved for end in (s.low, s.high))]
-    plates = [struck for change in changes if (struck := struck_by(case.changed(change).simulation))]
-    if len(plates) < len(changes) or not share_modes(plates):
-        return None
-    return plates[0], [plates[i : i + 2] for i in range(1, len(plates), 2)]
+    return modes_of([struck_by(case.changed(change).simulation) for change in changes], case.until)
 
 
 def _wave(wave: Any) -> dict[str, Any]:

@@ -25,7 +25,6 @@ from hertzlink.studies.table import WORDS, Named, Row, Rows, bracketed
 from hertzlink.studies.waves import contact_time
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.elements.theory import thick_wavelength
-from plates.reduced import Range, covers
 from plates.section import point_rigidity
 from plates.theory.impact import THESIS_IMPACT
 from structures.bodies.elasticity import pressure_speed, shear_speed
@@ -38,10 +37,6 @@ row, row_of_waves = Rows("plate_boundary"), Rows("plate_waves")
 DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240, 441, 40), 457))
 QUICK_DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.1, 0.15, 0.457)
 BRACKET, QUICK_BRACKET = 0.2e-3, 5.0e-3
-# Tolerance of the reduction. Up to 0.2 AR keeps its first five digits, but spurious waves appear late in the record.
-REDUCTION = 0.05
-# m: up to this distance one basis serves all samples; and its tolerance. All but two critical distances are less.
-NEAR, NEAR_REDUCTION = 0.045, 0.1
 TOLERANCE = 0.02
 # Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results.
 TOLERANCES = (0.01, TOLERANCE, 0.05)
@@ -51,22 +46,15 @@ RELATIVE_TOLERANCE = 0.05  # The tolerance in units of the far value, for compar
 HALF_ECHO = 0.4613
 
 
-def bases(quick: bool) -> list[Range]:
-    """Return the distances, m, of each basis: one serves all short ones, each farther one of the scan has its own."""
-    scan = QUICK_DISTANCES if quick else DISTANCES
-    return [(scan[0], NEAR), *(distance for distance in scan if distance > NEAR)]
-
-
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Return AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
     Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
     eight of the 27 distances of the first scan, and brackets of 5 mm, beside which numerical errors do not count.
     """
-    plates = tuple(each(reduced, [{"place": place} for place in bases(quick)], jobs))
 
     def build(thickness: float, distance: float, diameter: float) -> hl.CoSimulation:
-        return hl.CoSimulation(chain(diameter), struck(plates, thickness, distance))
+        return hl.CoSimulation(chain(diameter), struck(thickness, distance))
 
     scan, bracket = (QUICK_DISTANCES, QUICK_BRACKET) if quick else (DISTANCES, BRACKET)
     find = partial(
@@ -87,6 +75,18 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     if not quick:
         data = with_margins(data, jobs)
     return data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
+
+
+@lru_cache(maxsize=1)
+def modes() -> hl.ModalPlate:
+    """Return the modes of the plates of all thicknesses."""
+    return hl.ModalPlate(plate(THICKNESSES[0]), UNTIL)
+
+
+@lru_cache(maxsize=1)  # for the next bead diameter
+def struck(thickness: float, distance: float) -> hl.Structure:
+    """Return the plate, struck on its centre line."""
+    return modes().at(distance, SIDE / 2.0, thickness)
 
 
 def without_edges() -> xr.Dataset:
@@ -135,27 +135,10 @@ def ratio_error(diameter: float, thickness: float, distance: float) -> float:
     """Return how wrong AR is at a distance because of windows, mesh and reduction."""
 
     def build() -> hl.CoSimulation:
-        wall = plate(thickness).at(distance, SIDE / 2.0)
-        return hl.CoSimulation(chain(diameter), hl.reduce(wall, UNTIL, NEAR_REDUCTION))
+        return hl.CoSimulation(chain(diameter), modes().at(distance, SIDE / 2.0, thickness))
 
     with collected():
         return hl.numerical_error(build, UNTIL, SENSOR).margins["amplitude_ratio"]
-
-
-def reduced(place: Range) -> hl.ReducedPlate:
-    """Return the plates of all thicknesses for some distances on their centre line."""
-    tolerance, walls = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION, (THICKNESSES[0], THICKNESSES[-1])
-    return hl.ReducedPlate(plate(THICKNESSES[0]), UNTIL, place, SIDE / 2.0, tolerance, thickness=walls)
-
-
-@lru_cache(maxsize=1)  # for the next bead diameter
-def struck(plates: tuple[hl.ReducedPlate, ...], thickness: float, distance: float) -> hl.Structure:
-    """Return the reduced plate, struck on its centre line."""
-    for basis in plates:
-        if covers(basis.x, distance):
-            return basis.at(distance, SIDE / 2.0, thickness=thickness)
-    # Few samples of the refinement lie so far away.
-    return hl.reduce(plate(thickness).at(distance, SIDE / 2.0), UNTIL, REDUCTION)
 
 
 def table(data: xr.Dataset) -> list[Row]:

@@ -78,9 +78,8 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
         0.04 * n, 0.03 * n
     ),
     "panel": disc,
-    "any position": lambda n: hl.ReducedPlate(
-        hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED, **up_to(n)),
-        UNTIL * n, (0.03 * n, 0.05 * n), 0.03 * n, pulse=PULSE * n,
+    "any position": lambda n: hl.ModalPlate(
+        hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED, **up_to(n)), UNTIL * n
     ).at(0.042 * n, 0.03 * n),
     "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, UNTIL * n, **up_to(n)),
     "infinite plate": lambda n: hl.infinite_plate(2e-3 * n, ALLOY),

@@ -36,7 +36,8 @@ def test_numbers_beyond_any_quantity(call: Callable[[], Any], words: str) -> Non
 def test_kinds_of_numbers() -> None:
     """A fraction, and an array without dimensions, are numbers."""
     assert hl.average_taps([TAP, TAP], sensor=Fraction(7)).sensor.item() == 7
-    assert hl.ReducedPlate(PLATE, 1e-4, x=0.03, y=np.array(0.05)).y == 0.05
+    plate = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"))
+    assert hl.ModalPlate(plate, 1e-4).at(x=0.03, y=np.array(0.05)).origin["at"] == [0.03, 0.05]
 
 
 def test_deep_input_and_what_is_not_there(tmp_path: Any) -> None:

@@ -1,12 +1,10 @@
-"""Gauss's quadrature of a sum, and the oscillators of one contact that it gives."""
+"""Gauss's quadrature of a sum."""
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh_tridiagonal
 
 from structures.kernels.quadrature import LANES, tridiagonal
-from structures.reduction import change, pulse_answer
-from structures.shared_basis import SharedBasis, _projected, _vectors, compressed
 
 
 def rule(points, weights, size):
@@ -36,14 +34,3 @@ def test_points_that_coincide_or_weigh_nothing_count_as_they_should(seed):
     nodes, sums = rule(points, weights, apart.size)
     assert nodes == pytest.approx(apart, abs=1e-10)
     assert sums == pytest.approx([weights[points == point].sum() for point in apart], rel=1e-9)
-
-
-@pytest.mark.parametrize("size", [5, 30, 200])
-def test_oscillators_of_one_contact_are_those_that_vectors_give(size):
-    random = np.random.default_rng(1)
-    square, contact = (1e5 * np.arange(200.0)) ** 2, random.normal(size=(200, 1))
-    contact[::4] = 0.0
-    basis = SharedBasis(square, np.arange(200), np.eye(200), [], (1.0,), 2e5)
-    few, expected = compressed(basis, contact, size), _projected(_vectors(basis, contact, size), square, contact)
-    assert few.square.size == expected.square.size == min(size, 150)
-    assert change(pulse_answer(few, 1e-3, 25e-6), pulse_answer(expected, 1e-3, 25e-6)) < 1e-9
