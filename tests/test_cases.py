@@ -492,7 +492,7 @@ def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> No
         pytest.param(
             "identify-edge.toml",
             ["structure.length=400 mm", "structure.width=200 mm", "structure.at=['60 mm', '100 mm']", "run.until=1 ms"],
-            "on the plate with its nearest edge alone, then fits on the whole plate",
+            "on the modes of the plate",
             marks=pytest.mark.thorough,
         ),
     ],
