@@ -201,7 +201,6 @@ class ModalPlate:
         rigidity, mass = float(section.bending[0, 0]), section.mass
         a, impedance = (rigidity / mass) ** 0.5, 8.0 * (rigidity * mass) ** 0.5
         cut, nu = a * self._cut_off**2, section.struck.poisson_ratio
-
         fourth, shape = self._modes(place, nu)
         modes = a * np.sqrt(fourth)
         one_edge = HalfPlane(a, impedance, edge, distance, nu)
