@@ -16,6 +16,7 @@ from structures.checks import instance
 from structures.described import checked_call
 from structures.field import Field
 from structures.fineness import fineness
+from structures.linear_algebra.factor import factorise
 from structures.linear_algebra.one_thread import one_thread
 from structures.maxwell import maxwell_arms, with_arms
 from structures.quantities import Likely, Quantity, Several
@@ -49,9 +50,10 @@ MOST_VECTORS, MOST_KEPT = 600, 8
 """Default limit of the basis: dense matrices of this size are diagonalised in about a second. And the number of
 structures whose oscillators are kept: a fit comes back to the latest."""
 
-LEAST_NEW_PART, LEAST_ARM_STIFFNESS = 1e-10, 1e-14
+LEAST_NEW_PART, LEAST_ARM_STIFFNESS, MOST_IN_VAIN = 1e-10, 1e-14, 4
 """A vector is dropped if the fraction of it that is new to the basis is smaller than the first. A direction gets no arm
-if the stiffness of the arm there is below the second, as a fraction of its largest stiffness."""
+if the stiffness of the arm there is below the second, as a fraction of its largest stiffness. And the steps with
+damping forces, one after the other, that may bring nothing new."""
 
 NEGATIVE_ROUNDING = 1e-9
 """A negative square of an angular frequency above −NEGATIVE_ROUNDING s² is attributed to rounding. s: the expansion
@@ -76,9 +78,10 @@ def reduce(
     """Reduce a structure to oscillators (M = I, K diagonal) with the same motion of the contact points.
 
     The basis holds Lanczos vectors of (K + s²M)⁻¹M, started from (K + s²M)⁻¹b and M-orthogonalised twice; each contact
-    starts a vector of its own. K is projected on the basis and diagonalised. A damping matrix is projected on the same
-    basis. Rayleigh damping stays diagonal, so each oscillator has its own damping. Maxwell arms are kept, for each
-    relaxation time at most as many as there are oscillators; they are massless, and K couples them to the oscillators.
+    starts a vector of its own. Damping that is no sum of M and K takes second-order Arnoldi vectors instead. K is
+    projected on the basis and diagonalised, and a damping matrix is projected on the same basis. Rayleigh damping stays
+    diagonal, so each oscillator has its own damping. Maxwell arms are kept, for each relaxation time at most as many as
+    there are oscillators; they are massless, and K couples them to the oscillators.
     A structure that equals one of the latest is not reduced again, so a fit of the chain reduces its plate once.
 
     Parameters
@@ -121,7 +124,7 @@ def reduce(
 
     References
     ----------
-    Bai, Appl. Numer. Math. 43 (2002) 9.
+    Bai, Appl. Numer. Math. 43 (2002) 9; with damping: Bai and Su, SIAM J. Matrix Anal. Appl. 26 (2005) 640.
 
     Examples
     --------
@@ -259,7 +262,7 @@ class _Krylov:
     """
 
     def __init__(self, structure: Structure, largest: int, point: float) -> None:
-        self.point, self._solve, self._size = point, structure.matrices.shifted_solve(point), structure.size
+        self.point, self._size = point, structure.size
         self.mass, self.stiffness, damping = structure.mass, structure.stiffness, structure.damping
         self.contact, self._inner = structure.contact_vectors, slice(None)  # type: Vector, Any
         self.coupling, found = sparse.csr_array((0, structure.size)), maxwell_arms(structure)
@@ -276,9 +279,20 @@ class _Krylov:
         self.largest, self.size = min(largest, size), 0
         self.basis, self.weighted = np.empty((self.largest, size)), np.empty((self.largest, size))  # rows v and M v
         self.projected = np.empty((self.largest, self.largest))
-        self.pending, self.postponed = list(self.contact.T), list[Vector]()
         parts = [self.damping, *(arm for _, arm in self.arms)]
         self.recursive = all(part is None or part.rates is not None for part in parts)
+        # Forces that lead on, each with the vector before, which Arnoldi's second-order method needs.
+        self.pending = [(force, np.zeros(size)) for force in self.contact.T]
+        self.postponed: list[tuple[Vector, Vector]] = []
+        self.second, self.vain = self.damping is not None and self.damping.rates is None, 0
+        self.before, shifted = np.empty((self.largest if self.second else 0, size)), structure.matrices.shifted_solve
+        if self.second:
+            of_body = np.zeros(self._size)
+            of_body[self._inner] = 1.0
+            whole = sparse.diags_array(of_body) @ structure.damping @ sparse.diags_array(of_body)
+            self._solve = factorise(structure.stiffness + point * whole + point**2 * structure.mass)
+        else:
+            self._solve = shifted(point)
 
     def solve(self, right: Vector) -> Vector:
         """Solve (K + s²M) x = y, with no force on the arms."""
@@ -319,30 +333,40 @@ class _Krylov:
         return self.size > before
 
     def _add(self) -> None:
-        """Add the next vector; with damping, the direction of the damping forces is followed as well as that of
-        inertia.
+        """Add the next vector: by inertia alone r = K̃⁻¹M v, K̃ = K + s²M; with damping forces that no sum of M and K
+        has, r = −s K̃⁻¹[(2s M + C) v + s M u], u the vector before, K̃ = K + s C + s²M, in second-order Arnoldi steps.
 
         The forces of arms come last: in rods of several layers they fill the basis with shapes that matter little.
         """
-        k, mass, near = self.size, self.mass, 2 * self.contact.shape[1]
-        vector, lost = self.solve((self.pending or self.postponed).pop(0)), 0.0
+        k, mass, point, near = self.size, self.mass, self.point, 2 * self.contact.shape[1]
+        force, before = (self.pending or self.postponed).pop(0)
+        vector, lost = self.solve(force), 0.0
         # Lanczos's new vector has a part in the last two (for each contact) only, in exact numbers; the whole basis
         # clears the rounding.
         for first in (max(k - near, 0) if self.recursive else 0, 0):
             parts = self.weighted[first:k] @ vector
             vector -= parts @ self.basis[first:k]
             lost += float(parts @ parts)
+            if self.second:
+                before = before - parts @ self.before[first:k]
         weighted = mass @ vector
         square = max(vector @ weighted, 0.0)
         if square <= LEAST_NEW_PART**2 * (lost + square):
+            self.vain += 1
+            if self.second and self.vain <= MOST_IN_VAIN:  # the pair (v, u) may still lead on by u
+                self.pending.append((-(point**2) * (mass @ before), np.zeros_like(before)))
             return
         norm = np.sqrt(square)
         self.basis[k], self.weighted[k] = vector / norm, weighted / norm
-        self.size = k + 1
-        self.pending.append(self.weighted[k])
-        if self.damping is not None and self.damping.rates is None:
-            self.pending.append(self.damping.apply(self.basis[k]))
-        self.postponed += [arm.apply(self.basis[k]) for _, arm in self.arms if arm.rates is None]
+        self.size, self.vain = k + 1, 0
+        if self.second:
+            self.before[k] = before / norm
+            force = (2.0 * point) * self.weighted[k] + self.damping.apply(self.basis[k])  # type: ignore[union-attr]
+            self.pending.append((-point * (force + point * (mass @ self.before[k])), self.basis[k]))
+        else:
+            self.pending.append((self.weighted[k], before))
+        none = np.zeros_like(before)
+        self.postponed += [(arm.apply(self.basis[k]), none) for _, arm in self.arms if arm.rates is None]
 
     def oscillators(self) -> Modes:
         """Return ω², b, C and the arms in the eigenvectors of K within the basis."""

@@ -104,6 +104,11 @@ class Structure:
         for name, matrix in (("mass", matrices.mass), ("stiffness", matrices.stiffness), ("damping", damping)):
             if matrix is not None and matrix.shape != (n, n):
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
+        held = matrices.stiffness.diagonal() + (0.0 if damping is None else damping.diagonal())
+        if (loose := np.flatnonzero((matrices.mass.diagonal() == 0.0) & (held == 0.0))).size:
+            raise ValueError(
+                f"mass, stiffness: degree of freedom {loose[0]} has neither; nothing determines its motion"
+            )
         flexibility, surface = self.flexibility, self.surface
         if count == 1:
             finite("flexibility", flexibility, "m/N")

@@ -341,3 +341,28 @@ def test_loss_factor_is_what_a_cycle_loses() -> None:
     stored, force = 0.5 * square, 2.0 * np.pi**2 * 1e3 * damped.damping[0, 0]
     assert force / (2.0 * np.pi * stored) == pytest.approx(0.04, rel=1e-12)
     assert hl.damped(one, hl.damping.Modal(0.0 / 2)) is one
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.3])
+def test_a_reduction_meets_damping_far_from_the_contact(scatter: float) -> None:
+    """A line of masses and springs that scatter, whose far third is damped, after a pulse at its end: as the whole."""
+    random, size = np.random.default_rng(0), 400
+    stiffness, mass = (scale * (1.0 + scatter * random.uniform(-1.0, 1.0, size)) for scale in (6e7, 4e-5))
+    inside = stiffness + np.append(stiffness[1:], 0.0)
+    line = sparse.diags_array([-stiffness[1:], inside, -stiffness[1:]], offsets=[-1, 0, 1], shape=(size, size))
+    damping = sparse.diags_array(np.where(np.arange(size) < size // 3, 2.0, 0.0))
+    end = np.zeros(size)
+    end[-1] = 1.0
+    whole = hl.Structure(sparse.diags_array(mass), line, damping, end, 0.0, hl.Surface(hl.PTFE))
+    bodies = [hl.stepping.MovingStructure(body) for body in (whole, hl.reduce(whole, until=1e-3))]
+    states, window, moved = [body.start() for body in bodies], 1e-6, []
+    for step in range(1000):
+        force = 10.0 * np.sin(np.pi * step / 40) ** 2 if step < 40 else 0.0
+        ends = [body.advance(state, force, window) for body, state in zip(bodies, states, strict=True)]
+        states = [state for state, _ in ends]
+        moved.append([place for _, place in ends])
+    exact, reduced = np.transpose(moved)
+    assert bodies[1].size < 100
+    assert abs(reduced - exact).max() < 0.01 * abs(exact).max()
+    energies = [body.energy(state) for body, state in zip(bodies, states, strict=True)]
+    assert energies[1] == pytest.approx(energies[0], rel=0.02)

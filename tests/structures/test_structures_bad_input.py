@@ -132,6 +132,7 @@ BODY: Made = (
         (BODY, {"contact": [0.0, 0.0]}, "contact: must not be zero"),
         (BODY, {"contact": [[0.0, 0.0], [1.0, 0.0]]}, "contact: must not be zero"),
         (BODY, {"stiffness": [[np.nan, 0.0], [0.0, 1.0]]}, "stiffness: must hold finite numbers"),
+        (BODY, {"mass": np.diag([0.0, 1.0]), "stiffness": np.diag([0.0, 1e7])}, "degree of freedom 0 has neither"),
         (BODY, {"stiffness": np.ones((2, 3))}, r"stiffness has shape \(2, 3\): must be square"),
         (BODY, {"contact": [1.0, 0.0, 0.0]}, r"mass has shape \(2, 2\): must be \(3, 3\)"),
         (BODY, {"stiffness": np.eye(3)}, r"stiffness has shape \(3, 3\): must be \(2, 2\)"),
