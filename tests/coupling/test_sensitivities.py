@@ -345,7 +345,7 @@ SPREADS = [
     ({"modulus": "1 %", "seed": "x"}, "seed = 'x': must be a whole number, 0 or more"),
     ({"modulus": "1 %", "draws": "10"}, "draws = '10': must be a whole number, 0 or more"),
     ({"modulus": "1 %", "sensor": [4]}, r"sensor = \[4\]: must be a whole number, 1 or more"),
-    ({"modulus": "1 %", "sensor": 1e200}, "sensor = 1e[+]200: must be a whole number, at most"),
+    ({"modulus": "1 %", "sensor": 1e200}, "sensor = 1e[+]200: must be a whole number, 1 or more"),
 ]
 
 
