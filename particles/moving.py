@@ -1,10 +1,10 @@
 """A chain in motion: the participant that faces a surface, and its state."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property, wraps
+from dataclasses import dataclass
+from functools import cached_property
 from math import ceil, inf, pi, sqrt
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gamma
@@ -13,6 +13,7 @@ from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain, reduced_masses, static_forces
 from particles.dissipation import fastest_rate
+from particles.facts import fact, shared_facts
 from particles.joined import joined, pace_of
 from particles.kernels import motion as kernels
 from particles.kernels.losses import NoLoss
@@ -49,43 +50,10 @@ class ChainState(NamedTuple):
     driven: float = 0.0
 
 
-UNDERFLOW = 1e-300
-"""The smallest number that is divided by."""
+TINY = float(np.finfo(float).tiny)
 
 MOST_STEPS = 1e13
 """Steps × bodies in a run: some hours."""
-
-MOST_CHAINS = 64
-"""Chains whose facts are kept at a time."""
-
-_CHAINS: dict[Any, tuple[Any, dict[str, Any]]] = {}
-"""Parts of the last chains, and their facts: a batch has thousands that differ in the speed only."""
-
-T = TypeVar("T")
-
-
-def fact(make: Callable[[Any], T]) -> cached_property[T]:
-    """Return a property that is made once for chains that differ in the impact speed only; as a decorator."""
-
-    @wraps(make)
-    def of_chain(chain: "MovingChain") -> T:
-        made: T = chain.once(make.__name__, lambda: make(chain))
-        return made
-
-    return cached_property(of_chain)
-
-
-def _never_changes(part: Any) -> bool:
-    """Return whether a part of a chain is plain, or a frozen dataclass of ours of such parts."""
-    if part is None or isinstance(part, bool | int | float | str):
-        return True
-    if isinstance(part, tuple):
-        return all(map(_never_changes, part))
-    kind: Any = type(part)
-    ours = kind.__module__.startswith(("hertzlink", "particles", "structures")) and is_dataclass(kind)
-    return (
-        ours and kind.__dataclass_params__.frozen and all(_never_changes(getattr(part, f.name)) for f in fields(kind))
-    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,8 +118,7 @@ class MovingChain:
             positive("impact_energy", self.impact_energy, "J")
         positive("fineness", self.fineness)
         vars(self).update(self.shared)
-        # The static equilibrium refuses what is wrong with loads, laws and bodies.
-        _ = self.rest
+        _ = self.rest  # the equilibrium refuses what is wrong with loads, laws and bodies
         if min(self.flexibility, self.behind_flexibility) < 0.0:
             self._check_flexibility()
         self._check_step()
@@ -164,26 +131,9 @@ class MovingChain:
 
     @cached_property
     def shared(self) -> dict[str, Any]:
-        """The facts of an earlier chain with the same parts and loads; empty where there is none, or parts may change.
-
-        Only parts of our own never change. A user's bead, law or loss may.
-        """
-        chain = self.chain
-        ends = self.surface, self.behind
-        parts = (*chain.beads, chain.striker, chain.law, chain.dissipation, *ends)
-        loads = chain.gravity, chain.inclination, chain.preload, self.flexibility, self.behind_flexibility
-        # Structures that differ make their surfaces anew; equal ones are as good.
-        faced = [end if type(end) is Surface else id(end) for end in ends]
-        key = type(self), type(chain), chain.impact_speed is None, loads, *faced, *map(id, parts[:-2])
-        # Other threads may forget it meanwhile.
-        if (entry := _CHAINS.get(key)) is not None:
-            return entry[1]
-        facts = dict[str, Any]()
-        if type(self) is MovingChain and all(map(_never_changes, parts)):
-            for old in list(_CHAINS)[: 1 - MOST_CHAINS or None]:
-                _CHAINS.pop(old, None)
-            # With the parts: another object could get the number of one that is gone.
-            _CHAINS[key] = parts, facts
+        """The facts of an earlier chain that differs in its speed alone; empty where there is none."""
+        springs, ends = (self.flexibility, self.behind_flexibility), (self.surface, self.behind)
+        facts: dict[str, Any] = shared_facts(self.chain, springs, ends) if type(self) is MovingChain else {}
         return facts
 
     @fact
@@ -261,7 +211,7 @@ class MovingChain:
         """A half-swing of each contact under its preload, s; zero where there is no contact."""
         tangent = self._over_contacts(lambda law, i: law.tangent(self.preload[i]))
         there = self._over_contacts(lambda law, i: np.ones(i.size))
-        return there * pi / np.sqrt(np.maximum(tangent / self.reduced_mass, UNDERFLOW))
+        return there * pi / np.sqrt(np.maximum(tangent / self.reduced_mass, TINY))
 
     @cached_property
     def transit_time(self) -> float:
@@ -274,8 +224,7 @@ class MovingChain:
     @property
     def speed(self) -> float:
         """The scale of the bodies' speeds, m/s: the first body's with all of that energy."""
-        moved = self.mass[0] if self.chain.body else self.mass[1]
-        return sqrt(2.0 * self.energy / float(moved))
+        return sqrt(2.0 * self.energy / float(self.mass[0 if self.chain.body else 1]))
 
     @cached_property
     def damping_time(self) -> float:
@@ -289,7 +238,7 @@ class MovingChain:
             return inf
         deepest = self._deepest_alone + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
-        secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], UNDERFLOW))
+        secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], TINY))
         fastest = fastest_rate(loss, self.reduced_mass, tangent, secant, self.speed)
         return 1.0 / fastest if fastest > 0.0 else inf
 
@@ -465,9 +414,9 @@ class MovingChain:
 
     def _check_behind(self) -> None:
         """A surface behind the chain has the place of a striker."""
-        finite("behind_flexibility", self.behind_flexibility, "m/N")
-        if self.behind is None and self.behind_flexibility != 0.0:
-            raise ValueError(f"behind_flexibility = {self.behind_flexibility!r}: must be 0 where nothing is behind")
+        spring = finite("behind_flexibility", self.behind_flexibility, "m/N")
+        if self.behind is None and spring != 0.0:
+            raise ValueError(f"behind_flexibility = {spring!r}: must be 0 where nothing is behind")
         if self.behind is not None:
             instance("behind", self.behind, Surface, "a Surface(material), or None")
             if not self.chain.excitation.allows_structure_behind:

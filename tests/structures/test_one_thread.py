@@ -65,7 +65,7 @@ def test_a_reduction_and_what_runs_within_it(monkeypatch: pytest.MonkeyPatch) ->
         seen.append(threads())
         return scipy.linalg.eigh(*args, **kwargs)
 
-    monkeypatch.setattr("structures.reduction.eigh", counted)
+    monkeypatch.setattr("structures.krylov.eigh", counted)
     hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=1e-4)
     assert seen
     assert all(found == {1} for found in seen)

@@ -140,8 +140,8 @@ def answer_of(structure: hl.Structure) -> float:
 def test_an_equal_structure_is_reduced_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Built anew it gives the same; another place, support, damping or setting is reduced anew; few are kept."""
     made = list[object]()
-    krylov = reduction._Krylov
-    monkeypatch.setattr(reduction, "_Krylov", lambda *given: made.append(given) or krylov(*given))
+    krylov = reduction.Krylov
+    monkeypatch.setattr(reduction, "Krylov", lambda *given: made.append(given) or krylov(*given))
     monkeypatch.setattr(reduction, "_LATEST", {})
 
     def rod(thickness: float = 0.1, base: str = "free") -> hl.Structure:

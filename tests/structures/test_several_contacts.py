@@ -14,8 +14,9 @@ from scipy.linalg import expm
 import hertzlink as hl
 from structures.bodies.rod import rod_parts
 from structures.damping import Modal, Rayleigh, StandardLinearSolid
+from structures.krylov import Modes
 from structures.linear_algebra.factor import factorise
-from structures.reduction import Modes, _receptance
+from structures.reduction import _receptance
 
 Array = NDArray[np.float64]
 
