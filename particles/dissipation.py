@@ -119,7 +119,7 @@ def kernel_losses(losses: Sequence[tuple[Dissipation | None, Vector]], present: 
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
-    """Return coefficients of a loss at contacts of these reduced masses, kg; a ValueError if they are not valid."""
+    """Return the coefficients of a loss at contacts of these reduced masses, kg; a ValueError if they are not valid."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
     if piece not in (*CONTACT_PIECES, "bodies", "drag") and getattr(piece, "_fields", ("",))[0] != "coefficient":
         raise ValueError(

@@ -306,7 +306,7 @@ class Piston(_History):
             raise ValueError(f"displacement: must start from 0 m, not {self.displacement[0]!r}")
 
     def energy(self, mass: float, gravity: float) -> float:
-        """Return that of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
+        """Return the energy of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
         times, values, rates = self.history
         fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2

@@ -264,7 +264,8 @@ def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
 
 
 def _patch(section: Section, radius: float | None) -> float:
-    """Return radius of the disc that is pushed, m; raise a ValueError where it is not small compared with the plate."""
+    """Return the radius of the disc that is pushed, m; raise a ValueError where it is not small compared with the
+    plate."""
     if radius is None:
         return PATCH * section.thickness
     patch, widest = radius, WIDEST * section.thickness

@@ -171,7 +171,7 @@ class ModalPlate:
         return 2.0 * pi / self.plate.shortest_wavelength
 
     def at(self, x: float, y: float, thickness: float | None = None, material: Material | None = None) -> Structure:
-        """Return oscillators of the plate struck at (x, y), of another thickness or material where they are given.
+        """Return the oscillators of the plate struck at (x, y), of another thickness or material where they are given.
 
         Parameters
         ----------

@@ -237,12 +237,12 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
 
 
 def _estimate(before: Modes, modes: Modes, until: float, length: float) -> float:
-    """Return change of the displacement after a pulse of a length, s, from a smaller to a larger number of vectors."""
+    """Return the change of the displacement after a pulse of a length, s, from fewer vectors to more."""
     return change(*(pulse_answer(basis, until, length) for basis in (before, modes)))
 
 
 def pulse_answer(modes: Modes, until: float, length: float) -> Vector:
-    """Return the laplace transform, at σ + iω, of the displacements of the contacts after a raised-cosine pulse of a
+    """Return the Laplace transform, at σ + iω, of the displacements of the contacts after a raised-cosine pulse of a
     length, s, on each.
 
     By Parseval's theorem its norm is that of e^(−σt) w(t) over time.

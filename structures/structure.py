@@ -235,7 +235,7 @@ def known_field(structure: Structure, name: str = "structure") -> Field:
 
 
 def surfaces_of(structure: Any) -> tuple[Surface, ...]:
-    """Return surfaces of all contacts of a structure or a participant, whose `surface` is one or a tuple of them."""
+    """Return the surfaces of all contacts of a structure or participant, whose `surface` is one or a tuple of them."""
     surface = structure.surface
     return surface if isinstance(surface, tuple) else (surface,)
 

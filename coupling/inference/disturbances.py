@@ -88,7 +88,7 @@ class Whitener(NamedTuple):
 
 
 def whitener(disturbance: Disturbance | None, noise: float, used: Vector, lead: int) -> Whitener:
-    """Return that of a sensor; noise: standard deviation of a sample, N; used: which samples count.
+    """Return the whitener of a sensor; noise: standard deviation of a sample, N; used: which samples count.
 
     lead: the samples whose median is the zero of the force, which they give with an error; 0 if it has none.
     """

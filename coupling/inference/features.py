@@ -65,7 +65,8 @@ class Features(Misfit):
         self.spread = self._spread(scattered)
 
     def _scattered(self, time: Vector, forces: Vector, number: int, seen: bool = False) -> Vector:
-        """Return waves of traces with the signal's noise, or with white noise as the reader sees it: draws × values."""
+        """Return the waves of traces with the signal's noise, or with white noise as the reader sees it: draws ×
+        values."""
         random = np.random.default_rng(SEED)
         noise, memory = (self._seen, np.zeros(len(forces))) if seen else (self._noise, self._memory)
         size = (noise * np.nanmax(abs(forces), axis=-1))[:, None]

@@ -236,7 +236,7 @@ class Identification:
         return html_table("Identification", [*rows, ("residual over noise", f"{self.misfit:.3g}")])
 
     def to_dataset(self) -> xr.Dataset:
-        """Return the everything as a Dataset: values, intervals, correlation, traces and residual.
+        """Return everything as a Dataset: values, intervals, correlation, traces and residual.
 
         Returns
         -------

@@ -243,7 +243,8 @@ class Judgement:
         return scale[:, None] * white * scale, float(np.sqrt(ratio)), white_noise, float(t.ppf(0.975, left))
 
     def _correlated(self, point: Point, white: Vector) -> tuple[Vector, float]:
-        """Return covariance of columnsᵀ · residual for noise correlated in time, and the number of independent samples.
+        """Return the covariance of columnsᵀ · residual for noise correlated in time, and the number of independent
+        samples.
 
         The correlation is that of the whole record: where the columns are large, the fit has suppressed it.
         """
@@ -273,7 +274,7 @@ class Judgement:
         return (1.0 if explained else ratio) * white + lacking, float(np.sqrt(ratio)), explained, 1.959964
 
     def _lacking(self, point: Point, discrepancy: float) -> Vector:
-        """Return covariance of columnsᵀ · residual by what the model lacks, in parts of each peak, of unit noise."""
+        """Return the covariance of columnsᵀ · residual by what the model lacks: a part of each peak, of unit noise."""
         information = np.zeros((point.columns.shape[1],) * 2)
         if discrepancy == 0.0:
             return information

@@ -58,7 +58,7 @@ class Measured(NamedTuple):
     disturbances: Sequence[Disturbance | None] = ()
 
     def disturbance(self, row: int) -> Disturbance | None:
-        """Return that of a sensor."""
+        """Return the disturbance of a sensor."""
         return self.disturbances[row] if self.disturbances else None
 
     @property
@@ -371,7 +371,7 @@ class Misfit:
         return self.point(p, self._traces(p), self._last_slopes[-1])
 
     def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
-        """Return all of it from runs that are known. slopes: of the traces with the places."""
+        """Return all of the misfit from runs that are known. slopes: of the traces with the places."""
         sensors = len(self.measured.sensors)
         residuals, projected, full, gains, offsets, fitted = [], [], [], [], [], []
         moments = self.measured.time - self.time_zero(p)

@@ -220,7 +220,7 @@ class Prediction:
         return self.known_traces([places])[0]
 
     def known_traces(self, places: Sequence[Vector]) -> list[Vector]:
-        """Return those of runs; of those done lately without other runs."""
+        """Return the traces of runs; those done lately are not run again."""
         known = {key: self._last[key] for place in places if (key := place.tobytes()) in self._last}
         if others := [place for place in places if place.tobytes() not in known]:
             known |= {place.tobytes(): trace for place, trace in zip(others, self.traces(others), strict=True)}

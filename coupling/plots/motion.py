@@ -220,7 +220,8 @@ def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
 
 
 def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
-    """Return degrees of freedom at the rows, and the displacements of the contacts at all times up to the last row."""
+    """Return the degrees of freedom at the rows, and the displacements of the contacts at all times up to the last
+    row."""
     moving, wanted = MovingStructure(structure), set(rows.tolist())
     state, contact = moving.start(), np.zeros((len(force) + 1, structure.contacts))
     states = [state.displacement] if 0 in wanted else []

@@ -103,7 +103,8 @@ def _laid_out(drawn: Drawn) -> None:
 
 
 def described_input(run: Any, name: str = "run") -> dict[str, Any]:
-    """Return input of a run as plain data: chains, structures and contacts; raise a ValueError where it is not known.
+    """Return the input of a run as plain data: chains, structures and contacts; raise a ValueError where it is not
+    known.
 
     name: what an error calls the argument.
     """

@@ -74,7 +74,7 @@ class Drawn:
 
 
 def half_height(structure: Any) -> float:
-    """Return half of the height of a structure from the side, mm."""
+    """Return half the height of a structure, seen from the side, mm."""
     if isinstance(structure, Mapping) and structure.get("layers"):
         return 1.2e3 * max(float(layer["radius"]) for layer in structure["layers"])
     return SPACE

@@ -166,7 +166,8 @@ def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.D
 
 
 def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
-    """Return time of flight TOF: from the peak of the incident wave's force at a sensor to that of the reflected wave.
+    """Return the time of flight, TOF: from the peak of the incident wave's force at a sensor to that of the reflected
+    wave.
 
     Parameters
     ----------

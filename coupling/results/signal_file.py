@@ -212,7 +212,8 @@ def _check_segment(path: Path, segment: int | None, count: int) -> None:
 
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
-    """Return column of the time of each sensor: the nearest to the left that increases; None where there is none."""
+    """Return the column of times of each sensor: the nearest one to its left that increases; None where there is
+    none."""
     increasing = file.increasing
     swapped = [column for column in column_of.values() if column in increasing]
     if swapped:
@@ -359,7 +360,7 @@ def _checked_second(step: float, unit: Unit, header: Header, stated: object) -> 
 
 
 def _unit(path: Path, header: Header, column: int, wanted: str, stated_unit: str | None) -> Unit:
-    """Return unit of a column: the header's or the stated one; a ValueError where these differ or mean nothing here."""
+    """Return the unit of a column, from the header or as stated; a ValueError where these differ or do not fit."""
     stated = header.unit(column, wanted)
     name = "time_unit" if wanted == TIME else "unit"
     unit = quantity_of(stated_unit, wanted) if stated_unit is not None else None

@@ -93,7 +93,7 @@ def read_signal(
     start: float | None = None,
     segment: int | None = None,
 ) -> xr.Dataset:
-    """Return Dataset of a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
+    """Read a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
 
     Parameters
     ----------
@@ -236,8 +236,7 @@ def _si(name: str, unit: str, wanted: str) -> str:
 
 
 def _doubts(data: xr.Dataset, upright: str) -> list[str]:
-    """Return what of a signal suggests a wrong unit, or sensors that are wired the other way round; upright: what mends
-    these."""
+    """Return what suggests a wrong unit, or sensors that are wired the other way round; upright: what mends these."""
     doubts: list[str] = []
     negative = []
     step = float(data.time[1] - data.time[0])

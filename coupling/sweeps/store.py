@@ -90,7 +90,8 @@ class Store:
             raise ValueError(f"store: {self.folder} cannot be written; {error.strerror}") from error
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
-        """Return outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
+        """Return the outcome of a point, None if it has not been run; raise a ValueError for a damaged or foreign
+        file."""
         path = self._path(point, ".point")
         if not path.exists():
             return None

@@ -23,7 +23,8 @@ MOST_ITEMS = 12
 
 
 def input_tables(inputs: Mapping[str, Any], of: str = "") -> list[Table]:
-    """Return tables of the chains, the structures and the rest. of: whose they are, where a result has several runs."""
+    """Return the tables of the chains, the structures and the rest. of: whose they are, where a result has several
+    runs."""
     rest = {name: value for name, value in inputs.items() if name not in ("chain", "chains", "structure", "structures")}
     groups: list[tuple[str, Any]] = []
     for single, many in (("chain", "chains"), ("structure", "structures")):

@@ -78,7 +78,8 @@ def edge_design(
     diameter: float, values: Mapping[str, float], noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
     contact: str = KNOWN,
 ) -> Design:  # fmt: skip
-    """Return design of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
+    """Return the design of one plate, for all sensors and the longest record. contact: where the modulus is not
+    known."""
 
     def build(**unknowns: float) -> hl.CoSimulation:
         return edge_case(diameter, **unknowns, contact=contact)

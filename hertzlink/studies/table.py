@@ -113,7 +113,8 @@ class Rows:
         self, name: str, computed: float | str | None, /, *said: object, theory: float | str = "",
         otherwise: Mapping[str, float | str] = MappingProxyType({}), holds: bool | None = None, **labels: object,
     ) -> Row:  # fmt: skip
-        """Return row of an entry. said: the values in its reason; labels: those in its name; the others as of a Row."""
+        """Return the row of an entry. said: the values in its reason; labels: those in its name; the others as of a
+        Row."""
         entry = self.entries[name]
         computed = entry.ours if computed is None else computed
         reason = entry.reason.format(*said) if said else entry.reason

@@ -200,7 +200,8 @@ class MovingDeformableChain(MovingChain):
         return 2.0 * pi / fastest if fastest > 0.0 else inf
 
     def amplitudes(self, coordinates: Vector) -> Vector:
-        """Return those of the modes in positions or velocities, saved times × bodies × modes."""
+        """Return the amplitudes of the modes, or their rates, from positions or velocities, saved times × bodies ×
+        modes."""
         bodies, (_, elastic) = self.mass.size, self.vibrations.struck.shape
         return coordinates[:, bodies : bodies * (1 + elastic)].reshape(len(coordinates), bodies, elastic)
 

@@ -140,7 +140,8 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
 
 
 def tag_fields(source: Any) -> list[str]:
-    """Return names of the data that may number cells: one whole number for each. Integers come before other numbers."""
+    """Return the names of data that may number cells: one whole number for each; those stored as integers come
+    first."""
     kinds: dict[str, list[str]] = {"iu": [], "f": []}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]

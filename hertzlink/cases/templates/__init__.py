@@ -81,7 +81,8 @@ def _next(path: Path) -> str:
 
 
 def case_again(file: Path) -> tuple[str, str]:
-    """Return text of the case of a result, and the name of the signal's file where the case was identified from one.
+    """Return the text of the case of a result, and the name of the signal's file where the case was identified from
+    one.
 
     A ValueError that says in one line what else the file holds.
     """
