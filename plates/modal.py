@@ -40,8 +40,10 @@ CELL = 0.9
 FADED = 0.5
 """Modes fade out from this part of the cut-off on, as the half-plane fades in. A sharp cut leaves ± 2e-3 of AR."""
 
-MODES = 800
-"""Modes of a whole plate at least: near a corner of a small plate the second edge counts above 40 kHz, too."""
+MODES = (800, 5000)
+"""Modes of a whole plate. At least: near a corner of a small plate the second edge counts above 40 kHz, too. At most:
+more take minutes, and of a large thin plate the half-plane answers above.
+"""
 
 OSCILLATORS = 15.0
 """Oscillators that a contact needs, in units of √(until · highest frequency): traces are within 1e-4 of all modes."""
@@ -163,8 +165,8 @@ class ModalPlate:
     def _cut_off(self) -> float:
         """Wavenumber of the highest mode, 1/m."""
         # There are A k²/4π modes below k (Weyl).
-        of_modes = (4.0 * pi * MODES / (self.plate.length * self.plate.width)) ** 0.5
-        return float(max(of_modes, self._greatest) * fineness().cells ** 0.5)
+        least, most = ((4.0 * pi * modes / (self.plate.length * self.plate.width)) ** 0.5 for modes in MODES)
+        return float(min(max(least, self._greatest), most) * fineness().cells ** 0.5)
 
     @cached_property
     def _greatest(self) -> float:
