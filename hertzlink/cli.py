@@ -5,26 +5,19 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from time import perf_counter
 
 import click
 import joblib
 
 from coupling.black_box import NotConverged
-from coupling.results.findings import one_of_each, warn, with_warnings
-from coupling.results.provenance import provenance, versions
-from coupling.sweeps.progress import one_bar
+from coupling.results.provenance import versions
 from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
 from hertzlink.commands.precice_command import precice_case
 from hertzlink.commands.signal_command import show_signal
-from hertzlink.commands.study_command import StudyCommand, folder_options, study_options
-from hertzlink.output_folder import check_output, forget, write_folder
-from hertzlink.studies import STUDIES, LongStudy, study
-from hertzlink.studies.writing import QUICK, Written, read_study
-from hertzlink.terminal import WRONG_INPUT, complain, set_up, show, written
-from structures.caution import collected
+from hertzlink.commands.study_command import draw_study, run_study
+from hertzlink.terminal import WRONG_INPUT, complain, set_up
 
 FAILED, STOPPED = 1, 130
 """Exit codes: for a computation that failed, and after Ctrl-C. A command may return one
@@ -88,54 +81,8 @@ def cli() -> None:
     """
 
 
-for _command in (*COMMANDS, explore_case, precice_case, show_signal):
+for _command in (*COMMANDS, explore_case, precice_case, show_signal, run_study, draw_study):
     cli.add_command(_command)
-
-
-@cli.command(
-    "study", cls=StudyCommand, short_help="Run a study of the thesis, or one beyond it.", params=study_options()
-)
-def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str) -> None:
-    """Run a study of the thesis, or one beyond it: netCDF, figures, a table and a report."""
-    folder = output or Path(name)
-    check_output(folder, force)
-    chosen = study(name)
-    parts = folder.with_name(f"{folder.name}.parts")
-    keep = {"keep": parts} if isinstance(chosen, LongStudy) else {}
-    findings: list[str] = []
-    try:
-        with collected() as findings, one_bar(name, STUDIES[name].runs[not quick]):
-            begin = perf_counter()
-            data = chosen.run(quick, jobs, **keep)
-            data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
-            found = Written(name, chosen, data.assign_attrs({"comment": QUICK} if quick else {}), form)
-    finally:
-        warn(one_of_each(findings))
-    inputs = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    attributes = provenance(inputs)
-    data = with_warnings(found.data.assign_attrs(attributes), findings)
-    write_folder(folder, lambda into: found.write(into, data), force)
-    if keep:
-        forget(parts)
-    show(found.shown)
-    written(folder)
-
-
-STORE = click.Argument(["store"], metavar="FILE", type=click.Path(path_type=Path))
-
-
-@cli.command(
-    "draw", short_help="Draw a study again from its netCDF file.", params=[STORE, *folder_options("STUDY-drawn")]
-)
-def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
-    """Draw a study again, without a run: figures, table and report, from the netCDF FILE that the study wrote."""
-    name, data = read_study(store)
-    folder = output or Path(f"{name}-drawn")
-    check_output(folder, force)
-    found = Written(name, study(name), data, form)
-    write_folder(folder, found.write, force)
-    show(found.shown)
-    written(folder)
 
 
 @cli.command()

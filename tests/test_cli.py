@@ -89,7 +89,7 @@ def test_quick_study_writes_everything(tmp_path: Path, hertzlink: Command) -> No
 def test_an_earlier_study_is_replaced_only_by_force(
     tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hertzlink.cli.study", lambda name: Small())
+    monkeypatch.setattr("hertzlink.commands.study_command.study", lambda name: Small())
     assert hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path).returncode == 0
     again = hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path)
     assert again.returncode == 2
@@ -142,7 +142,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_study(
     tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch, output: str, message: str
 ) -> None:
     ran = []
-    monkeypatch.setattr("hertzlink.cli.study", ran.append)
+    monkeypatch.setattr("hertzlink.commands.study_command.study", ran.append)
     (tmp_path / "file").write_text("mine")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     done = hertzlink("study", "rod-stiffness", "--quick", "--output", output, cwd=tmp_path)

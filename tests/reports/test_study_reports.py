@@ -50,7 +50,7 @@ class Small:
 def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Iterator[Command]:
     """The command line in this process, in a folder of its own: exit code and standard error."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hertzlink.cli.study", lambda name: Small())
+    monkeypatch.setattr("hertzlink.commands.study_command.study", lambda name: Small())
 
     def run(*arguments: str) -> tuple[int, str]:
         with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
@@ -163,7 +163,7 @@ def test_every_caption_belongs_to_a_figure_of_its_study() -> None:
 def test_figures_of_a_study_can_be_read_without_the_thesis(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """And its file holds all that its table and figures need."""
     name = "rod-length"
-    monkeypatch.setattr("hertzlink.cli.study", study)
+    monkeypatch.setattr("hertzlink.commands.study_command.study", study)
     assert command("study", name, "--quick", "--jobs", "1", "--output", "ran")[0] == 0
     assert command("draw", f"ran/{name}.nc", "--output", "drawn") == (0, "")
     assert names("drawn") == names("ran") - {f"{name}.nc"}
