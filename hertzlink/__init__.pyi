@@ -91,7 +91,6 @@ from plates.support import ElasticEdge as ElasticEdge
 from plates.support import Supports as Supports
 from plates.theory.impact import critical_distance_bounds as critical_distance_bounds
 from structures.bodies.cylinder import layered_cylinder as layered_cylinder
-from structures.bodies.elasticity import Foundation as Foundation
 from structures.bodies.rod import Layer as Layer
 from structures.bodies.rod import rod as rod
 from structures.bodies.solid import solid as solid

@@ -20,4 +20,3 @@ layer_stiffness = _layers.axial_stiffness
 hertz_contact_time = _layers.contact_time
 layer_restitution = _layers.restitution
 primary_time_of_flight = _layers.time_of_flight
-layer_speed = _layers.upper_speed

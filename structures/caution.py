@@ -1,9 +1,9 @@
 """Warnings for the user: about improbable input, and about results that may mislead."""
 
+import contextlib
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -13,8 +13,8 @@ OWN_CODE = tuple(str(HOME / place) for place in ("structures/", "particles/", "p
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
-DATACLASS_FILE = "<string>"
-"""The file name of an __init__ that dataclasses generate."""
+BETWEEN = (*OWN_CODE, contextlib.__file__, "<string>")
+"""Files of frames that no user wrote: also of decorators, and of an __init__ that dataclasses generate."""
 
 
 class HertzlinkWarning(UserWarning):
@@ -33,7 +33,7 @@ def caution(message: str) -> None:
     warnings.warn(message, HertzlinkWarning, stacklevel=_depth())
 
 
-@contextmanager
+@contextlib.contextmanager
 def collected() -> Iterator[list[str]]:
     """Collect warnings in the list that this context yields; a sweep then reports those of many runs together."""
     messages: list[str] = []
@@ -47,6 +47,6 @@ def collected() -> Iterator[list[str]]:
 def _depth() -> int:
     """Return the stack level, for warnings.warn in `caution`, of the innermost frame outside hertzlink."""
     frame, level = sys._getframe(2), 2
-    while frame.f_code.co_filename.startswith((*OWN_CODE, DATACLASS_FILE)) and frame.f_back is not None:
+    while frame.f_code.co_filename.startswith(BETWEEN) and frame.f_back is not None:
         frame, level = frame.f_back, level + 1
     return level

@@ -6,17 +6,14 @@ solid.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import sparse
 
 from structures.bodies.rod import Layer, rod_parts
-from structures.checks import each, finite, instance, short
+from structures.checks import instance
 from structures.described import described, described_as, description
 from structures.linear_algebra.factor import check_definite, symmetric
 from structures.material import Material
@@ -26,11 +23,7 @@ from structures.structure import Structure, Vector, known_field
 
 
 class ModeLoss(NamedTuple):
-    """The loss of the modes of a bead, m numbers each.
-
-    square: ω² of slow motions, 1/s². rate: c, 1/s. arm: g ω² of the arm, 1/s². relaxation: 1/τ, 1/s; zero without an
-    arm.
-    """
+    """The loss of m modes: ω² of slow motions, 1/s², the rate c, 1/s, g ω² of the arm, 1/s², and 1/τ of it, 1/s."""
 
     square: Vector
     rate: Vector
@@ -39,9 +32,7 @@ class ModeLoss(NamedTuple):
 
 
 class Viscous(ABC):
-    """Damping of structures and inside deformable beads: the base of Modal, Rayleigh and StandardLinearSolid.
-
-    Derive a class from it for a loss of your own inside beads.
+    """Damping of structures and inside deformable beads: the base of Modal, Rayleigh, StandardLinearSolid, and yours.
 
     Examples
     --------
@@ -52,10 +43,7 @@ class Viscous(ABC):
 
     @abstractmethod
     def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """Return what modes lose whose angular frequencies, rad/s, are these without a loss.
-
-        Four arrays: ω² of slow motions (1/s²), the rate c (1/s), the arm g ω² (1/s²) and its 1/τ (1/s).
-        """
+        """Return what modes lose whose angular frequencies, rad/s, are these without a loss."""
 
     def of_structure(self, structure: Structure) -> Structure:
         """Return the structure with this damping."""
@@ -68,49 +56,29 @@ class Modal(Viscous):
 
     A structure must consist of oscillators, as `reduce` returns; the damping is 2 ζ ω for each of them. A structural
     loss factor η is ζ = η/2: at its resonance each oscillator loses as much as with the complex stiffness K(1 + iη),
-    below resonance less, above it more. A loss that is the same at all frequencies would act before its cause.
+    below resonance less, above it more (Crandall, J. Sound Vib. 11 (1970) 3).
 
     Parameters
     ----------
-    ratio : float or sequence of float
-        Damping ratio ζ, zero or more; 1 is critical damping, and ζ of beads is below it. For a structure also one
-        number for each oscillator. A rigid motion (ω = 0) stays undamped.
-
-    References
-    ----------
-    Clough and Penzien, Dynamics of Structures (1993), section 12.3; Crandall, J. Sound Vib. 11 (1970) 3.
+    ratio : float
+        Damping ratio ζ, zero or more; 1 is critical damping, and ζ of beads is below it. A rigid motion (ω = 0) stays
+        undamped.
 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.PTFE)
-    >>> hl.DeformableChain([bead] * 10, bead, 0.3, damping=hl.damping.Modal(ratio=0.02)).damping
-    Modal(ratio=0.02)
     >>> bar = hl.reduce(hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)]), until=1e-3)
-    >>> damped = hl.damped(bar, hl.damping.Modal(0.02))
-    >>> rate, square = damped.damping[0, 0], damped.stiffness[0, 0]
-    >>> round(float(rate / (2.0 * square**0.5)), 6)
+    >>> rate = hl.damped(bar, hl.damping.Modal(0.02)).damping[0, 0]
+    >>> round(float(rate / (2.0 * bar.stiffness[0, 0] ** 0.5)), 6)
     0.02
     """
 
-    ratio: float | Sequence[float]
-
-    def __post_init__(self) -> None:
-        try:
-            ratios = np.asarray(self.ratio, dtype=float)
-            fine = ratios.ndim < 2 and np.isfinite(ratios).all() and (ratios >= 0.0).all()
-        except (TypeError, ValueError):
-            fine = False
-        if not fine:
-            raise ValueError(f"ratio = {short(self.ratio)}: must be zero or positive, one number or a list of numbers")
-        Likely.RATIO.warn("Modal", "ratio", float(ratios.max(initial=0.0)))
-        if ratios.ndim:
-            object.__setattr__(self, "ratio", tuple(ratios.tolist()))
+    ratio: Annotated[float, Likely.RATIO]
 
     def of_modes(self, frequencies: Vector) -> ModeLoss:
         """Return c = 2 ζ ω."""
-        if isinstance(self.ratio, Sequence) or self.ratio >= 1.0:
-            raise ValueError(f"ratio = {self.ratio!r}: must be one number below 1 in beads; 1 is critical damping")
+        if self.ratio >= 1.0:
+            raise ValueError(f"ratio = {self.ratio!r}: must be below 1 in beads; 1 is critical damping")
         none = np.zeros_like(frequencies)
         return ModeLoss(frequencies**2, 2.0 * self.ratio * frequencies, none, none)
 
@@ -121,13 +89,8 @@ class Modal(Viscous):
                 f"structure: its {structure.size} degrees of freedom are not modes (M = I; K, C diagonal); "
                 "reduce it first"
             )
-        ratios = np.asarray(self.ratio, dtype=float)
-        if ratios.shape not in ((), (structure.size,)):
-            raise ValueError(f"ratio = {short(self.ratio)}: must be one number or {structure.size}")
-        rates = 2.0 * ratios * np.sqrt(structure.stiffness.diagonal())
-        if not rates.any():
-            return structure
-        return _damped(structure, sparse.diags_array(rates), self)
+        rates = 2.0 * self.ratio * np.sqrt(structure.stiffness.diagonal())
+        return _damped(structure, sparse.diags_array(rates), self) if rates.any() else structure
 
 
 @described
@@ -152,19 +115,12 @@ class Rayleigh(Viscous):
     stiffness_time : float
         β, s, zero or more. A structure takes it before it gets Maxwell arms.
 
-    References
-    ----------
-    Bathe, Finite Element Procedures, section 9.3.3; Khatri's thesis, chapter 7.
-
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.PTFE)
-    >>> loss = hl.damping.Rayleigh(stiffness_time=1e-7)
-    >>> hl.DeformableChain([bead] * 10, bead, 0.3, damping=loss, dissipation=hl.KuwabaraKono(1e-7)).damping
-    Rayleigh(mass_rate=0.0, stiffness_time=1e-07)
     >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
-    >>> round(float(hl.damped(bar, loss).damping[0, 0] / bar.stiffness[0, 0]), 12)
+    >>> damped = hl.damped(bar, hl.damping.Rayleigh(stiffness_time=1e-7))
+    >>> round(float(damped.damping[0, 0] / bar.stiffness[0, 0]), 12)
     1e-07
     """
 
@@ -185,20 +141,18 @@ class Rayleigh(Viscous):
             )
         if structure.size == 0 or alpha == beta == 0.0:
             return structure
-        matrix = alpha * structure.mass + beta * structure.stiffness
-        return _damped(structure, matrix, self)
+        return _damped(structure, alpha * structure.mass + beta * structure.stiffness, self)
 
 
 @described_as(called="standard linear solid")
 class StandardLinearSolid(Viscous):
-    """A viscoelastic solid: a Maxwell arm (a spring and a dashpot in series) in parallel to its stiffness.
+    """A viscoelastic solid (Zener): a Maxwell arm, spring and dashpot in series, in parallel to its stiffness.
 
     Its modulus is E(ω) = E + E₁ iωτ / (1 + iωτ): it relaxes from E + E₁ under sudden loads to E under slow ones, with
-    the time τ. The loss is largest at ω = 1/(τ√(1 + E₁/E)), see `loss_tangent`. Inside a bead it acts on the
-    vibrations, and the contacts keep the modulus of the bead's material. A structure gets massless degrees of freedom
-    q, in √J: one for each independent deformation of what is damped. With RᵀR the stiffness of the arm, its stored
-    energy is |R u − q|²/2 and its loss τ|q̇|². So M, C and K stay symmetric and positive semidefinite. Reduce a large
-    body of one material first: then each mode takes the same arm, exactly and at no cost.
+    the time τ. The loss tangent is largest at ω = 1/(τ√(1 + E₁/E)). Inside a bead it acts on the vibrations, and the
+    contacts keep the modulus of the bead's material. A structure gets massless degrees of freedom q, in √J, one for
+    each independent deformation of what is damped: with RᵀR the stiffness of the arm, its energy is |R u − q|²/2 and
+    its loss τ|q̇|². Reduce a large body of one material first: each mode then takes the same arm, exactly, at no cost.
 
     Parameters
     ----------
@@ -207,19 +161,15 @@ class StandardLinearSolid(Viscous):
     time : float
         Relaxation time τ, s: the time constant with which the stress of the arm decays at constant strain.
     modulus : {"relaxed", "instantaneous"}
-        Which modulus the material has. "relaxed": that of slow loads; the arm makes the body stiffer under sudden
-        loads. "instantaneous": that of sudden loads; the fraction `share` < 1 of it relaxes, as in Prony series.
-
-    References
-    ----------
-    Zener, Elasticity and Anelasticity of Metals (1948), chapter 5.
+        Which modulus the material has: that of slow loads, so that the arm makes the body stiffer under sudden ones;
+        or that of sudden loads, of which the fraction `share` < 1 relaxes, as in Prony series.
 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.PTFE)
-    >>> hl.DeformableChain([bead] * 10, bead, 0.3, damping=hl.damping.StandardLinearSolid(share=0.1, time=2e-6)).damping
-    StandardLinearSolid(share=0.1, time=2e-06, modulus='relaxed')
+    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
+    >>> hl.damped(bar, hl.damping.StandardLinearSolid(share=0.1, time=2e-6)).size == 2 * bar.size
+    True
     """
 
     share: Share
@@ -229,16 +179,6 @@ class StandardLinearSolid(Viscous):
     def __post_init__(self) -> None:
         if self.modulus == "instantaneous" and self.share >= 1.0:
             raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")
-
-    def loss_tangent(self, frequency: ArrayLike) -> Any:
-        """Return the loss tangent at frequencies in Hz: tan δ = g ωτ / (1 + (1 + g) ω²τ²), g the share of the relaxed
-        modulus.
-
-        Its maximum, g / 2√(1 + g), lies at ωτ = 1/√(1 + g).
-        """
-        share = self.share if self.modulus == "relaxed" else self.share / (1.0 - self.share)
-        phase = 2.0 * np.pi * each(finite, "frequency", frequency, "Hz") * self.time  # type: ignore[arg-type]
-        return share * phase / (1.0 + (1.0 + share) * phase**2)
 
     def of_modes(self, frequencies: Vector) -> ModeLoss:
         """Return an arm of g ω²."""
@@ -250,19 +190,23 @@ class StandardLinearSolid(Viscous):
         """Return an arm in parallel to the stiffness, or to a part of it: the number of a layer, or a matrix."""
         if structure.size == 0:
             return structure
-        by_number = isinstance(part, int | np.integer) and not isinstance(part, bool)
-        where = {} if part is None else {"layer": int(part)} if by_number else {"part": "given"}
-        whole = part is None and maxwell_arms(structure) is None
-        added = self.share * (structure.stiffness if whole else _part(structure, part, by_number))
-        root = root_of(added)
+        arms = maxwell_arms(structure)
+        if part is not None:
+            added = self.share * _part(structure, part)
+        elif arms is None:
+            added = self.share * structure.stiffness
+        else:
+            raise ValueError("part: the structure has Maxwell arms already; give the part of K that this one acts on")
+        where = {} if part is None else {"layer": part} if isinstance(part, int) else {"part": "given"}
+        stiffness, root = structure.stiffness, root_of(added)
         structure = replace(structure, origin=_noted(structure, self, **where))
         if self.modulus == "relaxed":
-            return with_arms(structure, root, self.time, structure.stiffness + added)
+            return with_arms(structure, root, self.time, stiffness + added)
         try:
-            check_definite("stiffness", symmetric("stiffness", structure.stiffness - added))
+            check_definite("stiffness", symmetric("stiffness", stiffness - added))
         except ValueError as error:
             raise ValueError(f"part: {self.share} of it is more than the structure's stiffness") from error
-        return with_arms(structure, root, self.time, structure.stiffness)
+        return with_arms(structure, root, self.time, stiffness)
 
 
 def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structure:
@@ -293,26 +237,19 @@ def damped(structure: Structure, damping: Viscous, part: Any = None) -> Structur
     """
     instance("structure", structure, Structure, "a Structure")
     instance("damping", damping, Viscous, "hl.damping.Rayleigh, Modal or StandardLinearSolid")
-    if part is not None and not isinstance(damping, StandardLinearSolid):
+    if part is None:
+        made = damping.of_structure(structure)
+    elif isinstance(damping, StandardLinearSolid):
+        made = damping.of_structure(structure, part)
+    else:
         raise ValueError(f"part: only a StandardLinearSolid acts on a part, not {damping!r}")
-    made = damping.of_structure(structure) if part is None else damping.of_structure(structure, part)  # type: ignore[call-arg]
-    # Matrices, and a ratio for each oscillator, belong to one mesh.
-    sized = not (part is None or isinstance(part, int)) or isinstance(getattr(damping, "ratio", None), tuple)
-    if made is structure or structure.again is None or sized:
-        return made
-    return made.made_by(partial(_damped_again, structure.again, damping, part))
-
-
-def _damped_again(again: Callable[[], Structure], damping: Viscous, part: int | None) -> Structure:
-    return damped(again(), damping, part)
+    # A matrix belongs to one mesh.
+    fixed = made is structure or not isinstance(part, int | None)
+    return made if fixed else made.made_from(structure, damped, damping, part)
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """Return the contribution of each layer of a rod or a cylinder, or of each material of a solid, to its stiffness.
-
-    Matrices of n × n, N/m, without elastic foundations, n without arms. A ValueError if the structure has no field, as
-    a reduced one without keep_field=True.
-    """
+    """Return the part of each layer of a rod or a cylinder, or each material of a solid, in its stiffness, N/m."""
     origin = structure.origin
     if origin.get("kind") != "rod" or "reduction" in origin:
         return known_field(structure).stiffness_parts()
@@ -332,15 +269,10 @@ def _noted(structure: Structure, damping: Viscous, **where: Any) -> dict[str, An
     return {**structure.origin, "damping": [*structure.origin.get("damping", []), note]}
 
 
-def _part(structure: Structure, part: Any, by_number: bool) -> sparse.csr_array:
-    """Return the part of the stiffness that an arm belongs to, in the size of the structure."""
-    if part is None:
-        raise ValueError("part: the structure has Maxwell arms already; give the part of K that this one belongs to")
-    if by_number:
-        own_rod = structure.origin.get("kind") == "rod" and "reduction" not in structure.origin
-        parts = stiffness_parts(structure) if own_rod or structure.field is not None else []
-        if not parts:
-            raise ValueError("part: only a layer of a rod or a cylinder, and a material of a solid can be damped alone")
+def _part(structure: Structure, part: Any) -> sparse.csr_array:
+    """Return the part of the stiffness that an arm acts on, in the size of the structure."""
+    if isinstance(part, int):
+        parts = stiffness_parts(structure)
         if not 0 <= part < len(parts):
             raise ValueError(f"part = {part!r}: must be below {len(parts)}; layers are counted from 0")
         part = parts[part]

@@ -29,26 +29,20 @@ class Grid(NamedTuple):
 
 
 class Sampler(Protocol):
-    """The protocol of a theory: the grid of its body, and displacement and stress at the grid points. Both are linear
-    in u.
+    """What a theory gives of its body: points and cells, and at them what belongs to degrees of freedom u.
+
+    Displacement, p × 3, m, and stress, p × 6, Pa (xx, yy, zz, xy, yz, xz), are linear in u; stiffness_parts is the part
+    of each layer or material.
     """
 
     @property
-    def grid(self) -> Grid:
-        """The points and cells at which displacement and stress are evaluated."""
-        ...
+    def grid(self) -> Grid: ...
 
-    def displacement(self, u: Numbers) -> Numbers:
-        """Return the displacement, p × 3, m; u: the degrees of freedom of the body."""
-        ...
+    def displacement(self, u: Numbers) -> Numbers: ...
 
-    def stress(self, u: Numbers) -> Numbers:
-        """Return the stress, p × 6, Pa: xx, yy, zz, xy, yz, xz."""
-        ...
+    def stress(self, u: Numbers) -> Numbers: ...
 
-    def stiffness_parts(self) -> list[sparse.csr_array]:
-        """Return the contribution of each layer, or of each material, to the stiffness."""
-        ...
+    def stiffness_parts(self) -> list[sparse.csr_array]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +58,11 @@ class Field:
     count: int
     basis: Numbers | None = field(default=None, repr=False)
 
+    @cached_property
+    def sampler(self) -> Sampler:
+        """What evaluates the fields."""
+        return self.make()
+
     @property
     def size(self) -> int:
         """The number of a structure's leading degrees of freedom that belong to the body."""
@@ -72,48 +71,39 @@ class Field:
     @property
     def grid(self) -> Grid:
         """The points and cells of the fields."""
-        return self._sampler.grid
+        return self.sampler.grid
 
     def displacement(self, u: Numbers) -> Numbers:
         """Return the displacement of the points from static equilibrium, p × 3, m."""
-        return self._sampler.displacement(self._full(u))
+        return self.sampler.displacement(self._of_body(u))
 
     def stress(self, u: Numbers) -> Numbers:
-        """Return the stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
+        """Return the elastic stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
 
-        At each point it is the mean over the adjacent cells of one material. It is the elastic stress for the moduli
-        with which the structure was made; the stress in dashpots and Maxwell arms is not included.
+        At each point it is the mean over the adjacent cells of one material, without dashpots and Maxwell arms.
         """
-        return self._sampler.stress(self._full(u))
+        return self.sampler.stress(self._of_body(u))
 
     def von_mises(self, u: Numbers) -> Numbers:
         """Return the von Mises equivalent of `stress`, p, Pa."""
         return von_mises(self.stress(u))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """Return the contribution of each layer, or of each material, to the stiffness, size × size, N/m; without
-        elastic supports."""
-        parts, basis = self._sampler.stiffness_parts(), self.basis
+        """Return the contribution of each material to the stiffness, size × size, N/m; without elastic supports."""
+        parts, basis = self.sampler.stiffness_parts(), self.basis
         return parts if basis is None else [sparse.csr_array(basis.T @ (part @ basis)) for part in parts]
 
     def in_basis(self, vectors: Numbers) -> "Field":
         """Return the fields of a structure that is reduced to these vectors, size × number of vectors."""
-        if vectors.shape[0] != self.size:
-            raise ValueError(f"vectors: have shape {vectors.shape}, must have {self.size} rows")
         return replace(self, basis=vectors if self.basis is None else self.basis @ vectors)
 
-    def _full(self, u: Numbers) -> Numbers:
+    def _of_body(self, u: Numbers) -> Numbers:
+        """Return the degrees of freedom of the body from those of the structure at one moment."""
         values = np.asarray(u, dtype=float)
         if values.ndim != 1 or values.size < self.size:
-            raise ValueError(
-                f"u has shape {values.shape}: must be ({self.size},), the degrees of freedom of one moment"
-            )
+            raise ValueError(f"u has shape {values.shape}: must be ({self.size},), one moment's degrees of freedom")
         moving = values[: self.size]
         return moving if self.basis is None else np.asarray(self.basis @ moving)
-
-    @cached_property
-    def _sampler(self) -> Sampler:
-        return self.make()
 
 
 def von_mises(stress: Numbers) -> Numbers:

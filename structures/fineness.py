@@ -47,17 +47,17 @@ def times_shorter(contact: float) -> int:
 @contextmanager
 def finer(cells: int = 1, tolerance: float = 1.0) -> Iterator[None]:
     """Make meshes and reductions within it finer by these factors."""
-    yield from _within(Fineness(cells, tolerance, fineness().shorter))
+    before = _FINENESS.set(fineness()._replace(cells=cells, tolerance=tolerance))
+    try:
+        yield
+    finally:
+        _FINENESS.reset(before)
 
 
 @contextmanager
 def for_shorter(times: int) -> Iterator[None]:
     """Make default meshes and reductions within it for contacts that are shorter by this factor."""
-    yield from _within(fineness()._replace(shorter=times))
-
-
-def _within(wanted: Fineness) -> Iterator[None]:
-    before = _FINENESS.set(wanted)
+    before = _FINENESS.set(fineness()._replace(shorter=times))
     try:
         yield
     finally:

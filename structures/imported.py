@@ -55,8 +55,7 @@ def from_matrices(
     damping : matrix, str or Path, optional
         The damping matrix; `damped` adds other losses.
     residual_flexibility : float
-        Local compliance, m/N, that the matrices lack (positive), or that they have although Hertz's law contains it
-        (negative).
+        Local compliance, m/N, that the matrices lack (positive), or that Hertz's law contains, too (negative).
     curvature : float
         Curvature of the surface at the contact, 1/m, for Hertz's law.
     scale : float
@@ -65,19 +64,13 @@ def from_matrices(
     Returns
     -------
     Structure
-        The body.
-
-    Raises
-    ------
-    ValueError
-        If a file cannot be read, or the matrices and the contact do not fit each other.
+        The body. What frequencies its mesh resolves is not known, so no run checks it.
 
     Notes
     -----
     A force on a single node of a solid indents it by an amount that grows as the mesh is refined, and that Hertz's law
     contains already: spread the force over a patch, and take the compliance of the patch away by
-    `residual_flexibility`. A plate of shells has no such indentation. What frequencies the mesh resolves is not known,
-    so no run checks it.
+    `residual_flexibility`. A plate of shells has no such indentation.
 
     Examples
     --------
@@ -87,11 +80,7 @@ def from_matrices(
     (1, 'from_matrices')
     """
     given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
-    matrices = {name: _matrix(name, value) for name, value in given.items()}
-    size = matrices["stiffness"].shape[0]
-    for name, matrix in matrices.items():
-        if matrix.shape != (size, size):
-            raise ValueError(f"{name} has shape {matrix.shape}: must be square, n × n, and as large as the others")
+    matrices = {name: scale * _matrix(name, value) for name, value in given.items()}
     heaviest, stiffest = abs(matrices["mass"]).max(), abs(matrices["stiffness"]).max()
     if heaviest == 0.0:
         raise ValueError("mass: all its numbers are zero; must be the mass matrix, kg")
@@ -100,19 +89,18 @@ def from_matrices(
             f"mass: its largest number is {heaviest:.3g} kg, that of the stiffness {stiffest:.3g} N/m; the mass "
             "matrix comes first, then the stiffness matrix"
         )
-    vector = _table("contact", Path(contact)) if isinstance(contact, str | Path) else numbers("contact", contact)
-    vector = vector.ravel() if isinstance(contact, str | Path) else vector
-    if vector.ndim not in (1, 2) or len(vector) != size:
-        raise ValueError(f"contact has shape {vector.shape}: must have {count_of(size, 'row')}, as the stiffness has")
-    origin = {"mass": _source(mass), "stiffness": _source(stiffness), "contact": _source(contact), "damping": None}
+    vector = _table("contact", contact).ravel() if isinstance(contact, str | Path) else numbers("contact", contact)
+    origin = {
+        name: _source(value) for name, value in {"mass": mass, "stiffness": stiffness, "contact": contact}.items()
+    }
     return Structure(
-        scale * matrices["mass"],
-        scale * matrices["stiffness"],
-        scale * matrices["damping"] if "damping" in matrices else None,
+        matrices["mass"],
+        matrices["stiffness"],
+        matrices.get("damping"),
         scale * vector,
         residual_flexibility,
         Surface(material, curvature),
-        origin if damping is None else {**origin, "damping_matrix": _source(damping)},
+        {**origin, "damping": None} | ({} if damping is None else {"damping_matrix": _source(damping)}),
     )
 
 
@@ -134,7 +122,7 @@ def from_modes(
         Natural frequencies, Hz, n; zero for rigid motions. Or a file of comma-separated numbers whose first line is
         `frequency,shape` or `frequency,shape,damping_ratio`: Hz, 1/√kg, and parts of the critical damping.
     material : Material
-        The material at the contact, for Hertz's law.
+        As in `from_matrices`.
     shapes : array, optional
         Displacement of the contact in each mode along the push, for unit modal mass, 1/√kg: n, or n × p for p contacts.
         Needed if `frequencies` are numbers.
@@ -143,7 +131,7 @@ def from_modes(
     residual_flexibility : float, optional
         Compliance at the contact, m/N, that the modes lack; without it a warning says how to get it.
     curvature : float
-        Curvature of the surface at the contact, 1/m, for Hertz's law.
+        As in `from_matrices`.
     scale : float
         m per unit of length of the shapes: 1e-3 for mm, N, s and t.
 
@@ -151,11 +139,6 @@ def from_modes(
     -------
     Structure
         One oscillator for each mode. Runs are warned of if the push is shorter than the highest frequency resolves.
-
-    Raises
-    ------
-    ValueError
-        If a file cannot be read, or numbers do not fit each other.
 
     Examples
     --------
@@ -168,7 +151,7 @@ def from_modes(
     if in_file:
         if shapes is not None:
             raise ValueError("shapes: the file of the modes holds them; leave shapes out")
-        table = _table("frequencies", Path(frequencies), HEADS)
+        table = _table("frequencies", frequencies, HEADS)
         hertz, vector = table[:, 0], table[:, 1]
         if damping_ratios is None and table.shape[1] == 3:
             stated = table[:, 2]
@@ -203,46 +186,34 @@ def from_modes(
 
 
 def _matrix(name: str, value: Any) -> sparse.csr_array:
-    """Return a matrix that is given, or that of a Matrix Market file."""
+    """Return a matrix of real numbers that is given, or that of a Matrix Market file."""
     if isinstance(value, str | Path):
-        path = Path(value)
-        if existing(f"{name} = {str(path)!r}", path).suffix.lower() != ".mtx":
-            raise ValueError(f"{name} = {str(path)!r}: must be a Matrix Market file (.mtx), or a matrix")
+        name, path = f"{name} = {str(value)!r}", Path(value)
+        if existing(name, path).suffix.lower() != ".mtx":
+            raise ValueError(f"{name}: must be a Matrix Market file (.mtx), or a matrix")
         try:
             # SciPy's reader ends the process at a number that the end of the file cuts off; a line end prevents that.
             value = io.mmread(BytesIO(path.read_bytes() + b"\n"))
         except (ValueError, MemoryError) as error:
-            raise ValueError(f"{name} = {str(path)!r}: {error}") from None
-    try:
-        matrix = value if sparse.issparse(value) else np.atleast_2d(value)
-        if np.iscomplexobj(matrix):
-            raise TypeError
-        result = sparse.csr_array(matrix, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name}: must be a matrix of real numbers, sparse or dense, or a file of one") from None
-    if not np.isfinite(result.data).all():
-        raise ValueError(f"{name}: must hold finite numbers")
-    return result
+            raise ValueError(f"{name}: {error}") from None
+    if np.iscomplexobj(value):
+        raise ValueError(f"{name}: must be a matrix of real numbers")
+    return sparse.csr_array(value if sparse.issparse(value) else np.atleast_2d(numbers(name, value)), dtype=float)
 
 
-def _table(name: str, path: Path, heads: tuple[str, ...] = ()) -> Any:
-    """Return the numbers of a text file, rows × columns, with commas between them where a line of heads comes first.
-
-    name: of the argument. heads: the lines of heads that are possible; none where the file holds numbers alone.
-    """
-    what = f"{name} = {str(path)!r}"
-    with existing(what, path).open(encoding="utf-8-sig") as file:
+def _table(name: str, path: str | Path, heads: tuple[str, ...] = ()) -> Any:
+    """Return the numbers of a text file, rows × columns; comma-separated below a head, where there are heads."""
+    what, head = f"{name} = {str(path)!r}", ""
+    with existing(what, Path(path)).open(encoding="utf-8-sig") as file:
         try:
-            if heads and (line := file.readline().strip().replace(" ", "")) not in heads:
-                raise ValueError(f"begins with {line[:80]!r}: must begin with {' or '.join(map(repr, heads))}")
+            if heads and (head := file.readline().strip().replace(" ", "")) not in heads:
+                raise ValueError(f"begins with {head[:80]!r}: must begin with {' or '.join(map(repr, heads))}")
             table = np.loadtxt(file, delimiter="," if heads else None, ndmin=2)
         except ValueError as error:
             raise ValueError(f"{what}: {error}") from None
-    if heads and table.shape[1] != 1 + line.count(","):
-        raise ValueError(f"{what}: has {count_of(table.shape[1], 'column')} of numbers below the heads {line}")
-    if not table.size or not np.isfinite(table).all():
-        raise ValueError(f"{what}: must hold finite numbers")
-    return table
+    if heads and table.shape[1] != 1 + head.count(","):
+        raise ValueError(f"{what}: has {count_of(table.shape[1], 'column')} of numbers below the heads {head}")
+    return numbers(what, table)
 
 
 def _source(value: Any) -> str:

@@ -1,44 +1,25 @@
 """Krylov vectors: the motions of a body that a force at its contacts reaches first, and the projections on them."""
 
-from collections.abc import Callable
-from functools import partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
+from scipy.sparse.linalg import aslinearoperator
 
 from structures.linear_algebra.factor import factorise
 from structures.maxwell import maxwell_arms
+from structures.stepping import rayleigh_rates
 from structures.structure import Structure, Vector
 
-DEFAULT_PULSE, LONGEST_PULSE = 25.0e-6, 2.5e-3
-"""s. Length of the force pulse for which the error is estimated by default: the contact time of a small steel bead. For
-pulses longer than the second the expansion point falls no further, so that K + s²M of a free body stays regular."""
+DEFAULT_PULSE = 25.0e-6
+"""s. Length of the force pulse for which the error is estimated by default: the contact time of a small steel bead."""
 
 EXPANSION_POINT = 2.0 * np.pi * 35.0e3
 """Real expansion point s of the Krylov space, 1/s, for the default pulse, in the upper half of the band that steel
 beads excite. Of 15 to 80 kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms. For
 other pulses it is inversely proportional to their length, so that a body ten times as large needs the same vectors.
 """
-
-LEAST_NEW_PART, MOST_IN_VAIN = 1e-10, 4
-"""A vector is dropped if the fraction of it that is new to the basis is smaller than the first. And the steps with
-damping forces, one after the other, that may bring nothing new."""
-
-NEGATIVE_ROUNDING = 1e-9
-"""A negative square of an angular frequency above −NEGATIVE_ROUNDING s² is attributed to rounding. s: the expansion
-point, at least that of the default pulse."""
-
-RANDOM_PROBES, PROPORTIONAL_DIFFERENCE = 3, 1e-11
-"""A matrix counts as α M + β K if its products with so many random vectors differ by less than this fraction."""
-
-Apply: TypeAlias = Callable[[Vector], Vector]
-
-
-def expansion_point(pulse: float) -> float:
-    """Return the expansion point for a pulse of this length, 1/s."""
-    return EXPANSION_POINT * (DEFAULT_PULSE / min(pulse, LONGEST_PULSE))
 
 
 class Modes(NamedTuple):
@@ -54,84 +35,63 @@ class Modes(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A symmetric matrix as a linear operator; rates: (α, β) if it is α M + β K and so diagonal in the modes."""
+    """A symmetric matrix or linear operator; rates: α, β if it is α M + β K and so diagonal in the modes."""
 
-    apply: Apply
-    rates: tuple[float, float] | None
-
-
-def stretching(root: sparse.csr_array, x: Vector) -> Vector:
-    return np.asarray(root.T @ (root @ x))
+    matrix: Any
+    rates: Vector | None
 
 
 class Krylov:
     """The growing M-orthonormal basis V of the degrees of freedom with mass, and the Galerkin projections of K and C.
 
     The coordinates of Maxwell arms are q ∈ R span V, so the projection leaves them exact: only VᵀRᵀRV is needed.
-    point: the expansion point, 1/s.
+    largest: the most vectors. pulse: the length of the push, s, which sets the expansion point.
     """
 
-    def __init__(self, structure: Structure, largest: int, point: float) -> None:
-        self.point, self._size = point, structure.size
-        self.mass, self.stiffness, damping = structure.mass, structure.stiffness, structure.damping
-        self.contact: Vector = structure.contact_vectors
-        self._inner: Any = slice(None)
-        self.coupling, found = sparse.csr_array((0, structure.size)), maxwell_arms(structure)
-        if found is not None:
-            inner, self._inner, self.coupling = np.ix_(found.body, found.body), found.body, found.coupling
-            self.mass, self.stiffness, self.contact = self.mass[inner], self.stiffness[inner], self.contact[found.body]
-            damping = damping[inner] if damping is not None and damping[inner].count_nonzero() else None
-        self.damping = None if damping is None else self._part(lambda x: damping @ x)
-        self.arms = list[tuple[float, Part]]()
-        for time in [] if found is None else np.unique(found.time):
-            root = found.coupling[found.time == time]  # type: ignore[union-attr]
-            self.arms.append((float(time), self._part(partial(stretching, root))))
-        size = self.contact.shape[0]
+    def __init__(self, structure: Structure, largest: int, pulse: float) -> None:
+        # Of long pulses the point falls no further, so that K + s²M of a free body stays regular.
+        self.point = point = EXPANSION_POINT * (DEFAULT_PULSE / min(pulse, 100.0 * DEFAULT_PULSE))
+        arms, damping, stiffness = maxwell_arms(structure), structure.damping, structure.stiffness
+        self._all, self._body = structure.size, np.arange(structure.size)
+        self.mass, self.contact, self.elastic = structure.mass, structure.contact_vectors, aslinearoperator(stiffness)
+        if arms is not None:
+            self._body, inner = arms.body, np.ix_(arms.body, arms.body)
+            self.mass, self.contact, stiffness = self.mass[inner], self.contact[arms.body], stiffness[inner]
+            damping, coupling = structure.damping[inner], aslinearoperator(arms.coupling)
+            self.elastic = aslinearoperator(stiffness) - coupling.T @ coupling
+        scale = 1.0 / np.sqrt(stiffness.diagonal() + point**2 * self.mass.diagonal())
+
+        def part(matrix: Any) -> Part:
+            return Part(matrix, rayleigh_rates(matrix, self.mass, self.elastic, scale))
+
+        self.damping = part(damping) if damping is not None and damping.count_nonzero() else None
+        self.arms: list[tuple[float, Part]] = []
+        for time in [] if arms is None else np.unique(arms.time):
+            root = aslinearoperator(arms.coupling[arms.time == time])  # type: ignore[union-attr]
+            self.arms.append((float(time), part(root.T @ root)))
+
+        size = len(self._body)
         self.largest, self.size = min(largest, size), 0
         self.basis, self.weighted = np.empty((self.largest, size)), np.empty((self.largest, size))  # rows v and M v
         self.projected = np.empty((self.largest, self.largest))
         parts = [self.damping, *(arm for _, arm in self.arms)]
-        self.recursive = all(part is None or part.rates is not None for part in parts)
+        self.recursive = all(one is None or one.rates is not None for one in parts)
         # Forces that lead on, each with the vector before, which Arnoldi's second-order method needs.
         self.pending = [(force, np.zeros(size)) for force in self.contact.T]
         self.postponed: list[tuple[Vector, Vector]] = []
         self.second, self.vain = self.damping is not None and self.damping.rates is None, 0
-        self.before, shifted = np.empty((self.largest if self.second else 0, size)), structure.matrices.shifted_solve
+        self.before = np.empty((self.largest if self.second else 0, size))
         if self.second:
-            of_body = np.zeros(self._size)
-            of_body[self._inner] = 1.0
-            whole = sparse.diags_array(of_body) @ structure.damping @ sparse.diags_array(of_body)
-            self._solve = factorise(structure.stiffness + point * whole + point**2 * structure.mass)
+            ours = sparse.diags_array(np.isin(np.arange(self._all), self._body).astype(float))
+            damped = structure.stiffness + point * ours @ structure.damping @ ours
+            self._solve = factorise(damped + point**2 * structure.mass)
         else:
-            self._solve = shifted(point)
-
-    def solve(self, right: Vector) -> Vector:
-        """Solve (K + s²M) x = y, with no force on the arms."""
-        padded = np.zeros(self._size)
-        padded[self._inner] = right
-        solution: Vector = self._solve(padded)[self._inner]
-        return solution
-
-    def elastic(self, x: Vector) -> Vector:
-        """Return K x."""
-        force: Vector = self.stiffness @ x - self.coupling.T @ (self.coupling @ x)
-        return force
-
-    def _part(self, apply: Apply) -> Part:
-        """Return the matrix, compared with M and K in units that suit Hermite elements."""
-        scale = 1.0 / np.sqrt(self.stiffness.diagonal() + self.point**2 * self.mass.diagonal())[:, None]
-        probe = scale * np.random.default_rng(0).normal(size=(scale.size, RANDOM_PROBES))
-        units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
-        image = (scale * apply(probe)).ravel()
-        sizes = np.maximum(np.linalg.norm(units, axis=0), np.finfo(float).tiny)
-        rates = np.linalg.lstsq(units / sizes, image, rcond=None)[0] / sizes
-        proportional = np.linalg.norm(units @ rates - image) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(image)
-        return Part(apply, (float(rates[0]), float(rates[1])) if proportional else None)
+            self._solve = structure.matrices.shifted_solve(point)
 
     @property
     def exhausted(self) -> bool:
         """True if the basis contains every motion that the contacts can excite."""
-        return not (self.pending or self.postponed) or self.size == self.contact.shape[0]
+        return not (self.pending or self.postponed) or self.size == len(self.contact)
 
     def grow(self, count: int) -> bool:
         """Add `count` vectors, or as many as exist; False if none could be added."""
@@ -139,7 +99,7 @@ class Krylov:
         while self.size < min(before + count, self.largest) and not self.exhausted:
             self._add()
         new, done = slice(before, self.size), slice(0, self.size)
-        block = self.basis[done] @ self.elastic(self.basis[new].T)
+        block = self.basis[done] @ (self.elastic @ self.basis[new].T)
         self.projected[done, new], self.projected[new, done] = block, block.T
         return self.size > before
 
@@ -151,7 +111,9 @@ class Krylov:
         """
         k, mass, point, near = self.size, self.mass, self.point, 2 * self.contact.shape[1]
         force, before = (self.pending or self.postponed).pop(0)
-        vector, lost = self.solve(force), 0.0
+        padded = np.zeros(self._all)
+        padded[self._body] = force
+        vector, lost = self._solve(padded)[self._body], 0.0
         # Lanczos's new vector has a part in the last two (for each contact) only, in exact numbers; the whole basis
         # clears the rounding.
         for first in (max(k - near, 0) if self.recursive else 0, 0):
@@ -162,9 +124,9 @@ class Krylov:
                 before = before - parts @ self.before[first:k]
         weighted = mass @ vector
         square = max(vector @ weighted, 0.0)
-        if square <= LEAST_NEW_PART**2 * (lost + square):
+        if square <= 1e-20 * (lost + square):  # nothing of it is new to the basis
             self.vain += 1
-            if self.second and self.vain <= MOST_IN_VAIN:  # the pair (v, u) may still lead on by u
+            if self.second and self.vain <= 4:  # the pair (v, u) may still lead on by u
                 self.pending.append((-(point**2) * (mass @ before), np.zeros_like(before)))
             return
         norm = np.sqrt(square)
@@ -172,30 +134,30 @@ class Krylov:
         self.size, self.vain = k + 1, 0
         if self.second:
             self.before[k] = before / norm
-            force = (2.0 * point) * self.weighted[k] + self.damping.apply(self.basis[k])  # type: ignore[union-attr]
+            force = (2.0 * point) * self.weighted[k] + self.damping.matrix @ self.basis[k]  # type: ignore[union-attr]
             self.pending.append((-point * (force + point * (mass @ self.before[k])), self.basis[k]))
         else:
             self.pending.append((self.weighted[k], before))
         none = np.zeros_like(before)
-        self.postponed += [(arm.apply(self.basis[k]), none) for _, arm in self.arms if arm.rates is None]
+        self.postponed += [(arm.matrix @ self.basis[k], none) for _, arm in self.arms if arm.rates is None]
 
     def oscillators(self) -> Modes:
         """Return ω², b, C and the arms in the eigenvectors of K within the basis."""
         basis = self.basis[: self.size]
         square, vectors = eigh(self.projected[: self.size, : self.size])
         contact = vectors.T @ (basis @ self.contact)
-        if square.size and square[0] < -NEGATIVE_ROUNDING * max(self.point, EXPANSION_POINT) ** 2:
+        # Rigid motions have ω² = 0, which rounding may have made negative.
+        if square.size and square[0] < -1e-9 * max(self.point, EXPANSION_POINT) ** 2:
             raise ValueError(
                 "stiffness: must have no negative eigenvalue, but there is a motion that grows as "
                 f"e^(t/τ) with τ = {1.0 / np.sqrt(-square[0]):.3g} s"
             )
-        # Rigid motions have ω² = 0, which rounding may have made negative.
         square = np.maximum(square, 0.0)
 
         def projected(part: Part) -> Vector:
             if part.rates is not None:
-                return np.asarray(np.maximum(part.rates[0] + part.rates[1] * square, 0.0))
-            matrix = vectors.T @ (basis @ part.apply(basis.T)) @ vectors
+                return np.asarray(part.rates[0] + part.rates[1] * square)
+            matrix = vectors.T @ (basis @ (part.matrix @ basis.T)) @ vectors
             return np.asarray(0.5 * (matrix + matrix.T))  # symmetric to the last bit
 
         damping = None if self.damping is None else projected(self.damping)

@@ -29,11 +29,6 @@ class Material:
     yield_strength : float, optional
         Pa. If it is given, a run warns when a contact pressure exceeds yield.
 
-    Raises
-    ------
-    ValueError
-        If a number cannot belong to a solid.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -75,9 +70,6 @@ class MaterialTable(Mapping[str, Material]):
     def __init__(self, *materials: Material) -> None:
         self._by_key = {name_key(material.name): material for material in materials}
 
-    def __repr__(self) -> str:
-        return f"<materials: {', '.join(self)}>"
-
     def __getitem__(self, name: str) -> Material:
         meant = self.meant(name)
         if len(meant) == 1:
@@ -97,6 +89,9 @@ class MaterialTable(Mapping[str, Material]):
 
     def __len__(self) -> int:
         return len(self._by_key)
+
+    def __repr__(self) -> str:
+        return f"<materials: {', '.join(self)}>"
 
 
 def check_stress(argument: str, stress: float, material: Material, means: str) -> None:
@@ -127,11 +122,9 @@ POLYCARBONATE = Material(3.75e9, 0.35, 1196.0, "polycarbonate")
 PTFE = Material(1.53e9, 0.46, 2151.0, "PTFE")
 
 MATERIALS = MaterialTable(STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
-"""The materials of Table 2.1 (section 2.1) of the thesis, by name.
+"""The materials of Table 2.1 of the thesis, by name.
 
-The thesis gives no yield strengths; they come from other sources. Steel 316: 205 MPa, annealed (minimum of ASTM A276).
-Steel 440C: 1900 MPa, hardened and tempered at 200 to 315 °C (275 ksi in data sheets of bars to AMS 5630). Brass 360:
-170 MPa, half hard up to 25 mm (minimum of ASTM B16). Aluminium 6061: 276 MPa, temper T6 (40 ksi, typical value of the
-Aluminum Association). Copper and the polymers have none here: the yield strength of copper depends on its temper by a
-factor of five, and those of polymers depend on the strain rate.
+Yield strengths come from other sources: steel 316 annealed, minimum of ASTM A276; steel 440C hardened and tempered at
+200 to 315 °C, data sheets of bars to AMS 5630; brass 360 half hard, minimum of ASTM B16; aluminium 6061-T6, typical
+value of the Aluminum Association. Copper and polymers have none: they depend on temper and strain rate.
 """

@@ -10,11 +10,6 @@ from scipy import sparse
 from structures.linear_algebra.factor import decomposition
 from structures.structure import Structure, Vector, is_diagonal
 
-RIGID_PIVOT = 1e-6
-"""A pivot below this fraction of its diagonal entry belongs to a rigid motion. In plates of 6 000 degrees of freedom
-such pivots are below 6e-9, and all others above 2e-4.
-"""
-
 
 class MaxwellArms(NamedTuple):
     """body: the degrees of freedom u that have mass. coupling: R, √J/m, a row for each q. time: τ of each q, s."""
@@ -76,8 +71,10 @@ def root_of(matrix: sparse.csr_array) -> sparse.csr_array:
     by = sparse.diags_array(scale)
     factor = decomposition(by @ matrix[used][:, used] @ by + 1e-15 * sparse.eye_array(scale.size))
     lower, pivots = sparse.diags_array(1.0 / scale) @ sparse.csr_array(factor.L)[factor.perm_r], factor.U.diagonal()
-    if pivots.min() < -RIGID_PIVOT:
+    # Pivots of rigid motions: below 6e-9 in plates of 6 000 degrees of freedom, all others above 2e-4.
+    rigid = 1e-6
+    if pivots.min() < -rigid:
         raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
-    positive = pivots > RIGID_PIVOT
+    positive = pivots > rigid
     root = sparse.diags_array(np.sqrt(pivots[positive])) @ sparse.csc_array(lower)[:, positive].T
     return sparse.csr_array(root @ spread)

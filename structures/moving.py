@@ -10,15 +10,7 @@ from structures.checks import instance, within
 from structures.kernels import linear
 from structures.linear_algebra.factor import SMALL_MATRIX, check_definite
 from structures.oscillators import OscillatorStep
-from structures.stepping import (
-    LONGEST_WINDOW,
-    SHORTEST_WINDOW,
-    DenseMatrices,
-    ImplicitMidpoint,
-    StructureState,
-    energies,
-    modes_of,
-)
+from structures.stepping import DenseMatrices, ImplicitMidpoint, StructureState, modes_of
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.unmeshed import as_struck
@@ -28,20 +20,20 @@ LARGEST_DENSE_SIZE = 300
 dense product of a window takes as long as a sparse solve.
 """
 
+SHORTEST_WINDOW, LONGEST_WINDOW = 1e-18, 1e6
+"""s. Squares of windows beyond these, times a stiffness, leave the range of floating point."""
+
 
 class MovingStructure:
     """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
 
-    With p contacts, forces and displacements are arrays of p numbers, each positive away from its own chain.
+    With p contacts, forces and displacements are arrays of p numbers, each positive away from its own chain. The
+    implicit midpoint moves it, which conserves energy exactly; slow oscillators (see `reduce`) move exactly.
 
     Parameters
     ----------
     structure : Structure
         The structure to move.
-
-    Notes
-    -----
-    The implicit midpoint moves it, which conserves energy exactly; slow oscillators (see `reduce`) move exactly.
 
     Examples
     --------
@@ -49,8 +41,7 @@ class MovingStructure:
     >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
     >>> moving = hl.stepping.MovingStructure(bar)
     >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)  # 10 N for 1 µs
-    >>> work = 10.0 * displacement
-    >>> abs(moving.energy(state) / work - 1.0) < 1e-9
+    >>> abs(moving.energy(state) / (10.0 * displacement) - 1.0) < 1e-9
     True
     """
 
@@ -61,9 +52,7 @@ class MovingStructure:
 
     @property
     def surface(self) -> Any:
-        """Material and curvature at the contact, for Hertz's law: a Surface, or a tuple of them for several
-        contacts.
-        """
+        """Material and curvature at the contact: a Surface, or a tuple of them for several contacts."""
         return self.structure.surface
 
     @property
@@ -76,49 +65,9 @@ class MovingStructure:
         """The number of degrees of freedom."""
         return self.structure.size
 
-    @property
-    def compact(self) -> bool:
-        """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
-        return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
-
-    @cached_property
-    def _modes(self) -> Structure | None:
-        """The structure in its modes, where it is small enough and damping does not couple them."""
-        self._examine()
-        return modes_of(self.structure)
-
-    def window(self, length: float) -> linear.Oscillators | linear.Coupled:
-        """Return a window of this length, s, as a piece of the compiled loop."""
-        structure, size = self.structure, self.structure.size
-        body = structure if structure.is_modal else self._modes
-        if body is not None:
-            step: Any = self.step(length) if body is structure else OscillatorStep(body, length, exact=False)
-            return linear.Oscillators(
-                np.ascontiguousarray(step.rows),
-                np.ascontiguousarray(np.concatenate(step.response).T),
-                np.array(body.contact_vectors.T, order="C"),
-                step.square,
-                np.array([0, step.square.size]),
-            )
-        # Sparse matrices this small take several times as long.
-        damping = None if structure.damping is None else structure.damping.toarray()
-        dense = DenseMatrices(
-            structure.mass.toarray(), structure.stiffness.toarray(), damping, structure.contact_vectors
-        )
-        midpoint = ImplicitMidpoint(dense, length)
-        # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
-        moving = np.flatnonzero(dense.mass.any(axis=0))
-        unit, rest, none = np.eye(size), np.zeros((size, size)), np.zeros((moving.size, moving.size))
-        starts = StructureState(np.hstack([unit, rest[:, moving]]), np.hstack([rest, unit[:, moving]]))
-        (displacement, velocity), (pushed, sped) = midpoint.free(starts), midpoint.response
-        return linear.Coupled(
-            np.concatenate([displacement, velocity[moving]]),
-            np.concatenate([pushed, sped[moving]]).T.copy(),
-            np.hstack([structure.contact_vectors.T, np.zeros((self._contacts, moving.size))]),
-            block_diag(rest, dense.mass[np.ix_(moving, moving)]),
-            block_diag(dense.stiffness, none),
-            np.array([0, size + moving.size]),
-        )
+    def describe(self) -> dict[str, Any]:
+        """Return how the structure was made, as plain data."""
+        return dict(self.structure.origin)
 
     def __repr__(self) -> str:
         return f"MovingStructure({self.structure!r})"
@@ -126,10 +75,6 @@ class MovingStructure:
     def __getstate__(self) -> dict[str, Any]:
         """Leave out factorisations, which the next window computes anew, with the same bits; for pickles and copies."""
         return {**vars(self), "_steps": {}}
-
-    def describe(self) -> dict[str, Any]:
-        """Return how the structure was made, as plain data."""
-        return dict(self.structure.origin)
 
     def start(self) -> StructureState:
         """Return the state at rest in static equilibrium."""
@@ -151,6 +96,10 @@ class MovingStructure:
         end = self.pushed(self.free(state, window), forces, window)
         return end, self.read(end)
 
+    def free(self, state: StructureState, window: float) -> StructureState:
+        """The state at the end of the window if no force acts."""
+        return self.step(window).free(state) if self.structure.size else state
+
     def pushed(self, free: StructureState, forces: Vector, window: float) -> StructureState:
         """The state at the end of the window from the state without force and the mean forces of the K contacts."""
         if not self.structure.size:
@@ -158,20 +107,15 @@ class MovingStructure:
         pairs = zip(free, self.step(window).response, strict=True)
         return StructureState(*(end + unit @ forces for end, unit in pairs))
 
-    def free(self, state: StructureState, window: float) -> StructureState:
-        """The state at the end of the window if no force acts."""
-        return self.step(window).free(state) if self.structure.size else state
-
     def read(self, state: StructureState) -> Vector:
         """Return the displacements bᵀu of the K contact points, m."""
         places: Vector = self._vectors.T @ state.displacement
         return places
 
     def compliance(self, window: float) -> Vector:
-        """Displacements of the contacts at the end of the window for 1 N of mean force, m/N, K × K.
+        """Displacements of the contacts at the end of the window for 1 N of mean force, m/N, K × K and symmetric.
 
-        Entry (i, j) is the displacement of i caused by a force on j. The matrix is symmetric to rounding, because M, C
-        and K are symmetric.
+        Entry (i, j) is the displacement of i caused by a force on j.
         """
         if not self.structure.size:
             return np.zeros((self._contacts, self._contacts))
@@ -182,15 +126,9 @@ class MovingStructure:
         return sum(self.energies(state))
 
     def energies(self, state: StructureState) -> tuple[float, float]:
-        """Return the kinetic and elastic energy relative to static equilibrium, J."""
-        return energies(self.structure, state) if self.structure.size else (0.0, 0.0)
-
-    def _examine(self) -> None:
-        """Raise a ValueError if a large matrix has a negative eigenvalue; damping that `damping` made has none."""
-        structure = self.structure
-        structure.matrices.examine()
-        if structure.damping is not None and structure.size > SMALL_MATRIX and "damping" not in structure.origin:
-            check_definite("damping", structure.damping)
+        """Return the kinetic and elastic energy ½ vᵀM v and ½ uᵀK u relative to static equilibrium, J."""
+        u, v = state
+        return 0.5 * float(v @ (self.structure.mass @ v)), 0.5 * float(u @ (self.structure.stiffness @ u))
 
     def step(self, window: float) -> OscillatorStep | ImplicitMidpoint:
         """Return how it moves over this window; made once."""
@@ -202,3 +140,52 @@ class MovingStructure:
             make = OscillatorStep if self.structure.is_modal else ImplicitMidpoint
             self._steps[window] = make(self.structure, window)
         return self._steps[window]
+
+    def _examine(self) -> None:
+        """Raise a ValueError if a large matrix has a negative eigenvalue; damping that `damping` made has none."""
+        structure = self.structure
+        structure.matrices.examine()
+        if structure.damping is not None and structure.size > SMALL_MATRIX and "damping" not in structure.origin:
+            check_definite("damping", structure.damping)
+
+    @cached_property
+    def _modes(self) -> Structure | None:
+        """The structure in its modes, where it is small enough and damping does not couple them."""
+        self._examine()
+        return modes_of(self.structure)
+
+    @property
+    def compact(self) -> bool:
+        """True if the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
+        return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
+
+    def window(self, length: float) -> linear.Oscillators | linear.Coupled:
+        """Return a window of this length, s, as a piece of the compiled loop."""
+        structure, size = self.structure, self.structure.size
+        body = structure if structure.is_modal else self._modes
+        if body is not None:
+            step: Any = self.step(length) if body is structure else OscillatorStep(body, length, exact=False)
+            return linear.Oscillators(
+                np.ascontiguousarray(step.rows),
+                np.ascontiguousarray(np.concatenate(step.response).T),
+                np.array(body.contact_vectors.T, order="C"),
+                step.square,
+                np.array([0, step.square.size]),
+            )
+        # Sparse matrices this small take several times as long.
+        mass, stiffness = structure.mass.toarray(), structure.stiffness.toarray()
+        damping = None if structure.damping is None else structure.damping.toarray()
+        midpoint = ImplicitMidpoint(DenseMatrices(mass, stiffness, damping, structure.contact_vectors), length)
+        # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
+        moving = np.flatnonzero(mass.any(axis=0))
+        unit, rest, none = np.eye(size), np.zeros((size, size)), np.zeros((moving.size, moving.size))
+        starts = StructureState(np.hstack([unit, rest[:, moving]]), np.hstack([rest, unit[:, moving]]))
+        (displacement, velocity), (pushed, sped) = midpoint.free(starts), midpoint.response
+        return linear.Coupled(
+            np.concatenate([displacement, velocity[moving]]),
+            np.concatenate([pushed, sped[moving]]).T.copy(),
+            np.hstack([structure.contact_vectors.T, np.zeros((self._contacts, moving.size))]),
+            block_diag(rest, mass[np.ix_(moving, moving)]),
+            block_diag(stiffness, none),
+            np.array([0, size + moving.size]),
+        )

@@ -1,16 +1,9 @@
-"""Structures whose degrees of freedom are modes, as after a reduction: each oscillator moves exactly, in closed
-form.
-"""
+"""Structures whose degrees of freedom are modes, as after a reduction: each oscillator moves in closed form."""
 
 import numpy as np
 
 from structures.stepping import StructureState
 from structures.structure import Structure, Vector
-
-SERIES_RATE_LIMIT, SERIES_TERMS = 0.5, 24
-"""An overdamped oscillator whose two rates, times the window, differ by more than 2 SERIES_RATE_LIMIT is a sum of
-two exponentials. For all others SERIES_TERMS terms of a series are exact to rounding.
-"""
 
 
 class OscillatorStep:
@@ -48,12 +41,10 @@ class OscillatorStep:
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return the closed-form motion of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping
-    rate.
+    """Return the closed-form motion over a window H of oscillators with phase (ωH)² ≤ 1, drag H/2 times their rates.
 
-    Returns the displacement after a constant unit force in units of H², its velocity in units of H, and the remaining
-    fraction of an initial velocity. A matrix exponential of each oscillator is slower, and its threads block each
-    other.
+    Returned are the displacement after a constant unit force in units of H², its velocity in units of H, and the
+    remaining fraction of an initial velocity.
     """
     if not drag.any():
         half = 0.5 * np.sqrt(phase) / np.pi
@@ -63,16 +54,17 @@ def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
     # With λ = −drag ± spread, Σ hₖ/(k + 1)! and Σ hₖ/(k + 2)!, hₖ = Σ λ₁ⁱ λ₂ᵏ⁻ⁱ: no cancellation near critical damping.
     lag, push = np.zeros_like(phase), np.zeros_like(phase)
     term, before, factorial = np.ones_like(phase), np.zeros_like(phase), 1.0
-    near = np.where(spread <= SERIES_RATE_LIMIT, drag, 0.0)
-    for k in range(SERIES_TERMS):
+    # Where the two rates are far apart the motion is a sum of two exponentials; elsewhere 24 terms are exact.
+    apart = spread > 0.5
+    near = np.where(apart, 0.0, drag)
+    for k in range(24):
         push += term / factorial
         factorial *= k + 2.0
         lag += term / factorial
         term, before = -2.0 * near * term - phase * before, term
     left = 1.0 - phase * lag - 2.0 * near * push
-    if (spread > SERIES_RATE_LIMIT).any():
-        apart, drag = spread > SERIES_RATE_LIMIT, drag[spread > SERIES_RATE_LIMIT]
-        phase, spread = phase[apart], spread[apart]
+    if apart.any():
+        phase, drag, spread = phase[apart], drag[apart], spread[apart]
         slow, fast = -phase / (drag + spread), -(drag + spread)
         push[apart] = np.exp(slow) * -np.expm1(-2.0 * spread) / (2.0 * spread)
         steady = np.divide(np.expm1(slow), slow, out=np.ones_like(slow), where=slow != 0.0)

@@ -4,7 +4,7 @@ A structure is linear, so its state at the end of a window is the state without 
 that is known in advance. A strong coupling therefore needs one structural solve in each window, for any contact law.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -13,9 +13,6 @@ from scipy.linalg import LinAlgError, eigh
 from structures.linear_algebra.factor import factorise
 from structures.structure import Structure, Vector
 
-SHORTEST_WINDOW, LONGEST_WINDOW = 1e-18, 1e6
-"""s. Squares of windows beyond these, times a stiffness, leave the range of floating point."""
-
 LARGEST_SIZE = 600
 """Degrees of freedom up to which a structure moves in its modes. They take 0.1 s for 600 and grow with the third power;
 window by window a run of 1 ms takes 0.5 s or more."""
@@ -23,12 +20,6 @@ window by window a run of 1 ms takes 0.5 s or more."""
 SHIFT = (2.0 * np.pi * 35e3) ** 2
 """1/s². Modes are found from 1/(ω² + SHIFT), so that rounding spares the slow ones: steel beads excite 35 kHz or less.
 """
-
-MASSLESS = 1e-12
-"""A mode has no mass if its 1/(ω² + SHIFT) is below this part of the largest."""
-
-PROPORTIONAL = 1e-12
-"""The largest difference, as a part of the damping, between it and α M + β K."""
 
 
 class StructureState(NamedTuple):
@@ -51,12 +42,6 @@ class StructureState(NamedTuple):
 
     displacement: Vector
     velocity: Vector
-
-
-def energies(structure: Structure, state: StructureState) -> tuple[float, float]:
-    """Return the kinetic and elastic energy ½ vᵀM v and ½ uᵀK u above static equilibrium, J."""
-    u, v = state
-    return 0.5 * float(v @ (structure.mass @ v)), 0.5 * float(u @ (structure.stiffness @ u))
 
 
 class DenseMatrices(NamedTuple):
@@ -97,15 +82,19 @@ def modes_of(structure: Structure) -> Structure | None:
     """
     if not 0 < structure.size <= LARGEST_SIZE or not structure.mass.diagonal().all():
         return None
-    rates = _rates(structure)
-    if rates is None:
-        return None
+    rates = np.zeros(2)
+    if structure.damping is not None:
+        scale = 1.0 / np.sqrt(structure.stiffness.diagonal() + SHIFT * structure.mass.diagonal())
+        found = rayleigh_rates(structure.damping, structure.mass, structure.stiffness, scale)
+        if found is None:
+            return None
+        rates = found
     mass = structure.mass.toarray()
     try:
         inverse, vectors = eigh(mass, structure.stiffness.toarray() + SHIFT * mass)
     except LinAlgError:  # some motion has neither mass nor stiffness
         return None
-    if inverse[0] <= MASSLESS * inverse[-1]:
+    if inverse[0] <= 1e-12 * inverse[-1]:  # a mode without mass
         return None
     square = np.maximum(1.0 / inverse - SHIFT, 0.0)
     damping = rates[0] + rates[1] * square
@@ -121,22 +110,17 @@ def modes_of(structure: Structure) -> Structure | None:
     )
 
 
-def _rates(structure: Structure) -> Vector | None:
-    """Return α (1/s) and β (s) of C = α M + β K; None where C is no such sum."""
-    if structure.damping is None:
-        return np.zeros(2)
-    # Rows and columns are scaled, because rotations and displacements have different units.
-    scale = sparse.diags_array(1.0 / np.sqrt(structure.stiffness.diagonal() + SHIFT * structure.mass.diagonal()))
-    mass, stiffness, damping = (
-        scale @ matrix @ scale for matrix in (structure.mass, structure.stiffness, structure.damping)
-    )
-    sizes = np.array([max(sparse.linalg.norm(matrix), np.finfo(float).tiny) for matrix in (mass, stiffness)])
-    pairs = [mass / sizes[0], stiffness / sizes[1]]
-    products = np.array([[(left * right).sum() for right in pairs] for left in pairs])
-    # Where damping falls with the frequency, β would be negative: such a sum is refused by what is left of it.
-    rates = np.maximum(np.linalg.lstsq(products, [(left * damping).sum() for left in pairs], rcond=None)[0], 0.0)
-    rest = damping - rates[0] * pairs[0] - rates[1] * pairs[1]
-    if sparse.linalg.norm(rest) > PROPORTIONAL * sparse.linalg.norm(damping):
-        return None
-    result: Vector = rates / sizes
-    return result
+def rayleigh_rates(damping: Any, mass: Any, stiffness: Any, scale: Vector) -> Vector | None:
+    """Return α (1/s) and β (s) of C = α M + β K, neither negative; None where C is no such sum.
+
+    Matrices or linear operators are compared by their products with three random vectors. scale: of the degrees of
+    freedom, because displacements and rotations have different units.
+    """
+    by = scale[:, None]
+    probe = by * np.random.default_rng(0).normal(size=(scale.size, 3))
+    units = np.column_stack([(by * (matrix @ probe)).ravel() for matrix in (mass, stiffness)])
+    image = (by * (damping @ probe)).ravel()
+    sizes = np.maximum(np.linalg.norm(units, axis=0), np.finfo(float).tiny)
+    rates: Vector = np.maximum(np.linalg.lstsq(units / sizes, image, rcond=None)[0], 0.0) / sizes
+    off = np.linalg.norm(units @ rates - image)
+    return rates if off <= 1e-11 * np.linalg.norm(image) else None

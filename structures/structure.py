@@ -4,7 +4,7 @@ structures.
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf
 from typing import Any, ClassVar
 
@@ -45,9 +45,9 @@ class Structure:
         reads the displacement of the contact point, w = bᵀu + flexibility · F, positive away from the chain that
         pushes.
     flexibility : float or sequence of float
-        The part of the local indentation that the degrees of freedom do not contain, m/N; one number, or one for each
-        contact. It acts as a massless spring in series with Hertz's contact. It is negative where a mesh already
-        contains part of Hertz's indentation.
+        The part of the local indentation that the degrees of freedom do not contain, m/N, one number or one for each
+        contact: a massless spring in series with Hertz's contact. It is negative where a mesh already contains part of
+        Hertz's indentation.
     surface : Surface or sequence of Surface
         Material and curvature at the contact; one, or one for each contact.
     origin : mapping
@@ -57,15 +57,13 @@ class Structure:
     field : Field, optional
         Converts degrees of freedom to displacement and stress of the body; None if there is no such field.
     matrices : Matrices, optional
-        Holds mass and stiffness and owns their factorisations. Structures on one mesh share it. By default, or if it
-        holds other matrices, the structure makes its own.
+        Holds these M and K and their factorisations, which structures on one mesh share; by default made here.
 
     Raises
     ------
     ValueError
-        If shapes do not agree, a matrix is not symmetric or has a negative eigenvalue, the mass is singular apart from
-        rows of zeros, or a contact vector is zero. Matrices of more than 500 rows are checked for negative eigenvalues
-        when the structure is reduced or run.
+        If shapes do not agree, a contact vector is zero, or a matrix is not that of an elastic body. Matrices of more
+        than 500 rows are checked for negative eigenvalues when the structure is reduced or run.
 
     Examples
     --------
@@ -97,45 +95,37 @@ class Structure:
         n, count = len(contact), contact.shape[1] if contact.ndim > 1 else 1
         if n and not (contact.reshape(n, -1) != 0.0).any(axis=0).all():
             raise ValueError("contact: must not be zero, or the contact force moves nothing")
+
         matrices = self.matrices
-        if matrices is None or not matrices.belong(self.mass, self.stiffness):
+        if matrices is None or matrices.mass is not self.mass or matrices.stiffness is not self.stiffness:
             matrices = Matrices(self.mass, self.stiffness)
+        mass, stiffness = matrices.mass, matrices.stiffness
         damping = None if self.damping is None else symmetric("damping", self.damping)
-        for name, matrix in (("mass", matrices.mass), ("stiffness", matrices.stiffness), ("damping", damping)):
+        for name, matrix in (("mass", mass), ("stiffness", stiffness), ("damping", damping)):
             if matrix is not None and matrix.shape != (n, n):
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
-        held = matrices.stiffness.diagonal() + (0.0 if damping is None else damping.diagonal())
-        if (loose := np.flatnonzero((matrices.mass.diagonal() == 0.0) & (held == 0.0))).size:
+        held = stiffness.diagonal() + (0.0 if damping is None else damping.diagonal())
+        if (loose := np.flatnonzero((mass.diagonal() == 0.0) & (held == 0.0))).size:
             raise ValueError(
                 f"mass, stiffness: degree of freedom {loose[0]} has neither; nothing determines its motion"
             )
+
         flexibility, surface = self.flexibility, self.surface
         if count == 1:
             finite("flexibility", flexibility, "m/N")
             instance("surface", surface, Surface, "a Surface")
         else:
-            numbers_of_all = each(finite, "flexibility", flexibility, "m/N")
+            flexibilities = each(finite, "flexibility", flexibility, "m/N")
             surface = [surface] * count if isinstance(surface, Surface) else surface
             surface = tuple(listed("surface", surface, Surface, "Surfaces, or one"))
-            if numbers_of_all.shape not in ((), (count,)) or len(surface) != count:
-                raise ValueError(
-                    f"flexibility, surface: must be one for all contacts, or {count}, as there are contacts"
-                )
-            flexibility = np.broadcast_to(numbers_of_all, count).copy()
+            if flexibilities.shape not in ((), (count,)) or len(surface) != count:
+                raise ValueError(f"flexibility, surface: must be one for all contacts, or {count}, one for each")
+            flexibility = np.broadcast_to(flexibilities, count).copy()
         if self.field is not None and self.field.size > n:
             raise ValueError(f"field: takes {self.field.size} degrees of freedom, but contact has {n} entries")
         until = self.valid_until if self.valid_until == inf else positive("valid_until", self.valid_until, "s")
-        made = {
-            "contact": contact,
-            "matrices": matrices,
-            "mass": matrices.mass,
-            "stiffness": matrices.stiffness,
-            "damping": damping,
-            "flexibility": flexibility,
-            "surface": surface,
-            "valid_until": until,
-        }
-        for name, value in made.items():
+        made = {"contact": contact, "matrices": matrices, "mass": mass, "stiffness": stiffness, "damping": damping}
+        for name, value in {**made, "flexibility": flexibility, "surface": surface, "valid_until": until}.items():
             object.__setattr__(self, name, value)
 
     @cached_property
@@ -149,6 +139,10 @@ class Structure:
         object.__setattr__(self, "again", again)
         object.__setattr__(self, "_made", {})
         return self
+
+    def made_from(self, before: "Structure", change: Callable[..., "Structure"], *arguments: Any) -> "Structure":
+        """Return this structure, which is `change(before, *arguments)`, also of what `before` is made anew."""
+        return self if before.again is None else self.made_by(partial(_changed, before.again, change, arguments))
 
     def for_contacts(self, times: int) -> "Structure":
         """Return the structure with defaults for contacts that are shorter by this factor, or by what is possible."""
@@ -191,36 +185,38 @@ class Structure:
         """The surfaces of all K contacts."""
         return surfaces_of(self)
 
+    def _facts(self) -> list[tuple[str, str]]:
+        """What a line or a short table shows."""
+        origin = self.origin
+        facts = [
+            ("kind", str(origin.get("kind", "user's structure"))),
+            ("unknowns", f"{self.size}"),
+            ("contacts", f"{self.contacts}"),
+            ("damping", "none" if self.damping is None else "viscous"),
+        ]
+        if "fixed_facets" in origin:
+            facets = count_of(origin["fixed_facets"], "facet")
+            facts.append(("fixed", f"{origin['fixed']!r}, {facets}, {origin['fixed_area']:.4g} m²"))
+        if self.valid_until < inf:
+            facts.append(("reduced for", f"{self.valid_until:.4g} s"))
+        return facts
+
     def __repr__(self) -> str:
-        (_, kind), *others = _facts(self)
+        (_, kind), *others = self._facts()
         return f"Structure({', '.join([kind, *(f'{name}: {value}' for name, value in others)])})"
 
     def _repr_html_(self) -> str:
-        return html_table("Structure", _facts(self))
+        return html_table("Structure", self._facts())
+
+
+def _changed(again: Callable[[], Structure], change: Callable[..., Structure], arguments: tuple[Any, ...]) -> Structure:
+    return change(again(), *arguments)
 
 
 def is_diagonal(matrix: sparse.csr_array) -> bool:
     """Return whether a matrix is diagonal, without sums of sparse matrices, which take longer than a short run."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     return bool(((matrix.indices == rows) | (matrix.data == 0.0)).all())
-
-
-def _facts(structure: Structure) -> list[tuple[str, str]]:
-    """Return what a line or a short table shows of a structure."""
-    facts = [
-        ("kind", str(structure.origin.get("kind", "user's structure"))),
-        ("unknowns", f"{structure.size}"),
-        ("contacts", f"{structure.contacts}"),
-        ("damping", "none" if structure.damping is None else "viscous"),
-    ]
-    if "fixed_facets" in structure.origin:
-        held = structure.origin
-        facts.append(
-            ("fixed", f"{held['fixed']!r}, {count_of(held['fixed_facets'], 'facet')}, {held['fixed_area']:.4g} m²")
-        )
-    if structure.valid_until < inf:
-        facts.append(("reduced for", f"{structure.valid_until:.4g} s"))
-    return facts
 
 
 def known_field(structure: Structure, name: str = "structure") -> Field:
@@ -249,7 +245,7 @@ def half_space(material: Material) -> Structure:
     Parameters
     ----------
     material : Material
-        The material of the half-space.
+        The material at the contact.
 
     Returns
     -------

@@ -12,9 +12,7 @@ from structures.material import Material
 from structures.quantities import ContactForce, Curvature, Direction, OneOf
 
 NEARLY_ROUND = 1e-6
-"""A contact is treated as round if difference over sum of its relative curvatures is smaller than this number: the
-stiffness k depends on the square of that ratio only.
-"""
+"""A contact is round if its curvatures differ by less than this part: k depends on the square of it only."""
 
 AxisRatio = Annotated[str, OneOf("exact", "approximate")]
 
@@ -33,11 +31,6 @@ class Surface:
         Second principal curvature, 1/m; by default equal to the first.
     direction : float
         Direction of the first curvature, an angle about the common normal, rad.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
 
     Examples
     --------
@@ -78,31 +71,21 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: AxisRatio = "ex
     """Return the stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
 
     Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹, where 1/R is the sum of the curvatures. Elliptic
-    contacts: equations 5.1 to 5.6 of the thesis, whose complete elliptic integrals K and E take the modulus e.
+    contacts: equations 5.1 to 5.6 of the thesis, whose complete elliptic integrals K and E take the modulus e; see also
+    its section 6.1, equation 6.2 (with the wall's own ν), and Johnson, Contact Mechanics (1985), 4.2.
 
     Parameters
     ----------
     first, second : Surface
-        The surfaces that touch at a point.
+        The surfaces that touch at a point; a ValueError says where they touch along a line or conform.
     axis_ratio : {"exact", "approximate"}
-        How the ratio b/a of the contact ellipse is found. "exact" solves Hertz's equation. "approximate" takes
-        (R′/R″)^(−2/3) from the thesis, which changes k by 0.1 % for its ellipsoids and by 9 % for cylinders crossed at
-        5°.
+        The ratio b/a of the contact ellipse solves Hertz's equation, or is (R′/R″)^(−2/3) as in the thesis, which
+        changes k by 0.1 % for its ellipsoids and by 9 % for cylinders crossed at 5°.
 
     Returns
     -------
     float
         k, N/m^1.5.
-
-    Raises
-    ------
-    ValueError
-        If the surfaces touch along a line or conform.
-
-    References
-    ----------
-    Thesis, section 6.1, equation 6.2 (with the wall's own ν); Johnson, Contact Mechanics (1985), equation 4.23 and
-    section 4.2.
 
     Examples
     --------
@@ -111,24 +94,24 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: AxisRatio = "ex
     >>> round(hl.theory.hertz_stiffness(bead.surface, bead.surface) * 1e-9, 2)
     7.06
     """
-    sharp, ratio, compliance = _point(first, second)
-    round_stiffness = 4.0 / 3.0 * sharp**-0.5 * ratio**0.25 / compliance
-    if ratio - 1.0 < NEARLY_ROUND:
-        return float(round_stiffness)
-    square = _axis_square(ratio, axis_ratio)
-    # F₂ of equation 5.6
-    factor = 2.0 / pi * ellipkm1(square) * (4.0 / (pi * (1.0 - square)) * _root(square)) ** (-1.0 / 3.0)
-    return float(round_stiffness / factor**1.5)
+    sharp, curvature_ratio, compliance = _at_a_point(first, second)
+    stiffness = 4.0 / 3.0 * sharp**-0.5 * curvature_ratio**0.25 / compliance
+    if curvature_ratio - 1.0 >= NEARLY_ROUND:
+        square = curvature_ratio ** (-4.0 / 3.0) if axis_ratio == "approximate" else _axis_square(curvature_ratio)
+        # F₂ of equation 5.6
+        factor = 2.0 / pi * ellipkm1(square) * (4.0 / (pi * (1.0 - square)) * _root(square)) ** (-1.0 / 3.0)
+        stiffness /= factor**1.5
+    return float(stiffness)
 
 
 @checked_call
 def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> float:
-    """Return the peak pressure p₀ at the centre of a Hertz contact between two surfaces.
+    """Return the peak pressure p₀ at the centre of a Hertz contact between two surfaces (Johnson, 4.24 to 4.28).
 
     Parameters
     ----------
     first, second : Surface
-        The surfaces that touch at a point.
+        As in `hertz_stiffness`.
     force : float
         Contact force, N, zero or more.
 
@@ -137,15 +120,6 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
     float
         p₀ = 3F/(2πab), Pa, with the semi-axes a and b of the contact ellipse. A round contact has (6 F E*²/(π³R²))^⅓.
 
-    Raises
-    ------
-    ValueError
-        If the surfaces touch along a line or conform.
-
-    References
-    ----------
-    Johnson, Contact Mechanics (1985), equations 4.24 and 4.25 to 4.28.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -153,12 +127,12 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
     >>> round(hl.theory.hertz_pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
     2.72
     """
-    sharp, ratio, compliance = _point(first, second)
+    sharp, curvature_ratio, compliance = _at_a_point(first, second)
     if force == 0.0:
         return 0.0
-    cube = 0.75 * force * compliance * sqrt(ratio) / sharp
-    if ratio - 1.0 >= NEARLY_ROUND:
-        square = _axis_square(ratio, "exact")
+    cube = 0.75 * force * compliance * sqrt(curvature_ratio) / sharp
+    if curvature_ratio - 1.0 >= NEARLY_ROUND:
+        square = _axis_square(curvature_ratio)
         cube *= square**0.75 * 4.0 / (pi * (1.0 - square)) * _root(square)
     return float(1.5 * force / (pi * cube ** (2.0 / 3.0)))
 
@@ -166,7 +140,10 @@ def hertz_pressure(first: Surface, second: Surface, force: ContactForce) -> floa
 @checked_call
 @lru_cache(maxsize=256)
 def yield_pressure(material: Material) -> float:
-    """Return the peak pressure of a round contact at which a material starts to yield below the surface (von Mises).
+    """Return the peak pressure of a round contact at which a material starts to yield below the surface.
+
+    Von Mises's criterion for the stresses on the axis (Johnson, section 6.1 and equation 3.45). A line contact yields
+    at 1.79 times the yield strength (plane strain, ν = 0.3).
 
     Parameters
     ----------
@@ -176,12 +153,7 @@ def yield_pressure(material: Material) -> float:
     Returns
     -------
     float
-        Pa: 1.61 times the yield strength for ν = 0.3; infinite if the material has no yield strength. A line contact
-        yields at 1.79 times the yield strength (plane strain, ν = 0.3).
-
-    References
-    ----------
-    Johnson, Contact Mechanics (1985), section 6.1 and equation 3.45 (stresses on the axis).
+        Pa: 1.61 times the yield strength for ν = 0.3; infinite if the material has no yield strength.
 
     Examples
     --------
@@ -197,7 +169,7 @@ def yield_pressure(material: Material) -> float:
     return float(material.yield_strength / np.abs(inside - around).max())
 
 
-def _point(first: Surface, second: Surface) -> tuple[float, float, float]:
+def _at_a_point(first: Surface, second: Surface) -> tuple[float, float, float]:
     """Return 1/R″, R′/R″ and the sum of the compliances 1/E* of two surfaces that touch at a point."""
     flat, sharp = relative_curvatures(first, second)
     if flat <= 1e-12 * sharp:
@@ -205,23 +177,20 @@ def _point(first: Surface, second: Surface) -> tuple[float, float, float]:
     return sharp, sharp / flat, 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
 
 
-def _root(square: float) -> float:
-    """Return √[((a/b)² E − K)(K − E)] of equations 4.26 to 4.28; square = (b/a)²."""
-    first, second = ellipkm1(square), ellipe(1.0 - square)
-    return sqrt((second / square - first) * (first - second))
-
-
-def _axis_square(curvature_ratio: float, axis_ratio: str) -> float:
-    """Return (b/a)² of an elliptic contact; curvature_ratio = R′/R″ > 1."""
+def _axis_square(curvature_ratio: float) -> float:
+    """Return (b/a)² of an elliptic contact, from Hertz's equation; curvature_ratio = R′/R″ > 1."""
+    from scipy.optimize import brentq
 
     def excess(log_square: float) -> float:
         square = exp(log_square)
-        first, second = ellipkm1(square), ellipe(1.0 - square)
-        return float((second / square - first) / (first - second) / curvature_ratio - 1.0)
+        k, e = ellipkm1(square), ellipe(1.0 - square)
+        return float((e / square - k) / (k - e) / curvature_ratio - 1.0)
 
-    square = curvature_ratio ** (-4.0 / 3.0)
-    if axis_ratio == "exact":
-        from scipy.optimize import brentq
+    start = -4.0 / 3.0 * log(curvature_ratio) - 20.0
+    return exp(brentq(excess, start, -1e-9, xtol=1e-15, rtol=1e-14))
 
-        square = exp(brentq(excess, log(square) - 20.0, -1e-9, xtol=1e-15, rtol=1e-14))
-    return float(square)
+
+def _root(square: float) -> float:
+    """Return √[((a/b)² E − K)(K − E)] of Johnson's equations 4.26 to 4.28; square = (b/a)²."""
+    k, e = ellipkm1(square), ellipe(1.0 - square)
+    return sqrt((e / square - k) * (k - e))

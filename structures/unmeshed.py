@@ -37,7 +37,7 @@ def is_unmeshed() -> bool:
 class Unmeshed(Structure):
     """A structure that makes its mesh when its matrices are first used outside `unmeshed`, and refuses that inside.
 
-    body, place: what is struck, and where; make: makes the structure.
+    body, place: what is struck, and where. make: makes the structure.
     """
 
     body: Any

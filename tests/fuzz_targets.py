@@ -188,7 +188,6 @@ def _bodies() -> dict[str, Target]:
         ),
         "drop_speed": Target(hl.drop_speed, {"height": 0.01}),
         "Layer": Target(hl.Layer, {"material": STEEL, "length": 1e-2, "radius": 1e-2}, lambda one: hl.rod([one]).mass),
-        "Foundation": Target(hl.Foundation, {"stiffness": 1e12}),
         "ElasticEdge": Target(hl.ElasticEdge, {"translation": 1e7, "rotation": 1e3}),
         "Supports": Target(
             hl.Supports, {"left": "free", "right": "clamped", "bottom": hl.ElasticEdge(), "top": "free"}
@@ -343,9 +342,6 @@ def _structures() -> dict[str, Target]:
             {"structure": ROD, "damping": damping.StandardLinearSolid(0.1, 5e-6), "part": 1},
             push,
             {"part": (0, 2, -1, 10**9), "damping": (damping.Rayleigh(1.0), damping.Modal(0.1), 0.1)},
-        ),
-        "StandardLinearSolid.loss_tangent": Target(
-            damping.StandardLinearSolid(0.1, 5e-6).loss_tangent, {"frequency": 3e4}
         ),
         "stepping.MovingStructure": Target(
             stepping.MovingStructure,
@@ -849,7 +845,6 @@ def _formulas() -> dict[str, Target]:
                 **{"striker_speed": 0.44, "restitution": 0.9},
             },
         ),
-        "theory.layer_speed": (theory.layer_speed, {"mass": 0.01, "upper_mass": 0.04, "incident_speed": 0.3}),
     }
     unbounded = "theory.yield_pressure"  # infinite without a yield strength
     return {name: Target(call, good, infinite=name == unbounded) for name, (call, good) in table.items()}

@@ -37,7 +37,6 @@ CHEAP = (
         "theory.UniformChain",
         "theory.zener_restitution",
         "theory.hertz_contact_time",
-        "StandardLinearSolid.loss_tangent",
         "rod",
     ),
 )

@@ -9,7 +9,6 @@ from hertzlink.cases.declared import (
     Data,
     Declared,
     described_by,
-    quantity_of,
     table_of,
     tables_of,
     union_of,
@@ -17,8 +16,6 @@ from hertzlink.cases.declared import (
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Part, World, either, file_of
 from plates.plate import Plate
-from structures.bodies.cylinder import layered_cylinder
-from structures.bodies.elasticity import Foundation
 from structures.bodies.rod import rod
 from structures.damping import Rayleigh, StandardLinearSolid, Viscous
 from structures.damping import damped as with_damping
@@ -112,18 +109,6 @@ class Rod(Built):
         elements: int | None
 
 
-class LayeredCylinder(Built):
-    """A cylinder, whose base may be given by the stiffness of its ground."""
-
-    foundation: Annotated[float, quantity_of(Foundation, "stiffness")] | None = Field(
-        None, description="stiffness of elastic ground in place of a base"
-    )
-
-    def arguments(self, world: World) -> Data:
-        ground = {} if self.foundation is None else {"base": Foundation(self.foundation)}
-        return super().arguments(world) | ground
-
-
 class Imported(Built):
     """A body from files of another program or of a test."""
 
@@ -144,7 +129,6 @@ class FromMatrices(Imported):
 
 SPECIAL.update({
     from_matrices: FromMatrices, from_modes: Imported, rod: Rod,
-    layered_cylinder: LayeredCylinder,
     StandardLinearSolid: LinearSolid,
 })  # fmt: skip
 

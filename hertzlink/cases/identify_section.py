@@ -14,7 +14,7 @@ from coupling.inference.identification import Identification
 from coupling.inference.prediction import FROM_IMPACT
 from coupling.results.conditioning import clean_signal
 from coupling.results.signals import read_signal
-from hertzlink.cases.bodies import LayeredCylinder, Rod
+from hertzlink.cases.bodies import Rod
 from hertzlink.cases.case import Case
 from hertzlink.cases.entry_paths import Path
 from hertzlink.cases.faults import Fault, fault_of, of_case
@@ -116,7 +116,7 @@ def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
 def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
     """Return the data of the case, in which a rod has the same mesh at all values."""
     body = case.model.structure
-    if not isinstance(body, Rod) or isinstance(body, LayeredCylinder) or body.elements or not question.of_structure:
+    if not isinstance(body, Rod) or body.elements or not question.of_structure:
         return case.data
     counts = []
     for end in (0, 1):

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from structures.checks import short
+from structures.linear_algebra.factor import numbers
 from structures.structure import Vector
 
 INTEGRATION_DIRECTIONS = 96
@@ -32,11 +32,7 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     Returns
     -------
     numpy.ndarray
-        C, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12.
-
-    References
-    ----------
-    Jones, Mechanics of Composite Materials, 2nd ed., section 2.3.
+        C, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12 (Jones, Mechanics of Composite Materials, 2.3).
 
     Examples
     --------
@@ -45,9 +41,15 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     >>> carbon.shape, round(float(carbon[0, 0]) * 1e-9, 1)
     ((6, 6), 140.8)
     """
-    e, nu, g = (_three(*pair) for pair in (
-        ("moduli", moduli), ("poisson_ratios", poisson_ratios), ("shear_moduli", shear_moduli)
-    ))  # fmt: skip
+    e, nu, g = (
+        numbers("moduli", moduli),
+        numbers("poisson_ratios", poisson_ratios),
+        numbers("shear_moduli", shear_moduli),
+    )
+    for name, three in (("moduli", e), ("poisson_ratios", nu), ("shear_moduli", g)):
+        wanted = "finite" if three is nu else "positive"
+        if three.shape != (3,) or (three is not nu and three.min() <= 0.0):
+            raise ValueError(f"{name} = {three.tolist()}: must be three {wanted} numbers")
     compliance = np.diag(np.concatenate([1.0 / e, 1.0 / g]))
     for (i, j), ratio in zip(((1, 2), (0, 2), (0, 1)), nu, strict=True):
         compliance[i, j] = compliance[j, i] = -ratio / e[i]
@@ -63,9 +65,9 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
 
     A normal point force F moves the surface by h(θ) F/r along the normal, with h = (L⁻¹)₃₃/2π, where L is the
     Barnett-Lothe tensor for the line in the direction θ. The modulus is 1/π over the mean of h. It is exact for a
-    circular contact area under Hertz's pressure. If h depends on θ, the area is slightly elliptic. For plies of carbon
-    or glass in epoxy, the force at a given approach of a rigid sphere is then up to 0.6 % larger
-    (tests/structures/test_anisotropy.py).
+    circular contact area under Hertz's pressure; for plies of carbon or glass in epoxy, whose area is slightly
+    elliptic, the force at a given approach of a rigid sphere is up to 0.6 % larger (Vlassak and Nix, Philos. Mag. A 67
+    (1993) 1045; Ting, Anisotropic Elasticity, section 7.6).
 
     Parameters
     ----------
@@ -77,10 +79,6 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
     float
         The indentation modulus, Pa.
 
-    References
-    ----------
-    Vlassak and Nix, Philos. Mag. A 67 (1993) 1045; Ting, Anisotropic Elasticity, section 7.6.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -88,8 +86,8 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
     >>> print(f"{1e-9 * hl.theory.indentation_modulus(ply):.2f} GPa")
     11.62 GPa
     """
-    matrix = _real("stiffness", stiffness, "6 × 6 finite numbers of Pa")
-    if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
+    matrix = numbers("stiffness", stiffness)
+    if matrix.shape != (6, 6):
         raise ValueError(f"stiffness: has shape {matrix.shape}, must be 6 × 6 finite numbers of Pa")
     if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
         raise ValueError("stiffness: must be symmetric")
@@ -108,23 +106,3 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
     )
     lothe = (mm - mn @ np.linalg.solve(nn, mn.swapaxes(2, 3))).mean(axis=1)
     return float(2.0 / np.linalg.inv(lothe)[:, 2, 2].mean())
-
-
-def _three(name: str, values: ArrayLike) -> Vector:
-    """Return three finite numbers; they must be positive unless they are Poisson's ratios."""
-    wanted = "finite" if name == "poisson_ratios" else "positive"
-    numbers = _real(name, values, f"three {wanted} numbers")
-    if numbers.shape != (3,) or not np.isfinite(numbers).all() or (wanted == "positive" and numbers.min() <= 0.0):
-        raise ValueError(f"{name} = {short(values)}: must be three {wanted} numbers")
-    return numbers
-
-
-def _real(name: str, values: ArrayLike, what: str) -> Vector:
-    """Return an array of real numbers, or raise a ValueError; text, booleans and complex numbers are refused."""
-    try:
-        numbers = np.asarray(values)
-        if numbers.dtype.kind not in "fiu":
-            raise TypeError
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {short(values)}: must be {what}") from None
-    return numbers.astype(float)

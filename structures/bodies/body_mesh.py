@@ -29,16 +29,8 @@ from structures.meshes.mesh_topology import check_joined, merged, once
 from structures.meshes.split_cells import BY_CORNERS, edge_lengths, tetrahedra
 from structures.structure import Vector
 
-SHORTEST_EDGE = 0.02
-"""m. A body whose edges all are longer is probably in millimetres: a quarter of a shear wave of 40 kHz in steel."""
-
 FLAT_JACOBIAN = 1e-9
 """A cell is flat if its Jacobian at a corner is below this fraction of the cube of its size."""
-
-JACOBIAN_STEPS, NEARLY_FOLDED = (2, 12), 0.3
-"""Steps along an edge at whose ends the Jacobian of a curved cell is checked: first all cells, then those in which it
-falls below this part of its largest value.
-"""
 
 CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
     "tetra": (MeshTet1, ElementTetP2, 4, 4),
@@ -49,10 +41,10 @@ CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
 }
 """For each of meshio's cell types: scikit-fem's mesh and element, the number of corners, the order of integration."""
 
-SPLIT = {"wedge": 6, "wedge15": 6, "wedge18": 6, "pyramid": 5, "pyramid13": 5, "pyramid14": 5}
-"""Further types of cells, which are split into tetrahedra, and their numbers of corners."""
-
-IGNORED_CELL_TYPES = {"vertex", "line", "line3", *FLAT_CORNERS}
+CORNERS = {kind: corners for kind, (_, _, corners, _) in CELL_TYPES.items()} | {
+    "wedge": 6, "wedge15": 6, "wedge18": 6, "pyramid": 5, "pyramid13": 5, "pyramid14": 5,
+}  # fmt: skip
+"""Numbers of corners also of the types of cells that are split into tetrahedra."""
 
 CORNER_NEIGHBOURS = {
     4: ((0, 1, 2, 3),),
@@ -76,24 +68,26 @@ class BodyMesh:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
         read = read_mesh(source)
         points = self.scale * points_of(read)
-        blocks, listed, self.kind = _volumes(read)
-        make, self.element, corners, self.order = CELL_TYPES[self.kind]
-        shortest = min(
-            float(edge_lengths(points, cells[:, : _corners(read.cells[i].type)]).min())
-            for i, cells in zip(blocks, listed, strict=True)
-        )
-        alias = merged(points, np.unique(np.concatenate([cells.ravel() for cells in listed])), shortest, merge)
-        cells, parent = _as_one_type(points, [alias[cells] for cells in listed], self.kind)
+        blocks, listed, kind = _volumes(read)
+        make, self.element, corners, self.order = CELL_TYPES[kind]
+        shortest = min(edge_lengths(points, cells if kind == "tetra" else cells[:, :corners]).min() for cells in listed)
+        alias = merged(points, np.unique(np.concatenate([cells.ravel() for cells in listed])), float(shortest), merge)
+        cells, parent = _as_one_type(points, [alias[cells] for cells in listed], kind)
         cells, renumbered = once(cells, corners)
         points, cells, number = used(points, cells, corners, alias)
         edges = edge_lengths(points, cells[:, :corners])
-        check_scale(points, bool(edges.min() > SHORTEST_EDGE), f"its shortest edge {edges.min():.3g} m", scale)
+        # 20 mm are a quarter of a shear wave of 40 kHz in steel.
+        check_scale(points, bool(edges.min() > 0.02), f"its shortest edge {edges.min():.3g} m", scale)
         _check_shapes(points, cells[:, :corners])
         check_joined(points, cells[:, :corners], BY_CORNERS[corners], float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
-        order = _hexahedron_order(cells.shape[1]) if corners == 8 else np.arange(cells.shape[1])
-        self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T[order]))
-        self._check_curves()
+        if corners == 8:
+            from skfem.io.meshio import INV_HEX_MAPPING  # loads meshio
+
+            cells = cells[:, INV_HEX_MAPPING[: cells.shape[1]]]
+        self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T))
+        if kind in ("tetra10", "hexahedron27"):
+            _check_curves(self.mesh)
         groups = {
             tag: np.unique(renumbered[np.isin(parent, members)])
             for tag, members in tagged(read, blocks, 3, tags).items()
@@ -125,48 +119,21 @@ class BodyMesh:
         """Return the area of facets, m²."""
         return float(FacetBasis(self.mesh, self.element(), facets=facets, intorder=self.order).dx.sum())
 
-    def _check_curves(self) -> None:
-        """Raise a ValueError if the midpoints of a curved cell turn a part of it inside out, such as a corner."""
-        if self.kind not in ("tetra10", "hexahedron27"):
-            return
-        suspects = np.arange(self.mesh.nelements)
-        for steps in JACOBIAN_STEPS:
-            line = np.linspace(0.0, 1.0, steps + 1)
-            inside = np.array(np.meshgrid(line, line, line, indexing="ij")).reshape(3, -1)
-            if self.mesh.t.shape[0] == 4:
-                inside = inside[:, inside.sum(axis=0) <= 1.0 + 1e-9]
-            jacobian = np.asarray(self.mesh.mapping().detDF(inside, suspects))
-            least, largest = jacobian.min(axis=1), jacobian.max(axis=1)
-            size = np.maximum(np.abs(least), np.abs(largest))
-            bad = (least <= FLAT_JACOBIAN * size) & (largest >= -FLAT_JACOBIAN * size)
-            if bad.any():
-                first = int(suspects[bad][0])
-                at = self.mesh.mapping().F(inside[:, jacobian[bad][0].argsort()[:1]], np.array([first]))
-                raise ValueError(
-                    f"mesh: the midpoints of {bad.sum()} of {self.mesh.nelements} cells fold them, the first (cell "
-                    f"{first + 1}) near {near(at[:, 0].T)}"
-                )
-            suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < NEARLY_FOLDED * size]
-
-
-def _corners(kind: str) -> int:
-    """Return the number of corners of a cell of a type."""
-    return CELL_TYPES[kind][2] if kind in CELL_TYPES else SPLIT[kind]
-
 
 def _volumes(source: Any) -> tuple[list[int], list[Numbers], str]:
     """Return the blocks of cells that fill the body, their cells, and the one type that they have or are split into."""
-    blocks = [i for i, block in enumerate(source.cells) if block.type not in IGNORED_CELL_TYPES and len(block.data)]
+    ignored = ("vertex", "line", "line3", *FLAT_CORNERS)
+    blocks = [i for i, block in enumerate(source.cells) if block.type not in ignored and len(block.data)]
     kinds = sorted({source.cells[i].type for i in blocks})
     if not kinds:
         raise ValueError("mesh: has no tetrahedra or hexahedra; mesh the volume, and save it (in gmsh as a group)")
-    unknown = [kind for kind in kinds if kind not in (*CELL_TYPES, *SPLIT)]
+    unknown = [kind for kind in kinds if kind not in CORNERS]
     if unknown:
-        raise ValueError(f"mesh: has cells of type {names(unknown)}; must be one of {names((*CELL_TYPES, *SPLIT))}")
+        raise ValueError(f"mesh: has cells of type {names(unknown)}; must be one of {names(CORNERS)}")
     listed = [cells_of(source, i) for i in blocks]
-    corners = [cells[:, : _corners(source.cells[i].type)] for i, cells in zip(blocks, listed, strict=True)]
+    corners = [cells[:, : CORNERS[source.cells[i].type]] for i, cells in zip(blocks, listed, strict=True)]
     collapsed = any((np.diff(np.sort(cells, axis=1), axis=1) == 0).any() for cells in corners if cells.shape[1] > 4)
-    if len(kinds) > 1 or kinds[0] in SPLIT or collapsed:
+    if len(kinds) > 1 or kinds[0] not in CELL_TYPES or collapsed:
         what = "cells that lack corners, or are of type" if collapsed else "cells of type"
         caution(f"mesh: its {what} {names(kinds)} are split into straight tetrahedra")
         return blocks, corners, "tetra"
@@ -178,7 +145,7 @@ def _volumes(source: Any) -> tuple[list[int], list[Numbers], str]:
 
 def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numbers, Numbers]:
     """Return the cells of all blocks, split where they have another type, and for each the cell that it is part of."""
-    if all(cells.shape[1] == listed[0].shape[1] for cells in listed) and (kind != "tetra" or listed[0].shape[1] == 4):
+    if kind != "tetra" or all(cells.shape[1] == 4 for cells in listed):
         cells = np.concatenate(listed)
         return cells, np.arange(len(cells))
     parts = [tetrahedra(cells) for cells in listed]
@@ -188,8 +155,7 @@ def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numb
     # A cell that lacks a corner has tetrahedra without volume.
     solid = (np.diff(np.sort(cells, axis=1), axis=1) > 0).all(axis=1)
     cells, parent = cells[solid], parent[solid]
-    edges = points[cells[:, 1:]] - points[cells[:, :1]]
-    turned = _volumes_of(edges) < 0.0
+    turned = _volumes_of(points[cells[:, 1:]] - points[cells[:, :1]]) < 0.0
     cells[turned] = cells[turned][:, [0, 2, 1, 3]]
     return cells, parent
 
@@ -213,13 +179,28 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
         caution("mesh: all cells are inverted (negative Jacobian); they are read with reversed numbering")
 
 
+def _check_curves(mesh: Any) -> None:
+    """Raise a ValueError if the midpoints of a curved cell turn a part of it inside out."""
+    mapping, suspects = mesh.mapping(), np.arange(mesh.nelements)
+    for steps in (2, 12):  # along an edge: first in all cells, then in those that may fold
+        line = np.linspace(0.0, 1.0, steps + 1)
+        inside = np.array(np.meshgrid(line, line, line, indexing="ij")).reshape(3, -1)
+        if mesh.t.shape[0] == 4:
+            inside = inside[:, inside.sum(axis=0) <= 1.0 + 1e-9]
+        jacobian = np.asarray(mapping.detDF(inside, suspects))
+        least, largest = jacobian.min(axis=1), jacobian.max(axis=1)
+        size = np.maximum(np.abs(least), np.abs(largest))
+        bad = (least <= FLAT_JACOBIAN * size) & (largest >= -FLAT_JACOBIAN * size)
+        if bad.any():
+            first = int(suspects[bad][0])
+            at = mapping.F(inside[:, jacobian[bad][0].argsort()[:1]], np.array([first]))
+            raise ValueError(
+                f"mesh: the midpoints of {bad.sum()} of {mesh.nelements} cells fold them, the first (cell {first + 1}) "
+                f"near {near(at[:, 0].T)}"
+            )
+        suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < 0.3 * size]
+
+
 def _volumes_of(edges: Vector) -> Vector:
     """Return the volumes that three edges span, ... × 3 × 3, with their signs."""
     return np.asarray((np.cross(edges[..., 0, :], edges[..., 1, :]) * edges[..., 2, :]).sum(axis=-1))
-
-
-def _hexahedron_order(points: int) -> Numbers:
-    """Return the scikit-fem's order of the points of a hexahedron, as indices into meshio's order."""
-    from skfem.io.meshio import INV_HEX_MAPPING
-
-    return np.array(INV_HEX_MAPPING[:points])

@@ -84,18 +84,10 @@ class ElasticSampler:
         points = self._in_space(places[first])
         self._grid = Grid(points, _upright(points, number[:, vtk], kind), kind, owner, self.revolution)
 
-        # Gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes.
-        scalar = Basis(mesh, element(), intorder=GAUSS_ORDER)
-        gauss = scalar.dx.shape[1]
-        functions = [function[0] for function in scalar.basis]
-        self.slopes = np.stack(
-            [np.broadcast_to(function.grad, (mesh.dim(), cells, gauss)) for function in functions], axis=-1
-        )
-        if self.revolution:
-            radius = np.asarray(scalar.global_coordinates())[0]
-            values = np.stack([np.broadcast_to(np.asarray(value), (cells, gauss)) for value in functions], axis=-1)
-            self.hoop = values / radius[:, :, None]
-        carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(_values(linear, scalar.X).T)  # type: ignore[attr-defined]
+        # The matrix that extrapolates stress from the Gauss points to the nodes.
+        self.gauss = Basis(mesh, ElementVector(element()), intorder=GAUSS_ORDER)
+        gauss = self.gauss.dx.shape[1]
+        carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(_values(linear, self.gauss.X).T)  # type: ignore[attr-defined]
         rows = np.broadcast_to(number[:, :, None], (cells, shapes, gauss))
         columns = np.broadcast_to(np.arange(cells * gauss).reshape(cells, 1, gauss), rows.shape)
         weights = carry / np.bincount(number.ravel())[number][:, :, None]
@@ -123,14 +115,14 @@ class ElasticSampler:
 
     def gauss_stress(self, u: Numbers) -> Numbers:
         """Return the stress at the Gauss points, cells × Gauss points × 6, Pa."""
-        inside = self._full(u)[self.dofs]
-        strain = np.zeros((*self.slopes.shape[1:3], 3, 3))
-        gradient = np.einsum("jcqs,csi->cqij", self.slopes, inside, optimize=True)
+        moved = self.gauss.interpolate(self._full(u))
+        gradient = np.moveaxis(np.asarray(moved.grad), (0, 1), (2, 3))
+        strain = np.zeros((*gradient.shape[:2], 3, 3))
         if self.revolution:
             # In the plane z points into the body, in space out of it; r, hoop, z take the places of x, y, z.
             turned = np.array([1.0, -1.0])
             strain[:, :, ::2, ::2] = gradient * turned[:, None] * turned
-            strain[:, :, 1, 1] = np.einsum("cqs,cs->cq", self.hoop, inside[:, :, 0])
+            strain[:, :, 1, 1] = np.asarray(moved)[0] / np.asarray(self.gauss.global_coordinates())[0]
         else:
             strain[...] = gradient
         strain = 0.5 * (strain + np.swapaxes(strain, 2, 3))

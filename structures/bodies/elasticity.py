@@ -1,47 +1,25 @@
-"""Linear elasticity of solids: mass and stiffness, absorbing faces, foundations, and the loaded patch.
+"""Linear elasticity of solids: mass and stiffness, and the loaded patch.
 
 All functions take a scikit-fem basis of a vector element in space, or in the half-plane (r, z) of a body of revolution.
 There every integral has the weight 2π r, and the hoop strain u_r/r is added.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import pi, sqrt
 from operator import attrgetter
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import BilinearForm, LinearForm
+from skfem import LinearForm
 from skfem.helpers import dot
 
-from structures.described import described
 from structures.linear_algebra.factor import sum_of_cells
 from structures.material import Material
-from structures.quantities import Quantity
 from structures.structure import Vector
 
 Owner = NDArray[np.int64]
-
-
-@described
-class Foundation:
-    """Elastic ground under a base (Winkler): pressure = stiffness times settlement. It does not resist lateral motion.
-
-    Parameters
-    ----------
-    stiffness : float
-        Stiffness per area, N/m³.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> steel = hl.Layer(hl.STEEL_440C, length=10e-3, radius=9.525e-3)
-    >>> hl.layered_cylinder([steel], base=hl.Foundation(1e12), patch_radius=3e-3, cells=1).contacts
-    1
-    """
-
-    stiffness: Annotated[float, Quantity("N/m³", "a stiffness", "1e12 N/m^3")]
 
 
 def shear_modulus(material: Material) -> float:
@@ -65,8 +43,7 @@ def shear_speed(material: Material) -> float:
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Return the mean displacement, m/N, of a circle (radius in m) on a half-space under a uniform pressure with a
-    resultant of 1 N.
+    """Return the mean displacement of a circle (radius a, m) on a half-space under a uniform pressure, m/N.
 
     16 (1 − ν²)/(3 π² E a): the mean of Love's solution (Johnson, Contact Mechanics, section 3.4).
     """
@@ -93,9 +70,7 @@ def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) ->
 
 
 class _Cells:
-    """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes two
-    to five times as long (`benchmarks/factorisation.py`).
-    """
+    """Integrals over all cells at once, two to five times as fast as by pairs of shape functions, as in scikit-fem."""
 
     def __init__(self, basis: Any) -> None:
         self.basis, self.dim = basis, basis.mesh.dim()
@@ -140,31 +115,8 @@ class _Cells:
         return matrix
 
 
-def absorbing_faces(
-    faces: Any, materials: Sequence[Material], owner: Owner, normal_speed: Callable[[Material], float] = pressure_speed
-) -> sparse.csr_array:
-    """Return the damping, N s/m, of Lysmer's dashpots: tractions ρ c_p times the normal velocity, ρ c_s the tangential.
-
-    faces: a facet basis; owner: for each facet, the index of the material behind it; normal_speed: replaces c_p. Waves
-    at normal incidence leave without an echo, oblique waves with a small one (Lysmer and Kuhlemeyer, J. Eng. Mech. Div.
-    95 (1969) 859).
-    """
-    normal, across = (
-        np.array([material.density * speed(material) for material in materials])[owner, None] * np.ones_like(faces.dx)
-        for speed in (normal_speed, shear_speed)
-    )
-    return sparse.csr_array(_resistance.assemble(faces, normal=normal, across=across))
-
-
-def foundation_springs(faces: Any, foundation: Foundation) -> sparse.csr_array:
-    """Return the stiffness of an elastic foundation under the facets, n × n, N/m."""
-    normal = foundation.stiffness * np.ones_like(faces.dx)
-    return sparse.csr_array(_resistance.assemble(faces, normal=normal, across=0.0 * normal))
-
-
 def patch_vector(faces: Any) -> Vector:
-    """Return n numbers that distribute a unit force uniformly over the facets, into the body, and read their mean
-    displacement."""
+    """Return b, n numbers, which spreads a unit force evenly over the facets, into the body, and reads their mean."""
     area = float((faces.dx * _circumference(faces.global_coordinates())).sum())
     return np.asarray(_inward.assemble(faces)) / area
 
@@ -172,12 +124,6 @@ def patch_vector(faces: Any) -> Vector:
 def _circumference(x: Any) -> Any:
     """Return the factor from an integral over the mesh to one over the body: 2π r in a half-plane."""
     return 2.0 * pi * x[0] if x.shape[0] == 2 else np.ones_like(x[0])
-
-
-@BilinearForm
-def _resistance(u: Any, v: Any, w: Any) -> Any:
-    normal = (w.normal - w.across) * dot(u, w.n) * dot(v, w.n)
-    return (w.across * dot(u, v) + normal) * _circumference(w.x)
 
 
 @LinearForm

@@ -18,28 +18,14 @@ from structures.quantities import Asks, Count, OneOf, Side, Thickness
 from structures.structure import Structure
 from structures.surface import Surface
 
-ELEMENT_TRAVEL_TIME = 1.0e-6
-"""Time, s, that a wave needs to cross one quadratic element by default: 1/30 of the contact time of 9.5 mm steel beads.
-"""
-
-ELEMENTS_PER_WAVE = 4.0
-"""Elements in the shortest wave that a mesh resolves."""
-
-FEWEST_ELEMENTS = 8
-"""In each layer, so that short layers still deform."""
-
-LARGEST_RADIUS = 5.0
-"""m. The sides of a larger body do not influence beads, and a radius given in millimetres is mostly above this value.
-"""
-
 MOST_ELEMENTS = 1_000_000
-"""Upper limit for the whole rod: beyond it a wrong unit is more likely than a real need."""
+"""In a whole rod: beyond it a wrong unit is more likely than a real need."""
 
 STRETCHING = np.array([[7.0, 1.0, -8.0], [1.0, 7.0, -8.0], [-8.0, -8.0, 16.0]]) / 3.0
 INERTIA = np.array([[4.0, -1.0, 2.0], [-1.0, 4.0, 2.0], [2.0, 2.0, 16.0]]) / 30.0
 """Of a quadratic element of unit length, axial stiffness and mass, at its ends and its middle."""
 
-Base = Annotated[str, OneOf("fixed", "free", "absorbing", "contact", others="; cylinder takes a Foundation")]
+Base = Annotated[str, OneOf("fixed", "free", "absorbing", "contact")]
 
 
 @described
@@ -68,8 +54,8 @@ class Layer:
     radius: Thickness
 
     def __post_init__(self) -> None:
-        if self.radius > LARGEST_RADIUS:
-            raise ValueError(f"radius = {self.radius!r}: must be at most {LARGEST_RADIUS:g} m; is it in millimetres?")
+        if self.radius > 5.0:  # the sides of a larger body do not influence beads
+            raise ValueError(f"radius = {self.radius!r}: must be at most 5 m; is it in millimetres?")
 
     @property
     def area(self) -> float:
@@ -95,9 +81,8 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
         The layers; the struck one comes first.
     base : {"fixed", "free", "absorbing", "contact"}
         The condition at the far end. "free": the rod can fly off; under gravity it is held until the wave arrives.
-        "absorbing": a dashpot ρ c A of the last layer lets waves leave, as in a very long rod. "contact": a free rod
-        with two contacts, 0 on the face of the first layer and 1 on the face of the last one, which another chain
-        strikes.
+        "absorbing": a dashpot ρ c A lets waves leave, as in a very long rod. "contact": a free rod with two contacts,
+        1 on the face of the last layer, which another chain strikes.
     elements : int, optional
         Number of elements in each layer. By default a wave needs 1 µs to cross an element, less for contacts below
         10 µs.
@@ -116,8 +101,7 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> steel = hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)
-    >>> body = hl.rod([steel], base="fixed")
+    >>> body = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
     >>> body.size, body.contacts
     (16, 1)
     """
@@ -137,7 +121,7 @@ def rod(layers: Layers, base: Base = "fixed", elements: Annotated[int, Count()] 
         free = np.delete(np.arange(mass.shape[0]), bottom)
         mass, stiffness, contact = mass[free][:, free], stiffness[free][:, free], contact[free]
     crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
-    origin = {"elements": counts, "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing)}
+    origin = {"elements": counts, "highest_frequency": 1.0 / (4.0 * crossing)}  # four elements in a wave
     made = Structure(mass, stiffness, damping, contact, 0.0, surface, origin)
     return made.made_by(partial(rod, layers, base, elements))
 
@@ -157,8 +141,9 @@ def _of_layers(
     layers: list[Layer], elements: int | None
 ) -> tuple[list[int], list[sparse.csr_array], list[sparse.csr_array]]:
     """Return the number of elements in each layer, and the mass and the stiffness of each in the size of the rod."""
-    travel = ELEMENT_TRAVEL_TIME / fineness().shorter
-    usual = [max(FEWEST_ELEMENTS, ceil(layer.length / (layer.material.bar_speed * travel))) for layer in layers]
+    # A wave crosses an element in 1/30 of the contact time of steel beads of 9.5 mm; short layers still deform.
+    travel = 1.0e-6 / fineness().shorter
+    usual = [max(8, ceil(layer.length / (layer.material.bar_speed * travel))) for layer in layers]
     counts = [fineness().cells * (elements or count) for count in usual]
     total = sum(counts)
     if total > MOST_ELEMENTS:

@@ -1,6 +1,5 @@
 """Solids of any shape, from a mesh file: three-dimensional linear elasticity with quadratic displacements."""
 
-import logging
 from collections.abc import Mapping
 from dataclasses import asdict
 from itertools import combinations
@@ -14,8 +13,8 @@ from structures.bodies.body_mesh import BodyMesh
 from structures.bodies.elastic_field import elastic_field
 from structures.bodies.elasticity import body_matrices, shear_speed
 from structures.caution import caution
-from structures.checks import finite
 from structures.described import described
+from structures.linear_algebra.factor import numbers
 from structures.material import Material
 from structures.meshes.mesh_files import source_of
 from structures.meshes.mesh_reading import Tag
@@ -24,43 +23,13 @@ from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.units import readable
 
-log = logging.getLogger("hertzlink.solid")
-
 Point = tuple[Coordinate, Coordinate, Coordinate]
-
-EDGES_PER_WAVE = 4.0
-"""Edges in the shortest shear wave that a mesh resolves."""
-
-PATCH_DIVISOR = 12.0
-"""The default radius of the patch is the shortest side of the bounding box divided by this number: a sixth of the
-radius of a long cylinder. With its pressure this acts as a uniform pressure on an eighth of the radius, as in
-`layered_cylinder`.
-"""
 
 PATCH_RADIUS_PER_EDGE = 1.5
 """The edges of facets under a patch must be shorter than its radius by this factor."""
 
 LEAST_NORMAL_COSINE = 0.5
 """Cosine of the angle to the normal below which a facet belongs to another side of the body."""
-
-LARGEST_MISSING_PRESSURE = 0.02
-"""The fraction of the pressure that may miss the surface: facets are flat, and quadrature is not exact."""
-
-LARGEST_DISTANCE_OFF_SURFACE = 0.1
-"""The contact may lie off the surface by this fraction of the patch radius."""
-
-LARGEST_CURVATURE_ERROR = 5.0, 0.25
-"""The given curvature may differ from that of the mesh by the first number, 1/m, which changes Hertz's force on a bead
-of radius 10 mm by 2.5 %; or else by the second, as a fraction of the larger one.
-"""
-
-MANY_DEGREES_OF_FREEDOM = 100_000
-"""Number of degrees of freedom above which a warning is logged. 35 000 are reduced in 6 s with 0.9 GB, 66 000 in 20 s
-with 1.8 GB.
-"""
-
-PATCH_ORDER = 12
-"""Order of integration of the pressure of the patch on each facet."""
 
 
 @described
@@ -83,9 +52,8 @@ def solid(
     Parameters
     ----------
     mesh : str, Path or meshio.Mesh
-        A file (.msh of gmsh, .vtu, .vtk, .xdmf, .med, .unv, .bdf) or a mesh. Curved
-        cells (tetra10, hexahedron27) stay curved; hexahedron20 loses its midpoints. Straight cells approximate a round
-        body by a polyhedron, which is smaller.
+        A file (.msh of gmsh, .med, .vtu, .vtk, .xdmf) or a mesh. Curved cells (tetra10, hexahedron27) stay
+        curved; hexahedron20 loses its midpoints, and straight cells make a round body smaller.
     material : Material or mapping
         One material for all cells, or one for each tag of cells. A tag is the name or number of a physical group
         (gmsh), or a whole number in the data of cells of other files; see `tags`.
@@ -94,14 +62,13 @@ def solid(
     normal : sequence of float, optional
         Outward normal at the contact; by default that of the surface.
     fixed : str or int, optional
-        Tag of facets, or of a set of points, that are held in all directions; None
-        leaves the body free. `origin` of the structure says how many facets it holds, and their area.
+        Tag of facets, or of a set of points, that are held in all directions; None leaves the body free. `origin` of
+        the structure says how many facets it holds, and their area.
     patch_radius : float, optional
-        Radius a, m, of the circle that carries the force with the pressure 2 (1 − r²/a²)/π a². The displacement of the
-        contact is the mean with the same weights. The compliance of a half-space under this load, `patch_compliance`,
-        is subtracted in `flexibility`, because Hertz's law already contains it. The patch must be wider than the
-        contact, lie on one face of the body, and consist of facets with edges of at most a/1.5. By default a is the
-        shortest side of the bounding box divided by 12.
+        Radius a, m, of the circle that carries the force with the pressure 2 (1 − r²/a²)/π a², wider than the contact,
+        on one face, of facets with edges of at most a/1.5; by default the shortest side of the box divided by 12. The
+        displacement of the contact is the mean with the same weights, without that of a half-space, which Hertz's law
+        contains.
     scale : float, optional
         m per unit of the mesh. None means 1, and then bodies that look like millimetres are refused.
     curvature : float
@@ -117,16 +84,10 @@ def solid(
     Structure
         The body, with a field for displacements and stresses.
 
-    Raises
-    ------
-    ValueError
-        If the mesh cannot be a body, a tag is unknown, the contact is off the surface or close to an edge, or the
-        facets at the contact are too large.
-
     Notes
     -----
     Compared with `layered_cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel)
-    and 0.1 % (PTFE), in seconds.
+    and 0.1 % (PTFE), in seconds. Reductions of 66 000 take 20 s and 1.8 GB.
 
     Examples
     --------
@@ -140,18 +101,18 @@ def solid(
     """
     body = BodyMesh(mesh, scale, merge, tags)
     materials, owner = body.materials(material)
-    radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else patch_radius
-    patch = Patch(body, _point("contact", contact), None if normal is None else _point("normal", normal), radius)
+    # A sixth of the radius of a long cylinder acts as a uniform pressure on an eighth of it, as in `layered_cylinder`.
+    radius = body.shortest_side / 12.0 if patch_radius is None else patch_radius
+    patch = Patch(body, _three("contact", contact), None if normal is None else _three("normal", normal), radius)
     patch.check_curvature(curvature)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
-    if basis.N > MANY_DEGREES_OF_FREEDOM:
-        log.warning("mesh: %d degrees of freedom take minutes and gigabytes to reduce; 30 000 mostly do", basis.N)
     mass, stiffness = body_matrices(basis, materials, owner)
-    facets = None if fixed is None else body.facets.of("fixed", fixed)
-    spread = patch.spread(body)
-    held = np.zeros(0, dtype=int) if facets is None else basis.get_dofs(facets).all()
-    if np.any(spread[held] != 0.0):
-        raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
+    spread, facets, held = patch.spread(body), None, np.zeros(0, dtype=int)
+    if fixed is not None:
+        facets = body.facets.of("fixed", fixed)
+        held = basis.get_dofs(facets).all()
+        if np.any(spread[held] != 0.0):
+            raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
     free = np.setdiff1d(np.arange(basis.N), held)
     origin = {
         "mesh": source_of(mesh),
@@ -162,21 +123,24 @@ def solid(
         **({} if facets is None else {"fixed_facets": facets.size, "fixed_area": body.area(facets)}),
         "patch_radius": radius,
         "scale": body.scale,
-        "highest_frequency": min(map(shear_speed, materials)) / (EDGES_PER_WAVE * body.longest_edge),
+        "highest_frequency": min(map(shear_speed, materials)) / (4.0 * body.longest_edge),  # four edges in a wave
         "materials": [asdict(material) for material in materials],
     }
     struck = materials[owner[patch.cell]]
-    mass, stiffness, spread = mass[free][:, free], stiffness[free][:, free], spread[free]
-    field, surface = (
-        elastic_field(body.mesh, body.element, body.order, free, materials, owner),
+    return Structure(
+        mass[free][:, free],
+        stiffness[free][:, free],
+        None,
+        spread[free],
+        -patch_compliance(struck, radius),
         Surface(struck, curvature),
+        origin,
+        field=elastic_field(body.mesh, body.element, body.order, free, materials, owner),
     )
-    return Structure(mass, stiffness, None, spread, -patch_compliance(struck, radius), surface, origin, field=field)
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Return the weighted mean displacement, m/N, of a half-space under the pressure 2 (1 − r²/a²)/π a² (a = radius,
-    m), with the same weights.
+    """Return the mean displacement of a half-space, m/N, under the pressure of a patch (radius a, m), weighted by it.
 
     2048 (1 − ν²)/(315 π² E a): the integral ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the Hankel transform of the
     pressure p̂ = 8 J₂(ka)/(ka)² (Johnson, Contact Mechanics, section 3.7, for the method).
@@ -197,11 +161,12 @@ class Patch:
         nearest, away = _nearest(corners, contact)
         facet = int(np.argmin(away))
         self.place, self.cell = tuple(map(float, nearest[facet])), int(body.mesh.f2t[0, facets[facet]])
-        if away[facet] > LARGEST_DISTANCE_OFF_SURFACE * radius:
+        if away[facet] > 0.1 * radius:
             raise ValueError(
                 f"contact = {_text(contact)} m: lies {away[facet]:.3g} m off the surface, whose nearest point is "
                 f"{_text(nearest[facet])} m"
             )
+
         faces = FacetBasis(body.mesh, body.element(), facets=facets, intorder=2)
         outward = np.asarray(faces.normals).mean(axis=2).T
         outward /= np.linalg.norm(outward, axis=1, keepdims=True)
@@ -210,9 +175,7 @@ class Patch:
         self.normal = surface = surface / np.linalg.norm(surface)
         if normal is not None:
             size = float(np.linalg.norm(normal))
-            if size == 0.0:
-                raise ValueError(f"normal = {_text(normal)}: must have a length")
-            if normal @ surface < LEAST_NORMAL_COSINE * size:
+            if normal @ surface < LEAST_NORMAL_COSINE * size or size == 0.0:
                 raise ValueError(
                     f"normal = {_text(normal)}: must point outward; that of the surface is {_text(surface)}"
                 )
@@ -233,14 +196,14 @@ class Patch:
 
     def spread(self, body: BodyMesh) -> Vector:
         """Return b of all degrees of freedom, for the pressure 2 (1 − r²/a²)/π a² of a unit force, 1/m²."""
-        faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=self.struck, intorder=PATCH_ORDER)
+        faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=self.struck, intorder=12)
         offset = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
         along = np.einsum("i,ifq->fq", self.normal, offset)
         square = ((offset**2).sum(axis=0) - along**2) / self.radius**2
         pressure = 2.0 / (pi * self.radius**2) * np.maximum(1.0 - square, 0.0)
         pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
         total = float((pressure * faces.dx).sum())
-        if abs(total - 1.0) > LARGEST_MISSING_PRESSURE:
+        if abs(total - 1.0) > 0.02:  # facets are flat, and quadrature is not exact
             raise ValueError(
                 f"patch_radius = {self.radius!r}: the face around the contact carries {100.0 * total:.0f} % of the "
                 "patch, as an edge of the body is near; take a smaller patch or another contact"
@@ -258,14 +221,19 @@ class Patch:
         columns = columns[:, : 6 if len(x) > 6 else 4]
         fitted = float(np.linalg.lstsq(columns, along, rcond=None)[0][0]) / self.radius**2
         mesh_curvature = round(fitted, 3) + 0.0  # no -0
-        wrong, (least, part) = abs(mesh_curvature - curvature), LARGEST_CURVATURE_ERROR
-        if wrong > least and wrong > part * max(abs(mesh_curvature), abs(curvature)):
+        # 5 1/m change Hertz's force on a bead of radius 10 mm by 2.5 %.
+        if abs(mesh_curvature - curvature) > max(5.0, 0.25 * abs(mesh_curvature), 0.25 * abs(curvature)):
             shapes = [f"radius {readable(1.0 / one, 'm')}" if one else "flat" for one in (curvature, mesh_curvature)]
             given, found = f"{curvature:.3g} 1/m ({shapes[0]})", f"{mesh_curvature:.3g} 1/m ({shapes[1]})"
             caution(
                 f"solid curvature = {given}: the surface of the mesh has {found} at the contact, and a bead's contact "
                 "is stiffer on a flat surface than on a convex one; give that curvature"
             )
+
+
+@LinearForm
+def _push(v: Any, w: Any) -> Any:
+    return -w.pressure * (w.normal_x * v[0] + w.normal_y * v[1] + w.normal_z * v[2])
 
 
 def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
@@ -289,16 +257,11 @@ def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:
     return nearest, distance
 
 
-@LinearForm
-def _push(v: Any, w: Any) -> Any:
-    return -w.pressure * (w.normal_x * v[0] + w.normal_y * v[1] + w.normal_z * v[2])
-
-
-def _point(name: str, values: Any) -> Vector:
-    numbers = list(values) if isinstance(values, tuple | list | np.ndarray) else []
-    if len(numbers) != 3:
+def _three(name: str, values: Any) -> Vector:
+    three = numbers(name, values)
+    if three.shape != (3,):
         raise ValueError(f"{name} = {values!r}: must be three numbers")
-    return np.array([finite(name, value) for value in numbers])
+    return three
 
 
 def _text(values: Vector) -> str:

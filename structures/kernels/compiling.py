@@ -10,11 +10,8 @@ import logging
 import os
 import pickle
 import shutil
-import sys
 import tempfile
-import time
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache, wraps
 from hashlib import sha256
 from pathlib import Path
@@ -28,23 +25,15 @@ log = logging.getLogger("hertzlink.kernels")
 
 ROOMS = "structures", "plates", "particles", "coupling"
 
-UNUSED = 90 * 24 * 3600
-"""A folder of other sources goes when it is not used for so many seconds."""
-
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     raise ImportError("hertzlink's kernels must be compiled, and NUMBA_DISABLE_JIT forbids it: unset it")
 
 
 def users_folder() -> Path:
-    """Return where this user keeps compiled kernels: NUMBA_CACHE_DIR, or the place that is usual on this machine."""
+    """Return where this user keeps compiled kernels: NUMBA_CACHE_DIR, or else a folder of the cache."""
     if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
         return Path(numba.config.CACHE_DIR).absolute()  # type: ignore[attr-defined]
-    place = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    if sys.platform == "win32":
-        place = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
-    elif sys.platform == "darwin":
-        place = "~/Library/Caches"
-    return Path(place, "hertzlink").expanduser()
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "hertzlink").expanduser()
 
 
 def folder_of_kernels() -> Path:
@@ -64,11 +53,6 @@ def folder_of_kernels() -> Path:
         log.warning("compiled kernels cannot be kept (%s): each run compiles them; set NUMBA_CACHE_DIR", error)
         os.environ["NUMBA_CACHE_DIR"] = place  # for processes that this one starts
         return Path(place, name)
-    with suppress(OSError):
-        os.utime(folder)
-        for other in folder.parent.glob("kernels-*"):
-            if time.time() - other.stat().st_mtime > UNUSED:
-                shutil.rmtree(other)
     return folder
 
 

@@ -24,24 +24,6 @@ def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
     raise NotImplementedError
 
 
-@by_type
-def read(structure: Any, k: int, state: Vector) -> float:
-    """Return the displacement of contact k, m."""
-    raise NotImplementedError
-
-
-@by_type
-def push(structure: Any, k: int, force: float, state: Vector) -> None:
-    """Add what a mean force on contact k, N, adds to the state within a window."""
-    raise NotImplementedError
-
-
-@by_type
-def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
-    """Return the kinetic and the elastic energy of structure s, J."""
-    raise NotImplementedError
-
-
 @inner(forceinline=True)
 def without_small(number: float) -> float:
     """Return a number, or zero where it is so small that it becomes a subnormal one, which is slow."""
@@ -56,6 +38,24 @@ def add(row: Vector, force: float, state: Vector) -> None:
     """
     for i in range(row.size):
         state[i] = without_small(state[i] + force * row[i])
+
+
+@by_type
+def read(structure: Any, k: int, state: Vector) -> float:
+    """Return the displacement of contact k, m."""
+    return dot(structure.contact[k], state)
+
+
+@by_type
+def push(structure: Any, k: int, force: float, state: Vector) -> None:
+    """Add what a mean force on contact k, N, adds to the state within a window."""
+    add(structure.response[k], force, state)
+
+
+@by_type
+def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
+    """Return the kinetic and the elastic energy of structure s, J."""
+    raise NotImplementedError
 
 
 class Oscillators(NamedTuple):
@@ -87,14 +87,6 @@ class Oscillators(NamedTuple):
             v = without_small(state[n + i] + force * response[0, n + i])
             free[i] = rows[0, i] * u + rows[1, i] * v
             free[n + i] = rows[2, i] * u + rows[3, i] * v
-
-    @staticmethod
-    def read(structure: Any, k: int, state: Vector) -> float:
-        return dot(structure.contact[k], state)
-
-    @staticmethod
-    def push(structure: Any, k: int, force: float, state: Vector) -> None:
-        add(structure.response[k], force, state)
 
     @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
@@ -134,14 +126,6 @@ class Coupled(NamedTuple):
                 free[i] = dot(structure.transition[i, first:last], state[first:last])
 
     @staticmethod
-    def read(structure: Any, k: int, state: Vector) -> float:
-        return dot(structure.contact[k], state)
-
-    @staticmethod
-    def push(structure: Any, k: int, force: float, state: Vector) -> None:
-        add(structure.response[k], force, state)
-
-    @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
         first, last, kinetic, elastic = structure.begin[s], structure.begin[s + 1], 0.0, 0.0
         for i in range(first, last):
@@ -150,35 +134,15 @@ class Coupled(NamedTuple):
         return kinetic, elastic
 
 
-def as_coupled(part: Oscillators) -> Coupled:
-    """Return oscillators as a coupled structure, so that it can be joined with one."""
-    none = np.zeros((part.squares.size, part.squares.size))
-    transition = np.block([[np.diag(row) for row in part.rows[i : i + 2]] for i in (0, 2)])
-    mass, stiffness = block_diag(none, np.eye(len(none))), block_diag(np.diag(part.squares), none)
-    contact = np.hstack([part.contact, np.zeros_like(part.contact)])
-    return Coupled(transition, part.response, contact, mass, stiffness, 2 * part.begin)
-
-
 def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Coupled:
     """Return the structures of a run as one piece.
 
-    Parameters
-    ----------
-    parts : list of Oscillators or Coupled
-        A window of each structure.
-    rows : list of sequences of int
-        For each structure the contacts of the run at its contact points; −1 where nothing touches.
-    contacts : int
-        The number of contacts of the run.
-
-    Returns
-    -------
-    Oscillators or Coupled
-        The piece.
+    parts: a window of each. rows: for each the contacts of the run at its contact points, −1 where nothing touches.
+    contacts: of the run.
     """
     alike = all(isinstance(part, Oscillators) for part in parts)
     if not alike:
-        parts = [as_coupled(part) if isinstance(part, Oscillators) else part for part in parts]
+        parts = [_as_coupled(part) if isinstance(part, Oscillators) else part for part in parts]
     if len(parts) == 1 and [*rows[0]] == [*range(contacts)]:
         return cast(Oscillators | Coupled, parts[0])
     begin = np.cumsum([0, *(part.contact.shape[1] for part in parts)])
@@ -199,3 +163,12 @@ def joined(parts: list[Any], rows: list[Any], contacts: int) -> Oscillators | Co
         block_diag(*(getattr(part, name) for part in parts)) for name in ("transition", "mass", "stiffness")
     )
     return Coupled(transition, *both, mass, stiffness, begin)
+
+
+def _as_coupled(part: Oscillators) -> Coupled:
+    """Return oscillators as a coupled structure."""
+    none = np.zeros((part.squares.size, part.squares.size))
+    transition = np.block([[np.diag(row) for row in part.rows[i : i + 2]] for i in (0, 2)])
+    mass, stiffness = block_diag(none, np.eye(len(none))), block_diag(np.diag(part.squares), none)
+    contact = np.hstack([part.contact, np.zeros_like(part.contact)])
+    return Coupled(transition, part.response, contact, mass, stiffness, 2 * part.begin)

@@ -19,20 +19,9 @@ Function = Callable[..., Any]
 def by_type(function: Function, small: bool = True, **options: Any) -> Function:
     """Return a function that is chosen by the class of its first argument; as a decorator.
 
-    Parameters
-    ----------
-    function : callable
-        What it does for classes that do not define a static method of this name. If it raises NotImplementedError,
-        every class must.
-    small : bool
-        Whether it becomes a part of its callers, which costs nothing at each call and longer to compile.
-    **options
-        Of Numba's compiler.
-
-    Returns
-    -------
-    callable
-        The function. In compiled code and in Python it stands for the static method of the first argument's class.
+    In compiled code and in Python it stands for the static method of this name of that class. function: what it does
+    for classes that have none; if it raises NotImplementedError, every class must. small: whether it becomes a part of
+    its callers, which costs nothing at each call and longer to compile. options: of Numba's compiler.
 
     Examples
     --------

@@ -1,30 +1,22 @@
 """Linear algebra by one thread, where matrices are too small to share."""
 
 import sys
-from collections.abc import Callable
-from functools import wraps
+from contextlib import ContextDecorator
 from threading import Lock
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import threadpoolctl
 
-Given = ParamSpec("Given")
-Result = TypeVar("Result")
-
 
 def _take_control() -> None:
-    """Let this thread set the limit, or any later one.
-
-    Newer threadpoolctl passes OpenBLAS the limits of one Python thread alone, and ignores those of others without a
-    word: reductions in a thread took several threads of linear algebra, and gave other last bits.
-    """
+    """Let this thread set the limit: newer threadpoolctl ignores the limits of all but the thread that set it first."""
     clear = getattr(getattr(threadpoolctl, "OpenBLASController", None), "clear_controlling_thread", None)
     if clear is not None:
         clear(force=True)
 
 
-class _OneThread:
-    """Dense linear algebra (BLAS) of this process takes one thread within the block, or within the function below.
+class _OneThread(ContextDecorator):
+    """Dense linear algebra (BLAS) of this process takes one thread within the block, or within a decorated function.
 
     Threads gain nothing for matrices of some hundred rows. Beside other work they wait for each other, and a reduction
     takes several times as long (benchmarks/factorisation.py). Blocks of several threads may overlap: the setting before
@@ -53,15 +45,6 @@ class _OneThread:
                 _take_control()
                 self._limit.restore_original_limits()
                 _take_control()
-
-    def __call__(self, function: Callable[Given, Result]) -> Callable[Given, Result]:
-        # contextlib.ContextDecorator would do; but warnings would name its line, where they skip this module's.
-        @wraps(function)
-        def inside(*args: Given.args, **kwargs: Given.kwargs) -> Result:
-            with self:
-                return function(*args, **kwargs)
-
-        return inside
 
 
 one_thread = _OneThread()

@@ -1,4 +1,4 @@
-"""Mesh files: gmsh reads its own and those of Salome and Nastran, meshio those of VTK and XDMF."""
+"""Mesh files: gmsh reads its own and those of Salome, meshio those of VTK and XDMF."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ import numpy as np
 from structures.checks import existing
 from structures.meshes.hdf5 import check_hdf5
 
-BY_GMSH = {".msh": "gmsh", ".unv": "I-DEAS, Salome", ".med": "Salome", ".bdf": "Nastran", ".nas": "Nastran"}
+BY_GMSH = {".msh": "gmsh", ".med": "Salome"}
 FORMATS = BY_GMSH | {".vtu": "VTK, ParaView", ".vtk": "VTK", ".xdmf": "XDMF", ".xmf": "XDMF"}
 """The formats that are read, and the programs that write them."""
 
@@ -26,9 +26,6 @@ HDF5 = "\x89HDF\r\n\x1a\n"
 
 DATA_ITEM = re.compile(r"""<DataItem(?=[^>]*Format\s*=\s*["'](?:HDF|Binary))[^>]*>([^<:]+)""")
 
-SYSTEMS = re.compile(r"^ *-1\n *2420\n[^\n]*\n[^\n]*\n(.*?)^ *-1$", re.DOTALL | re.MULTILINE)
-"""Dataset 2420 of a universal file: for each system its number and type, its name, and four rows of axes and origin."""
-
 ORDER = {
     "tetra10": (0, 1, 2, 3, 4, 5, 6, 7, 9, 8),
     "hexahedron20": (0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15),
@@ -41,7 +38,7 @@ ORDER = {
 
 
 def source_of(mesh: Any) -> str:
-    """Return what a structure's origin says of its mesh: the file, wherever it is read again from, or "meshio.Mesh"."""
+    """Return what a structure's origin says of its mesh: the absolute path of the file, or "meshio.Mesh"."""
     return str(Path(mesh).absolute()) if isinstance(mesh, str | Path) else "meshio.Mesh"
 
 
@@ -116,7 +113,7 @@ def gmsh_model(options: Mapping[str, float]) -> Iterator[Any]:
 
 
 def _by_gmsh(path: Path) -> Any:
-    """Return the mesh with its groups by name and by number. Of programs without groups, entities are properties."""
+    """Return the mesh with its groups by name and by number."""
     import meshio
     from meshio.gmsh import gmsh_to_meshio_type
 
@@ -143,8 +140,6 @@ def _by_gmsh(path: Path) -> Any:
             pair: [(pair[0], int(entity)) for entity in gmsh.model.getEntitiesForPhysicalGroup(*pair)]
             for pair in gmsh.model.getPhysicalGroups()
         }
-        if not any(groups.values()) and path.suffix.lower() != ".msh":
-            groups = {pair: [pair] for pair in entities}
         for (dimension, number), members in groups.items():
             holds = [np.arange(len(block[1]) * (pair in members)) for block, pair in zip(cells, entities, strict=True)]
             for tag in {number, gmsh.model.getPhysicalName(dimension, number).strip() or number}:
@@ -155,32 +150,12 @@ def _by_gmsh(path: Path) -> Any:
 
 
 def _check_content(path: Path, suffix: str, name: str) -> None:
-    """Raise a ValueError for a file that reads others or is a program, and for coordinates that would be misread."""
+    """Raise a ValueError for a file that reads others, or is a program."""
     text = path.read_bytes().decode("latin-1")
     if text.startswith(HDF5) or suffix == ".med":
         check_hdf5(path, name)
     elif suffix == ".msh" and not text.startswith(GMSH_STARTS):
         raise ValueError(f"{name}: is no .msh file of gmsh, which begins with $MeshFormat")
-    elif suffix in (".bdf", ".nas"):
-        for number, line in enumerate(text.splitlines(), 1):
-            head, wide = line.lstrip()[:8].split(",")[0].strip().upper(), 16 if "*" in line[:8] else 8
-            system = line.split(",")[2:3] if "," in line else [line[8 + wide : 8 + 2 * wide]]
-            if head in ("GRDSET", "INCLUDE") or (head in ("GRID", "GRID*") and system[0].strip() not in ("", "0")):
-                raise ValueError(
-                    f"{name}, line {number}: {line.strip()[:40]} is not read; write all nodes in the basic system, "
-                    "in one file"
-                )
-    elif suffix == ".unv":
-        for block in SYSTEMS.findall(text):
-            rows = block.splitlines()
-            for i in range(0, len(rows), 6):
-                numbers = " ".join(rows[i + 2 : i + 6]).replace("D", "E").split()
-                same = [str(float(row == other)) for row in range(4) for other in range(3)]
-                if rows[i].split()[1:2] != ["0"] or [f"{float(number)}" for number in numbers] != same:
-                    raise ValueError(
-                        f"{name}: has the coordinate system {rows[i].split()[0]} of its own, which is not read; "
-                        "write all nodes in the global one"
-                    )
     elif suffix in (".xdmf", ".xmf"):
         folder = path.resolve().parent
         for other in DATA_ITEM.findall(text):

@@ -21,11 +21,8 @@ LONGEST_SIDE = 10.0
 FLAT_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """meshio's types of flat cells and their numbers of corners."""
 
-FARTHEST = 1e12
-"""Coordinates are smaller, in any unit of length."""
-
-LARGEST_TAG = 2.0**53
-"""Larger numbers are no tags."""
+FARTHEST, LARGEST_TAG = 1e12, 2.0**53
+"""Coordinates are smaller, in any unit of length; and larger numbers are no tags."""
 
 GMSH = "gmsh:physical"
 """meshio's name of the data that number gmsh's groups: 0 for cells of no group, negative for a group turned over."""
@@ -63,8 +60,7 @@ def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
 
 
 def points_of(source: Any, flat: bool = False) -> Vector:
-    """Return the points, p × 3; raise a ValueError if they are not finite. Two coordinates suffice for a flat mesh,
-    which has z = 0."""
+    """Return the points, p × 3; raise a ValueError if they are not finite. Two coordinates suffice for a flat mesh."""
     points = np.asarray(source.points, dtype=float)
     if flat and points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -99,6 +95,17 @@ def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[
     return points[cell_order], number[cells], number
 
 
+def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) -> None:
+    """Raise a ValueError for a mesh that is probably in millimetres: longer than LONGEST_SIDE, or for what was found.
+
+    what: that, in words. scale: m per unit of the mesh, where the user gave it.
+    """
+    if scale is None and (np.ptp(points, axis=0).max() > LONGEST_SIDE or unlikely):
+        raise ValueError(
+            f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
+        )
+
+
 def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
     """Return the members of the blocks by name and by number; members are numbered through all blocks.
 
@@ -121,10 +128,10 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
         groups[name] = np.concatenate(lists) if lists else np.zeros(0, dtype=np.int64)
 
     fields = tag_fields(source)
-    if field is not None and field not in fields:
-        if fields:
-            one_of("tags", field, fields)
+    if field is not None and not fields:
         raise ValueError(f"tags = {field!r}: the mesh has no data that numbers its cells")
+    if field is not None:
+        one_of("tags", field, fields)
     chosen = field or (GMSH if GMSH in fields else fields[0] if len(fields) == 1 else None)
     if chosen is not None and blocks:
         numbers = np.concatenate([np.asarray(source.cell_data[chosen][i]).ravel() for i in blocks]).astype(np.int64)
@@ -140,20 +147,16 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
 
 
 def tag_fields(source: Any) -> list[str]:
-    """Return the names of data that may number cells: one whole number for each; those stored as integers come
-    first."""
+    """Return the names of data with a whole number for each cell; those stored as integers, where there are any."""
     kinds: dict[str, list[str]] = {"iu": [], "f": []}
     for name, parts in source.cell_data.items():
         arrays = [np.asarray(part) for part in parts]
-        kind = "iu" if all(array.dtype.kind in "iu" for array in arrays) else "f"
-        if all(array.size == len(array) and array.dtype.kind in kind and _are_whole(array) for array in arrays):
-            kinds[kind].append(name)
+        if not all(array.size == len(array) and array.dtype.kind in "iuf" for array in arrays):
+            continue
+        numbers = np.concatenate([array.ravel() for array in arrays]).astype(float)
+        if (np.abs(numbers) < LARGEST_TAG).all() and (numbers == np.round(numbers)).all():
+            kinds["iu" if all(array.dtype.kind in "iu" for array in arrays) else "f"].append(name)
     return kinds["iu"] or kinds["f"]
-
-
-def _are_whole(array: Any) -> bool:
-    numbers = array.astype(float)
-    return bool((np.abs(numbers) < LARGEST_TAG).all() and (numbers == np.round(numbers)).all())
 
 
 def hint_of(source: Any, field: str | None) -> str:
@@ -166,33 +169,8 @@ def hint_of(source: Any, field: str | None) -> str:
     return f"; its cells are numbered by {names(fields)}, of which tags= names the one that counts"
 
 
-def check_scale(points: Vector, unlikely: bool, what: str, scale: float | None) -> None:
-    """Raise a ValueError for a mesh that is probably in millimetres: longer than LONGEST_SIDE, or for what was found.
-
-    what: that, in words. scale: m per unit of the mesh, where the user gave it.
-    """
-    if scale is None and (np.ptp(points, axis=0).max() > LONGEST_SIDE or unlikely):
-        raise ValueError(
-            f"mesh: its box is {box_of(points)} m, {what}: in millimetres? Give scale=1e-3, or scale=1.0 if it is in m"
-        )
-
-
-def box_of(points: Vector) -> str:
-    """Return the sides of the box around points, in words."""
-    return " × ".join(f"{side:.3g}" for side in np.ptp(points, axis=0))
-
-
-def near(corners: Vector) -> str:
-    return f"({', '.join(f'{x:.4g}' for x in corners.mean(axis=0))}) m"
-
-
-def names(items: Collection[Tag]) -> str:
-    return ", ".join(map(repr, items))
-
-
 def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, int], field: str | None) -> Tags:
-    """Return by tag the boundary facets that the file lists as cells, and those whose corners all belong to a set of
-    points.
+    """Return by tag the boundary facets that the file lists as cells, or whose corners all belong to a set of points.
 
     mesh: scikit-fem's. number: the mesh's number of each of the file's points, or −1. kinds: meshio's types of facets,
     and their numbers of corners. field: as in `tagged`.
@@ -213,19 +191,17 @@ def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, i
     for tag, members in tagged(source, blocks, mesh.dim() - 1, field).items():
         facets = pairs[members]
         groups[tag] = np.unique(facets[facets >= 0])
-        if (facets < 0).any():
-            # Of a quadrilateral that was split there are two.
-            inside = (facets < 0).any(axis=1)
+        inside = (facets < 0).any(axis=1)
+        if inside.any():
             left[tag] = f"{inside.sum()} of its {inside.size} facets lie inside the mesh or on no cell, and are left"
     for tag, members in source.point_sets.items():
         if tag in groups:
             continue
         points = np.unique(number[_members(tag, members, len(number))])
-        inside = np.isin(corners, points[points >= 0])
-        groups[tag] = boundary[inside.all(axis=1)]
-        alone = np.setdiff1d(points, np.unique(corners[inside.all(axis=1)]))
+        inside = np.isin(corners, points[points >= 0]).all(axis=1)
+        groups[tag] = boundary[inside]
         # Midpoints of curved facets are no corners.
-        alone = np.intersect1d(alone, np.unique(mesh.t)) if alone.size else alone
+        alone = np.intersect1d(np.setdiff1d(points, corners[inside]), mesh.t)
         if alone.size:
             left[tag] = f"{alone.size} of its {points.size} points are corners of no facet that it holds, and are left"
     return Tags(groups, hint_of(source, field), left)
@@ -237,3 +213,18 @@ def _members(name: Tag, members: Any, count: int) -> Numbers:
     if numbers.size and (numbers.dtype.kind not in "iu" or numbers.min() < 0 or numbers.max() >= count):
         raise ValueError(f"mesh: the set {name!r} has a member that is none of {count} cells or points")
     return numbers.astype(np.int64).ravel()
+
+
+def box_of(points: Vector) -> str:
+    """Return the sides of the box around points, in words."""
+    return " × ".join(f"{side:.3g}" for side in np.ptp(points, axis=0))
+
+
+def near(corners: Vector) -> str:
+    """Return the middle of points, in words."""
+    return f"({', '.join(f'{x:.4g}' for x in corners.mean(axis=0))}) m"
+
+
+def names(items: Collection[Tag]) -> str:
+    """Return tags in a row."""
+    return ", ".join(map(repr, items))

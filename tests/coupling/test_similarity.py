@@ -59,8 +59,6 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     "viscous rod": lambda n: hl.damped(hl.rod(layers(n), elements=12), hl.damping.StandardLinearSolid(0.4, 2e-5 * n)),
     "damped rod": lambda n: hl.damped(hl.rod(layers(n), elements=20), hl.damping.Rayleigh(100.0 / n, 1e-7 * n)),
     "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
-    "cylinder on ground": lambda n: hl.layered_cylinder(layers(n), base=hl.Foundation(1e12 / n), **up_to(n)),
-    "absorbing cylinder": lambda n: hl.layered_cylinder(layers(n), base="absorbing", **up_to(n)),
     "solid": cube,
     "thin plate": rectangle,
     "plate with additions": lambda n: rectangle(
@@ -93,7 +91,7 @@ TIES = {"panel"}
 of two are their numbers those of another size."""
 
 
-LONG = {*TIES, "solid", "thick plate", "any position", "absorbing cylinder"}
+LONG = {*TIES, "solid", "thick plate", "any position"}
 LONG |= {"cylinder on ground"}
 
 

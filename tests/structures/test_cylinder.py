@@ -1,4 +1,4 @@
-"""Axisymmetric cylinders: bars and half-spaces in statics, published frequencies, rods, bases, patches, bad input."""
+"""Axisymmetric cylinders: bars and half-spaces in statics, published frequencies, rods, patches, bad input."""
 
 from itertools import pairwise
 from math import pi
@@ -6,8 +6,6 @@ from math import pi
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.integrate import quad
-from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 from scipy.special import jnp_zeros
 from skfem import (
@@ -27,7 +25,7 @@ from skfem.helpers import ddot, sym_grad, trace
 
 import hertzlink as hl
 from structures.bodies.cylinder import layered_cylinder as cylinder
-from structures.bodies.elasticity import Foundation, body_matrices, patch_compliance, shear_modulus, shear_speed
+from structures.bodies.elasticity import body_matrices, patch_compliance, shear_modulus, shear_speed
 from structures.linear_algebra.factor import factorise
 
 STEEL = hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)
@@ -56,17 +54,6 @@ def test_free_cylinder_moves_along_its_axis_without_cost() -> None:
     mass = sum(layer.material.density * layer.area * layer.length for layer in layers)
     assert abs(square[order[0]]) < 1e-9 * square[order[1]]
     assert (free.contact @ modes[:, order[0]]) ** -2 == pytest.approx(mass, rel=1e-9)
-
-
-def test_bar_on_a_foundation_under_even_pressure() -> None:
-    """The displacement of a loaded end is Σ L/EA + 1/(kA), exactly where the layers' sides shrink equally (ν/E)."""
-    layers = [
-        hl.Layer(hl.Material(200e9, 0.30, 7800.0), 0.05, 0.02),
-        hl.Layer(hl.Material(100e9, 0.15, 7800.0), 0.03, 0.02),
-    ]
-    bar = cylinder(layers, base=Foundation(3e12), patch_radius=0.02)
-    exact = sum(y.length / y.material.youngs_modulus / y.area for y in layers) + 1.0 / (3e12 * layers[0].area)
-    assert compliance(bar) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize(("poisson_ratio", "tolerance"), [(0.28, 5e-4), (0.46, 1e-3)])
@@ -177,73 +164,6 @@ def test_slender_cylinder_is_a_rod() -> None:
         assert 1.0 - found == pytest.approx(correction, rel=0.05)
 
 
-def pulse_answer(
-    structure: hl.Structure, duration: float, steps: int, windows: int = 100
-) -> tuple[NDArray[np.float64], float]:
-    """Displacement after a raised-cosine pulse of 1 N, and its work, J; `windows` of a pulse's duration each."""
-    moving = hl.stepping.MovingStructure(structure)
-    state, answer, work = moving.start(), [0.0], 0.0
-    for step in range(steps):
-        phase = (step + 0.5) / windows
-        force = 0.5 * (1.0 - np.cos(2.0 * pi * phase)) if phase < 1.0 else 0.0
-        state, surface = moving.advance(state, force, duration / windows)
-        work += force * (surface - answer[-1])
-        answer.append(surface)
-    return np.array(answer), work
-
-
-def test_wave_returns_as_in_a_rod() -> None:
-    """Steel, R/L = 1/40, struck all over its end: the echo of the fixed base has the rod's time within 0.2 %."""
-    layer = hl.Layer(hl.STEEL_440C, 0.2, 0.005)
-    arrivals = []
-    for structure in (cylinder([layer], patch_radius=0.005), hl.rod([layer])):
-        velocity = np.diff(pulse_answer(structure, 20e-6, 600)[0])
-        arrivals.append(int(np.argmin(velocity[300:])) + 300)
-    assert arrivals[0] == pytest.approx(arrivals[1], rel=2e-3)
-
-
-@pytest.mark.parametrize("material", [hl.STEEL_440C, hl.PTFE])
-def test_absorbing_base_equals_a_very_long_cylinder(material: hl.Material) -> None:
-    """Waves that are long compared with the radius leave: the echo is below 0.5 % (ρ c_p in its place: 13 and 80 %)."""
-    short, long = (hl.Layer(material, length, 0.005) for length in (0.1, 0.3))
-    duration = 0.1 / material.bar_speed
-    reference = pulse_answer(cylinder([long], patch_radius=0.005), duration, 450)[0]
-    answer = pulse_answer(cylinder([short], base="absorbing", patch_radius=0.005), duration, 450)[0]
-    assert answer == pytest.approx(reference, abs=5e-3 * reference.max())
-
-
-def radiated(poisson_ratio: float) -> float:
-    """∫ Im g(x) x dx of the half-space's answer to a normal point force at rest (Miller and Pursey, 1954).
-
-    g = √(x² − p²)/[(2x² − 1)² − 4x² √(x² − p²) √(x² − 1)] with x = k/k_s and p = c_s/c_p: the
-    part up to x = 1, and the residue at Rayleigh's pole.
-    """
-    ratio = ((0.5 - poisson_ratio) / (1.0 - poisson_ratio)) ** 0.5
-
-    def rayleigh(x: float) -> float:
-        return (2.0 * x**2 - 1.0) ** 2 - 4.0 * x**2 * ((x**2 - ratio**2) * (x**2 - 1.0)) ** 0.5
-
-    def body(x: float) -> float:
-        first, second = np.emath.sqrt(x**2 - ratio**2), np.emath.sqrt(x**2 - 1.0)
-        return abs((first / ((2.0 * x**2 - 1.0) ** 2 - 4.0 * x**2 * first * second)).imag) * x
-
-    pole = brentq(rayleigh, 1.0 + 1e-9, 2.0)
-    slope = (rayleigh(pole + 1e-6) - rayleigh(pole - 1e-6)) / 2e-6
-    waves = pi * pole * (pole**2 - ratio**2) ** 0.5 / abs(slope)
-    return float(quad(body, 0.0, ratio)[0] + quad(body, ratio, 1.0)[0] + waves)
-
-
-def test_large_absorbing_cylinder_radiates_as_a_half_space() -> None:
-    """A pulse F(t) on a point of a half-space is left with ∫ F′² dt · radiated/(2π μ c_s) less energy."""
-    material, duration = hl.STEEL_440C, 40e-6
-    large = hl.Layer(material, 0.2, 0.2)
-    work = pulse_answer(cylinder([large], base="absorbing", side="absorbing", patch_radius=2e-3), duration, steps=150)[
-        1
-    ]
-    exact = radiated(material.poisson_ratio) / (2.0 * pi * shear_modulus(material) * shear_speed(material))
-    assert work == pytest.approx(exact * pi**2 / (2.0 * duration), rel=5e-3)
-
-
 def chain() -> hl.Chain:
     return hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=hl.drop_speed(0.01), gravity=9.81)
 
@@ -309,50 +229,6 @@ def test_a_dashpot_at_the_contact_does_not_know_the_patch_either() -> None:
     assert ratio(cylinder([PTFE], patch_radius=2.0 * patch)) == pytest.approx(found, rel=5e-3)
     layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
     assert 0.3 < ratio(cylinder(layers)) < 0.5
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("radius", [20e-3, 10e-3, 5e-3])
-def test_amplitude_ratio_of_a_slender_cylinder_is_that_of_a_rod(radius: float) -> None:
-    """Within 0.2 %: the rod does not know that near its rim the indentation is not that of a half-space."""
-    layer = hl.Layer(hl.STEEL_440C, 0.2, radius)
-    assert ratios(reduced(layer)) == pytest.approx(ratios(hl.rod([layer])), rel=2e-3, abs=1e-3)
-
-
-@pytest.mark.thorough
-def test_a_reduced_cylinder_keeps_its_absorbing_faces() -> None:
-    """Full and reduced, PTFE with absorbing base and side: the contact's motion within 2 %, AR within 0.2 %."""
-    layer = hl.Layer(hl.PTFE, 0.05, 0.05)
-    full = cylinder([layer], base="absorbing", side="absorbing", highest_frequency=30e3, cells=2)
-    runs = [hl.CoSimulation(chain(), one, reduce=False).run(0.8e-3) for one in (full, hl.reduce(full, until=0.8e-3))]
-    moved = [run.surface_displacement.values for run in runs]
-    assert abs(moved[1] - moved[0]).max() < 0.02 * abs(moved[0]).max()
-    ratio, reduced_ratio = (hl.amplitude_ratio(run, 7).item() for run in runs)
-    assert reduced_ratio == pytest.approx(ratio, rel=2e-3)
-
-
-@pytest.mark.thorough
-def test_amplitude_ratio_of_a_large_cylinder_is_that_of_a_half_space() -> None:
-    """Within 0.2 %, and lower: Hertz's half-space keeps its waves to itself, this one sends some 0.1 % away."""
-    large = cylinder([hl.Layer(hl.STEEL_440C, 0.15, 0.15)], base="absorbing", side="absorbing")
-    found, quasistatic = ratios(large, until=0.8e-3)[0], ratios(hl.half_space(hl.STEEL_440C))[0]
-    assert found < quasistatic
-    assert found == pytest.approx(quasistatic, rel=2e-3)
-
-
-def test_layers_are_bonded() -> None:
-    """Two layers of one material are one, but for the finer mesh about their interface."""
-    halves = [hl.Layer(hl.PTFE, STEEL.length / 2.0, STEEL.radius)] * 2
-    assert compliance(cylinder(halves)) == pytest.approx(compliance(cylinder([PTFE])), rel=1e-4)
-
-
-def test_stiff_foundation_is_a_base_that_slides() -> None:
-    """Soft ground adds 1/(kA); hard ground lies between the fixed base and none."""
-    soft, hard, fixed = (
-        compliance(cylinder([STEEL], base=base)) for base in (Foundation(1e9), Foundation(1e18), "fixed")
-    )
-    assert soft - hard == pytest.approx(1.0 / (1e9 * STEEL.area), rel=1e-3)
-    assert fixed < hard < 1.01 * fixed
 
 
 def test_patch_smaller_than_the_contact_is_refused() -> None:

@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh, expm
 
@@ -77,8 +74,6 @@ def test_modal_ratios_are_those_of_the_decay() -> None:
         np.cos(swing * 1e-6) + 0.05 * omega[slow] / swing * np.sin(swing * 1e-6)
     )
     assert state.displacement[slow] == pytest.approx(exact, rel=1e-10)
-    ratios = np.linspace(0.0, 0.1, modes.size)
-    assert hl.damped(modes, Modal(ratios)).damping.diagonal() == pytest.approx(2.0 * ratios * omega)  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("modulus", ["relaxed", "instantaneous"])
@@ -98,20 +93,15 @@ def test_stress_relaxes_as_in_the_standard_linear_solid(modulus: str) -> None:
 
 
 def test_loss_tangent_over_frequency() -> None:
-    """Im/Re of the bar's stiffness is tan δ at every frequency, greatest with g/(2√(1 + g)) at ωτ = 1/√(1 + g)."""
+    """Im/Re of the bar's stiffness is tan δ = g ωτ / (1 + (1 + g) ω²τ²) at every frequency."""
     share, time = 0.8, 5e-5
     damped = hl.damped(BAR, StandardLinearSolid(share, time))
     frequencies = np.geomspace(1e1, 1e6, 26)
+    phase = 2.0 * np.pi * frequencies * time
     stiffness = np.array([dynamic_stiffness(damped, 2.0 * np.pi * f) for f in frequencies])
-    assert stiffness.imag / stiffness.real == pytest.approx(
-        StandardLinearSolid(share, time).loss_tangent(frequencies), rel=1e-8
-    )
+    assert stiffness.imag / stiffness.real == pytest.approx(share * phase / (1.0 + (1.0 + share) * phase**2), rel=1e-8)
     assert stiffness[0] == pytest.approx(STATIC_STIFFNESS, rel=5e-3)
     assert stiffness[-1] == pytest.approx(1.8 * STATIC_STIFFNESS, rel=5e-3)
-    peak = 1.0 / (2.0 * np.pi * time * np.sqrt(1.0 + share))
-    assert StandardLinearSolid(share, time).loss_tangent(peak) == pytest.approx(
-        share / (2.0 * np.sqrt(1.0 + share)), rel=1e-12
-    )
 
 
 def test_each_layer_has_its_own_arm() -> None:
@@ -145,36 +135,6 @@ def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
     assert abs(change - parts[1]).max() < 1e-9 * abs(parts[1]).max()
 
 
-def test_parts_of_a_reduced_cylinder_are_those_in_its_modes() -> None:
-    reduced = hl.reduce(hl.layered_cylinder(LAYERED), 5e-4, keep_field=True)
-    parts = stiffness_parts(reduced)
-    total = sum((part.toarray() for part in parts[1:]), parts[0].toarray())
-    assert total == pytest.approx(reduced.stiffness.toarray(), abs=1e-8 * abs(reduced.stiffness).max())
-
-
-def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_widen() -> None:
-    """ν = 0 for the PTFE: AR of both waves as on the rod, which one arm lowers from 0.40 to 0.31 in the second."""
-    layers = [LAYERED[0], replace(LAYERED[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
-    found = []
-    for body, parts in (
-        (hl.rod(layers), rod_parts(layers)),
-        (hl.layered_cylinder(layers), stiffness_parts(hl.layered_cylinder(layers))),
-    ):
-        viscous = hl.reduce(hl.damped(body, StandardLinearSolid(0.5, 2e-5), parts[1]), 1.2e-3)
-        waves = hl.reflections(hl.CoSimulation(CHAIN, viscous).run(1.2e-3), 7)
-        assert waves.primary
-        assert waves.secondary
-        found.append([waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio])
-    assert found[1] == pytest.approx(found[0], abs=3e-3)
-
-
-def test_parts_of_what_has_no_field() -> None:
-    with pytest.raises(ValueError, match="structure: this rod lost its field when it was reduced"):
-        stiffness_parts(hl.reduce(hl.rod(LAYERS), 5e-4))
-    with pytest.raises(ValueError, match="structure: this cylinder lost its field when it was reduced"):
-        stiffness_parts(hl.reduce(hl.layered_cylinder(LAYERED), 5e-4))
-
-
 @pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])
 def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
     """As many arms as there are ways to stretch, and K with the arms relaxed is what it was."""
@@ -184,55 +144,6 @@ def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
     assert arms.coupling.shape == (rod.size - (base != "fixed"), rod.size)
     stretch = 0.5 * rod.stiffness
     assert abs(arms.coupling.T @ arms.coupling - stretch).max() < 1e-9 * abs(stretch).max()
-
-
-def random_structure(seed: int, size: int) -> tuple[hl.Structure, NDArray[np.float64]]:
-    """Frequencies up to 1e6 rad/s, with a rigid motion in every second; and a part of its stiffness."""
-    rng = np.random.default_rng(seed)
-    root, piece = rng.normal(size=(size, size)), rng.normal(size=(rng.integers(1, size + 1), size))
-    if seed % 2:
-        root, piece = root - root[:, [-1]], piece - piece[:, [-1]]
-    mass = rng.normal(size=(size, size))
-    structure = hl.Structure(
-        sparse.csr_array(mass @ mass.T + np.eye(size)), sparse.csr_array(1e10 * root.T @ root), None,
-        rng.normal(size=size), 0.0, hl.Surface(hl.PTFE),
-    )  # fmt: skip
-    return structure, 1e10 * piece.T @ piece
-
-
-def energies(structure: hl.Structure, window: float = 1e-6) -> NDArray[np.float64]:
-    """After ten pushes, with no force."""
-    moving = hl.stepping.MovingStructure(structure)
-    state = moving.start()
-    for force in np.random.default_rng(5).normal(size=10):
-        state, _ = moving.advance(state, force, window)
-    found = []
-    for _ in range(60):
-        found.append(moving.energy(state))
-        state, _ = moving.advance(state, 0.0, window)
-    return np.array(found)
-
-
-@pytest.mark.thorough
-@settings(max_examples=40)
-@given(
-    seed=st.integers(0, 10_000),
-    size=st.integers(2, 7),
-    rates=st.tuples(st.floats(0.0, 1e5), st.floats(0.0, 1e-5)),
-    share=st.floats(1e-3, 20.0),
-    time=st.floats(1e-8, 1e-3),
-)
-def test_no_energy_is_made(seed: int, size: int, rates: tuple[float, float], share: float, time: float) -> None:
-    """Any structure, any part, any damping: without force the energy never grows, and matrices are positive."""
-    structure, part = random_structure(seed, size)
-    damped = hl.damped(hl.damped(structure, Rayleigh(*rates)), StandardLinearSolid(share, time), part)
-    for matrix in (damped.mass, damped.stiffness, damped.damping):
-        assert matrix is not None
-        values = np.linalg.eigvalsh(matrix.toarray())
-        assert values.min() > -1e-9 * values.max()
-    found = energies(damped)
-    assert np.all(np.diff(found) <= 1e-9 * found[0])
-    assert np.all(np.diff(energies(hl.reduce(damped, until=1e-3))) <= 1e-9 * found[0])
 
 
 @pytest.mark.parametrize("damp", [Rayleigh(500.0, 1e-7), Rayleigh(1e3)])
@@ -245,14 +156,6 @@ def test_rayleigh_stays_diagonal_in_a_reduction(damp: Rayleigh, base: str) -> No
     assert reduced.damping is not None
     expected = note["mass_rate"] + note["stiffness_time"] * reduced.stiffness.diagonal()
     assert reduced.damping.diagonal() == pytest.approx(expected, rel=1e-9)
-
-
-def test_other_damping_becomes_small_and_dense() -> None:
-    reduced = hl.reduce(hl.damped(hl.rod(LAYERS, base="absorbing"), Rayleigh(100.0, 1e-8)), until=1e-3)
-    assert not reduced.is_modal
-    assert reduced.damping is not None
-    assert reduced.damping.nnz > reduced.size
-    assert np.linalg.eigvalsh(reduced.damping.toarray()).min() > 0.0
 
 
 DAMPED = {
@@ -284,16 +187,6 @@ def test_reduced_and_full_give_one_amplitude_ratio(name: str) -> None:
             assert other.amplitude_ratio == pytest.approx(one.amplitude_ratio, rel=1e-3)
 
 
-def test_damping_weakens_the_echo_from_below() -> None:
-    """The secondary wave falls as the arm grows, 0.41 → 0.29 → 0.07; the primary, from the face, gains a little."""
-    structures = (ROD, DAMPED["arm on the PTFE"], DAMPED["strong arm"])
-    waves = [hl.reflections(hl.CoSimulation(CHAIN, hl.reduce(s, 1.2e-3)).run(1.2e-3), 7) for s in structures]
-    primary = [found.primary.amplitude_ratio for found in waves if found.primary]
-    secondary = [found.secondary.amplitude_ratio for found in waves if found.secondary]
-    assert primary == pytest.approx([0.550, 0.567, 0.626], abs=2e-3)
-    assert secondary == pytest.approx([0.409, 0.295, 0.074], abs=2e-3)
-
-
 def test_one_material_keeps_an_arm_for_each_oscillator() -> None:
     """Where the arm is a share of all of K it is diagonal in the modes; reduced before or after, it is the same."""
     plate = hl.kirchhoff_plate(
@@ -306,41 +199,6 @@ def test_one_material_keeps_an_arm_for_each_oscillator() -> None:
     assert after.origin["reduction"]["size"] == after.size <= 2 * modes.size
     for omega in (1e3, 1e4, 1e5):
         assert dynamic_stiffness(after, omega) == pytest.approx(dynamic_stiffness(before, omega), rel=2e-3)
-
-
-def test_reducing_twice_keeps_the_arms() -> None:
-    once = hl.reduce(DAMPED["arm on the PTFE"], until=1e-3, tolerance=1e-3)
-    twice = hl.reduce(once, until=1e-3, tolerance=1e-3)
-    for omega in (1e3, 1e5):
-        assert dynamic_stiffness(twice, omega) == pytest.approx(dynamic_stiffness(once, omega), rel=1e-2)
-
-
-def test_a_half_space_has_nothing_to_damp() -> None:
-    wall = hl.half_space(hl.PTFE)
-    assert (
-        hl.damped(wall, Rayleigh(1.0, 1.0)).size
-        == hl.damped(wall, Modal(0.1)).size
-        == hl.damped(wall, StandardLinearSolid(1.0, 1.0)).size
-        == 0
-    )
-
-
-NEGATIVE = sparse.csr_array(-np.eye(BAR.size))
-
-
-def test_loss_factor_is_what_a_cycle_loses() -> None:
-    """η: energy lost in a cycle of resonance over 2π times the stored one, so free motion falls by e^(−πη) a cycle."""
-    square = (2.0 * np.pi * 1e3) ** 2
-    one = hl.Structure(np.eye(1), np.array([[square]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
-    damped = hl.damped(one, hl.damping.Modal(0.04 / 2))
-    moving, period = hl.stepping.MovingStructure(damped), 1e-3 / np.sqrt(1.0 - 0.02**2)
-    state = type(moving.start())(np.ones(1), np.array([-0.02 * np.sqrt(square)]))
-    for _ in range(100):
-        state = moving.free(state, period / 100.0)
-    assert state.displacement[0] == pytest.approx(np.exp(-np.pi * 0.04 / np.sqrt(1.0 - 0.02**2)), rel=1e-9)
-    stored, force = 0.5 * square, 2.0 * np.pi**2 * 1e3 * damped.damping[0, 0]
-    assert force / (2.0 * np.pi * stored) == pytest.approx(0.04, rel=1e-12)
-    assert hl.damped(one, hl.damping.Modal(0.0 / 2)) is one
 
 
 @pytest.mark.parametrize(("scatter", "rate"), [(0.0, 2.0), (0.3, 2.0), (0.3, 40.0)])

@@ -35,14 +35,6 @@ def strain(u: Any, v: Any, w: Any) -> Any:
     return w.around * (w.lame * volumes + 2.0 * w.shear * shapes)
 
 
-@BilinearForm
-def prestress(u: Any, v: Any, w: Any) -> Any:
-    """σ_ij u_k,i v_k,j of the stress in the plane, and the hoop stress times the hoop strains."""
-    pairs = ((w.rr, 0, 0), (w.zz, 1, 1), (w.rz, 0, 1), (w.rz, 1, 0))
-    inside = sum(stress * u.grad[k][i] * v.grad[k][j] for stress, i, j in pairs for k in range(2))
-    return w.around * (inside + w.hoop * u[0] * v[0] / w.x[0] ** 2)
-
-
 def weak_forms(
     basis: Basis, materials: Sequence[hl.Material], owner: Owner, ring: bool = False
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:

@@ -125,10 +125,10 @@ def test_bad_files_are_refused(tmp_path: Path, name: str, content: bytes, messag
 def test_what_does_not_fit_is_refused() -> None:
     mass, stiffness, contact = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]]), [1.0, 0.0]
     for arguments, message in [
-        ({"contact": [1.0]}, "must have 2 rows"),
+        ({"contact": [1.0]}, r"mass has shape \(2, 2\): must be \(1, 1\), as contact has 1 entries"),
         ({"contact": "none.txt"}, "contact = 'none.txt': there is no such file"),
-        ({"mass": np.eye(3)}, r"mass has shape \(3, 3\): must be square, n × n, and as large"),
-        ({"stiffness": stiffness[:1]}, r"mass has shape \(2, 2\)|stiffness has shape \(1, 2\)"),
+        ({"mass": np.eye(3)}, r"mass has shape \(3, 3\): must be \(2, 2\)"),
+        ({"stiffness": stiffness[:1]}, r"stiffness has shape \(1, 2\): must be square"),
         ({"mass": np.zeros((2, 2))}, "mass: all its numbers are zero"),
         ({"mass": 1j * mass}, "mass: must be a matrix of real numbers"),
         ({"mass": np.diag([1.0, np.nan])}, "mass: must hold finite numbers"),

@@ -1,6 +1,6 @@
 """Linear algebra takes one thread in a reduction, and as many as before afterwards."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from threading import Thread
 
 import pytest
@@ -67,32 +67,6 @@ def test_a_reduction_and_what_runs_within_it(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr("structures.krylov.eigh", counted)
     hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=1e-4)
-    assert seen
-    assert all(found == {1} for found in seen)
-    assert threads() == {2}
-
-
-BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
-
-
-@pytest.mark.parametrize(
-    "use",
-    [
-        lambda tap: hl.batch(tap, until=1e-4, speed=[0.1, 0.2]),
-        lambda tap: hl.identifiability(tap, until=3e-4, sensors=[3], speed=0.2),
-        lambda tap: hl.best_sensors(tap, "speed", until=3e-4, candidates=[2, 3], speed=0.2),
-    ],
-    ids=["batch", "information", "best_sensors"],
-)
-def test_what_runs_many(use: Callable[[Callable[[float], hl.CoSimulation]], object]) -> None:
-    """The functions that make its runs are within."""
-    seen: list[set[int]] = []
-
-    def tap(speed: float) -> hl.CoSimulation:
-        seen.append(threads())
-        return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, speed), hl.half_space(hl.PTFE))
-
-    use(tap)
     assert seen
     assert all(found == {1} for found in seen)
     assert threads() == {2}

@@ -58,38 +58,12 @@ def test_long_pulses_on_soft_bodies_need_few_vectors() -> None:
     assert reduced.size <= 30
 
 
-def test_tighter_tolerance_takes_more_vectors() -> None:
-    sizes = [hl.reduce(PLATE.at(0.1, 0.1), 5e-4, tolerance).size for tolerance in (1e-1, 1e-2, 1e-3)]
-    assert sizes == sorted(set(sizes))
-
-
-def test_reduced_is_modal_and_keeps_the_rest() -> None:
-    full = PLATE.at(0.1, 0.1)
-    reduced = hl.reduce(full, until=5e-4)
-    assert abs(reduced.mass - np.eye(reduced.size)).max() == 0.0
-    assert reduced.surface == full.surface
-    assert reduced.flexibility == full.flexibility
-    assert reduced.origin["kind"] == "Kirchhoff plate"
-
-
 def test_small_structures_are_reduced_exactly() -> None:
     """A Krylov space that is the whole space: the same frequencies, no error."""
     rod = hl.rod([hl.Layer(hl.STEEL_440C, 0.5, 0.01)], elements=5)
     reduced = hl.reduce(rod, until=1e-3, tolerance=1e-9)
     exact = np.linalg.eigvals(np.linalg.solve(rod.mass.toarray(), rod.stiffness.toarray()))
     assert np.sort(reduced.stiffness.diagonal()) == pytest.approx(np.sort(exact.real), rel=1e-8)
-
-
-def test_damping_is_kept_and_stays_passive() -> None:
-    rod = hl.rod([hl.Layer(hl.STEEL_440C, 0.5, 0.01)], base="absorbing")
-    reduced = hl.reduce(rod, until=3e-4, tolerance=1e-4)
-    assert reduced.damping is not None
-    assert np.linalg.eigvalsh(reduced.damping.toarray()).min() > -1e-9 * reduced.damping.max()
-    assert answer(reduced, 3e-4) == pytest.approx(answer(rod, 3e-4), abs=2e-3 * answer(rod, 3e-4).max())
-
-
-def test_half_space_needs_no_reduction() -> None:
-    assert hl.reduce(hl.half_space(hl.PTFE), until=1e-3).size == 0
 
 
 def test_contact_points_of_one_mesh_share_the_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,13 +83,6 @@ def test_a_reduction_serves_no_longer_run() -> None:
     simulation = hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3), hl.reduce(PLATE.at(0.1, 0.1), until=1e-4))
     with pytest.raises(ValueError, match=r"until = 0\.0002: the structure was reduced for runs of at most 0\.0001 s"):
         simulation.run(2e-4)
-
-
-def test_reducing_twice_makes_nothing_valid_for_longer() -> None:
-    once = hl.reduce(PLATE.at(0.1, 0.1), until=2e-4)
-    assert hl.reduce(once, until=1e-4).valid_until == 1e-4
-    with pytest.raises(ValueError, match=r"until = 0\.003: the structure was reduced for runs of at most 0\.0002 s"):
-        hl.reduce(once, until=3e-3)
 
 
 def test_too_few_vectors_are_reported() -> None:

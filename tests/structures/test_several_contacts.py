@@ -12,11 +12,9 @@ from scipy import sparse
 from scipy.linalg import expm
 
 import hertzlink as hl
-from structures.bodies.rod import rod_parts
-from structures.damping import Modal, Rayleigh, StandardLinearSolid
+from structures.damping import Rayleigh, StandardLinearSolid
 from structures.krylov import Modes
-from structures.linear_algebra.factor import factorise
-from structures.reduction import _receptance
+from structures.reduction import receptance
 
 Array = NDArray[np.float64]
 
@@ -58,24 +56,6 @@ def test_a_wave_runs_from_end_to_end_of_a_rod() -> None:
         assert moved[150, struck] == pytest.approx(impulse / impedance, rel=1e-3)
         assert abs(moved[190, 1 - struck]) < 1e-3 * impulse / impedance
         assert moved[299, 1 - struck] == pytest.approx(-2.0 * impulse / impedance, rel=1e-3)
-
-
-def test_a_rod_between_two_chains_is_told() -> None:
-    assert (ROD.contacts, ROD.size) == (2, ROD.contact.shape[0])
-    assert [surface.material for surface in ROD.surface] == [hl.STEEL_440C, hl.ACRYLIC]
-    assert ROD.flexibility.tolist() == [0.0, 0.0]
-    assert abs(sum(rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
-    assert hl.stepping.MovingStructure(ROD).surface == ROD.surface
-
-
-def test_equal_forces_from_both_ends_squeeze_a_rod() -> None:
-    """Its ends move by F L/EA in all, and its middle stays: the free rod does not fly off."""
-    layer = hl.Layer(hl.PTFE, 0.03, 0.01)
-    rod = hl.damped(hl.rod([layer], base="contact"), Rayleigh(stiffness_time=1e-4))
-    moved = run(rod, np.full((400, 2), 3.0), 1e-5)
-    shorter = 3.0 * layer.length / (layer.material.youngs_modulus * layer.area)
-    assert moved[-1].sum() == pytest.approx(shorter, rel=1e-6)
-    assert moved[-1, 0] == pytest.approx(moved[-1, 1], rel=1e-6)
 
 
 DAMPED: dict[str, Callable[[hl.Structure], hl.Structure]] = {
@@ -205,16 +185,6 @@ def test_reduced_answers_like_the_full_one_at_both_contacts(damping: str) -> Non
         assert error[1 - pushed] < 3e-3 * own[pushed] * np.array([6.0, 1.0])[pushed]
 
 
-def test_every_contact_counts_in_the_tolerance() -> None:
-    """Whichever is first: the estimate, over ten vectors for each contact, is that of the worst pair."""
-    swapped = replace(LONG, contact=LONG.contact[:, ::-1])
-    reports = [hl.reduce(body, until=4e-4, tolerance=1e-3).origin["reduction"] for body in (LONG, swapped)]
-    few, many = (hl.reduce(single(LONG, i), until=4e-4, tolerance=1e-3).size for i in (0, 1))
-    assert reports[0]["size"] == reports[1]["size"] >= max(few, many)
-    assert reports[0]["size"] % 20 == 0
-    assert reports[0]["error_estimate"] == pytest.approx(reports[1]["error_estimate"], rel=1e-6)
-
-
 @pytest.mark.parametrize("damping", ["none", "diagonal", "full"])
 def test_the_estimate_is_made_of_all_receptances(damping: str) -> None:
     """bᵀ(Λ + s² + sC + arms)⁻¹b between three contacts, by dense inverses; one relaxation time."""
@@ -223,76 +193,10 @@ def test_the_estimate_is_made_of_all_receptances(damping: str) -> None:
     loss = {"none": None, "diagonal": rng.uniform(0.1, 0.5, 6), "full": root @ root.T}[damping]
     stretch = rng.uniform(0.5, 1.0, 6)
     s = np.array([0.3 + 1.0j, 0.3 + 2.5j])
-    found = _receptance(Modes(square, contact, loss, [(0.7, stretch)], np.eye(6)), s)
+    found = receptance(Modes(square, contact, loss, [(0.7, stretch)], np.eye(6)), s)
     assert found.shape == (3, 3, 2)
     for k, one in enumerate(s):
         matrix = np.diag(square + one**2 + 0.7 * one / (1.0 + 0.7 * one) * stretch)
         if loss is not None:
             matrix = matrix + one * (np.diag(loss) if loss.ndim == 1 else loss)
         assert found[:, :, k] == pytest.approx(contact.T @ np.linalg.inv(matrix) @ contact, rel=1e-10)
-
-
-def test_a_contact_given_twice_costs_no_vectors() -> None:
-    """On the back at the same place: the block of vectors has no more directions than one of them."""
-    rod = hl.rod(LAYERS, elements=12)
-    pair = replace(rod, contact=np.column_stack([rod.contact, -rod.contact]))
-    once, twice = hl.reduce(rod, 3e-4, tolerance=1e-4), hl.reduce(pair, 3e-4, tolerance=1e-4)
-    assert twice.contact[:, 1] == pytest.approx(-twice.contact[:, 0], rel=1e-12)
-    assert twice.size <= once.size + 10
-    forces = pulses(300, 1e-6)
-    moved = run(twice, forces, 1e-6)
-    assert moved[:, 1] == pytest.approx(-moved[:, 0], rel=1e-12)
-    assert moved[:, 0] == pytest.approx(run(once, forces @ [1.0, -1.0], 1e-6), abs=1e-3 * abs(moved).max())
-
-
-def test_oscillators_with_damping_take_both_forces() -> None:
-    """Modal, and of equal loss factor: exact in one window, by their closed form, at both contacts."""
-    modes = hl.reduce(ROD, until=2e-4, tolerance=1e-3)
-    for damped in (hl.damped(modes, Modal(0.1)), hl.damped(modes, Modal(0.2 / 2))):
-        moving = hl.stepping.MovingStructure(damped)
-        assert moving.structure.is_modal
-        square = modes.stiffness.diagonal()
-        rate = np.sqrt(square * (1.0 - 0.01))
-        time, force = 2e-8, np.array([2.0, 3.0])
-        _, moved = moving.advance(moving.start(), force, time)
-        step = 1.0 - np.exp(-0.1 * np.sqrt(square) * time) * (
-            np.cos(rate * time) + 0.1 / 0.99**0.5 * np.sin(rate * time)
-        )
-        lag = np.divide(step, square, out=np.full_like(step, time**2 / 2.0), where=square * time**2 > 1e-12)
-        assert moved == pytest.approx(modes.contact.T @ (lag * (modes.contact @ force)), rel=1e-6)
-
-
-def test_a_half_space_may_have_two_contacts() -> None:
-    """Nothing moves, and nothing is passed on."""
-    none = sparse.csr_array((0, 0))
-    moving = hl.stepping.MovingStructure(hl.Structure(none, none, None, np.zeros((0, 2)), 0.0, hl.Surface(hl.PTFE)))
-    state, moved = moving.advance(moving.start(), np.ones(2), 1e-6)
-    assert moved.tolist() == [0.0, 0.0]
-    assert moving.compliance(1e-6).tolist() == [[0.0, 0.0], [0.0, 0.0]]
-    assert moving.energies(state) == (0.0, 0.0)
-
-
-def test_static_compliance_of_a_bar_is_reciprocal() -> None:
-    """F on one section moves another by F min(x, ξ)/EA from the fixed end: both ways, at each pair."""
-    layer = hl.Layer(hl.PTFE, 0.1, 0.01)
-    rod = hl.rod([layer], elements=10)
-    nodes = np.array([0, 8, 14])
-    places = np.array([0.0, 0.04, 0.07])  # every second degree of freedom is a node, 1 cm apart
-    order = np.argsort(-np.linalg.solve(rod.stiffness.toarray(), rod.contact))
-    columns = np.eye(rod.size)[:, order[nodes]]
-    body = hl.Structure(rod.mass, rod.stiffness, None, columns, 0.0, rod.surface)
-    solve = factorise(body.stiffness)
-    found = body.contact.T @ np.column_stack([solve(column) for column in body.contact.T])
-    to_base = layer.length - places
-    expected = np.minimum(to_base[:, None], to_base) / (layer.material.youngs_modulus * layer.area)
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-def test_one_column_is_one_contact() -> None:
-    rod = hl.rod(LAYERS)
-    column = replace(rod, contact=rod.contact[:, None])
-    assert column.contact.shape == rod.contact.shape
-    assert column.contacts == 1
-    assert isinstance(
-        hl.stepping.MovingStructure(column).advance(hl.stepping.MovingStructure(column).start(), 1.0, 1e-6)[1], float
-    )

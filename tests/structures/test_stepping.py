@@ -6,15 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.linalg import expm
 
 import hertzlink as hl
-from structures.damping import Rayleigh
 from structures.kernels import linear
 from structures.oscillators import OscillatorStep
-from structures.stepping import ImplicitMidpoint
-
-ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=6)
 
 
 def oscillator(omega: float, damping: float = 0.0) -> hl.Structure:
@@ -98,40 +93,6 @@ def test_slow_oscillators_are_exact_to_rounding() -> None:
     assert np.all(abs(found.rows[3] - exact[:, 1, 1]) <= 4e-15 * parts)
 
 
-@pytest.mark.parametrize("structure", [ROD, oscillator(1e3), oscillator(5e7)])
-def test_work_equals_energy(structure: hl.Structure) -> None:
-    """Undamped: F̄ (w₁ − w₀) summed is the energy gained, to rounding, for any window."""
-    moving = hl.stepping.MovingStructure(structure)
-    forces = np.random.default_rng(1).normal(size=200)
-    state, surface, work = moving.start(), 0.0, 0.0
-    for force in forces:
-        state, after = moving.advance(state, force, 1e-6)
-        work, surface = work + force * (after - surface), after
-    assert work == pytest.approx(moving.energy(state), rel=1e-9)
-
-
-def test_an_absorbing_base_only_takes_energy() -> None:
-    moving = hl.stepping.MovingStructure(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"))
-    state = moving.start()
-    for step in range(20):
-        state, _ = moving.advance(state, 1.0 - np.cos(2.0 * np.pi * (step + 0.5) / 20.0), 1e-6)
-    energies = [moving.energy(state)]
-    for _ in range(100):
-        state, _ = moving.advance(state, 0.0, 1e-6)
-        energies.append(moving.energy(state))
-    assert np.all(np.diff(energies) <= 1e-12 * energies[0])
-    assert energies[-1] < 1e-4 * energies[0]
-
-
-@pytest.mark.parametrize("structure", [ROD, oscillator(1e5)])
-def test_a_window_can_be_repeated(structure: hl.Structure) -> None:
-    moving = hl.stepping.MovingStructure(structure)
-    state, _ = moving.advance(moving.start(), 3.0, 1e-6)
-    first, second = moving.advance(state, -1.0, 1e-6), moving.advance(state, -1.0, 1e-6)
-    assert np.array_equal(first[0].displacement, second[0].displacement)
-    assert first[1] == second[1]
-
-
 def test_an_oscillator_with_the_period_of_the_window_is_seen() -> None:
     """Under a constant force it swings about F/k; its exact motion, seen once a period, would rest at zero."""
     window = 1e-6
@@ -141,76 +102,6 @@ def test_an_oscillator_with_the_period_of_the_window_is_seen() -> None:
         state, surface = moving.advance(state, 1.0, window)
         seen.append(surface)
     assert np.mean(seen) * (2.0 * np.pi / window) ** 2 == pytest.approx(1.0, rel=1e-2)
-
-
-def single(omega: float, mass: float = 2.0, rate: float = 0.0) -> hl.Structure:
-    """One oscillator that is no mode, since its mass is not 1."""
-    one = sparse.csr_array(np.eye(1))
-    damping = mass * rate * one if rate else None
-    return hl.Structure(mass * one, mass * omega**2 * one, damping, np.ones(1), 0.0, hl.Surface(hl.PTFE))
-
-
-def greatest_errors(steps: int, rate: float) -> tuple[float, float]:
-    """Of displacement and rate under 1 − cos Ωt N from rest, over 5 ms, relative to their peaks.
-
-    The exact answer is a matrix exponential; the drive is the exact mean of the force over each window.
-    """
-    omega, drive, window = 2000.0, 3300.0, 5e-3 / steps
-    moving = hl.stepping.MovingStructure(single(omega, 2.0, rate))
-    generator = np.zeros((5, 5))
-    generator[0, 1], generator[1] = 1.0, [-(omega**2), -rate, -0.5, 0.0, 0.5]
-    generator[2, 3], generator[3, 2] = -drive, drive
-    step, exact, state = expm(window * generator), np.array([0.0, 0.0, 1.0, 0.0, 1.0]), moving.start()
-    answers, exacts = [], []
-    for k in range(steps):
-        mean = 1.0 - (np.sin(drive * (k + 1) * window) - np.sin(drive * k * window)) / (drive * window)
-        state, surface = moving.advance(state, mean, window)
-        exact = step @ exact
-        answers.append((surface, state.velocity[0]))
-        exacts.append(exact[:2])
-    errors = abs(np.array(answers) - exacts).max(axis=0) / abs(np.array(exacts)).max(axis=0)
-    return float(errors[0]), float(errors[1])
-
-
-@pytest.mark.parametrize("rate", [0.0, 800.0], ids=["undamped", "damped"])
-def test_order_two_under_a_smooth_force(rate: float) -> None:
-    """Displacement and rate, where the force is given by its means."""
-    errors = np.array([greatest_errors(steps, rate) for steps in (160, 320, 640)])
-    orders = np.log2(errors[:-1] / errors[1:])
-    assert orders == pytest.approx(np.full((2, 2), 2.0), abs=0.2)
-    assert errors[-1].max() < 1e-3
-
-
-@pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])
-def test_damping_makes_no_energy(base: str) -> None:
-    """After a push."""
-    rod = hl.damped(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base=base, elements=6), Rayleigh(1e3, 1e-7))
-    moving = hl.stepping.MovingStructure(rod)
-    state = moving.start()
-    for step in range(20):
-        state, _ = moving.advance(state, 1.0 - np.cos(2.0 * np.pi * (step + 0.5) / 20.0), 1e-6)
-    found = []
-    for _ in range(300):
-        state, _ = moving.advance(state, 0.0, 1e-6)
-        found.append(moving.energy(state))
-    assert np.diff(found).max() < 1e-12 * found[0]
-
-
-BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
-CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)
-LAYERED = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
-
-
-def test_a_moving_structure_is_the_structure() -> None:
-    """Handed over as a participant it changes nothing, to the bit: neither compiled, nor with a spring behind it."""
-    soft = hl.Structure(LAYERED.mass, LAYERED.stiffness, None, LAYERED.contact, 1e-8, LAYERED.surface)
-    for structure in (soft, hl.reduce(soft, until=4e-4), hl.half_space(hl.PTFE)):
-        runs = [hl.CoSimulation(CHAIN, s).run(4e-4) for s in (structure, hl.stepping.MovingStructure(structure))]
-        assert runs[0].identical(runs[1])
-
-
-def test_the_midpoint_is_the_default() -> None:
-    assert isinstance(hl.stepping.MovingStructure(ROD).step(1e-6), ImplicitMidpoint)
 
 
 @pytest.mark.parametrize("seats", [[0, 1], [1, 0], [-1, 0], [0, -1]])

@@ -16,7 +16,6 @@ from scipy import sparse
 
 import hertzlink as hl
 from structures.bodies import layers as theory
-from structures.bodies.rod import rod_parts
 from structures.damping import Modal, Rayleigh, StandardLinearSolid
 
 FLAT = hl.Surface(hl.PTFE)
@@ -30,7 +29,6 @@ COATED = [hl.Layer(hl.STEEL_440C, 0.3e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e
 STEEL = hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)
 BAR = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], elements=1)
 STRUCK = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=6)
-ARMS = hl.damped(STRUCK, StandardLinearSolid(0.5, 1e-5))
 TWO = hl.rod(LAYERS, base="contact", elements=6)
 BLOCK = hl.Structure(np.eye(1), np.eye(1), None, np.ones(1), 0.0, FLAT)
 MOVING, TWO_MOVING = hl.stepping.MovingStructure(STRUCK), hl.stepping.MovingStructure(TWO)
@@ -59,19 +57,13 @@ BODY: Made = (
         (ROD, {"layers": [STEEL], "elements": 0}, "elements = 0"),
         (ROD, {"layers": [STEEL], "elements": 2.5}, r"elements = 2\.5"),
         (CYLINDER, {"layers": []}, "layers"),
-        (CYLINDER, {"layers": ["steel"]}, "layers"),
-        (CYLINDER, {"layers": STEEL}, "layers"),
         (
             CYLINDER,
             {"layers": [STEEL, hl.Layer(hl.PTFE, 0.02, 0.01)]},
             r"layers: have radii \[0\.0191, 0\.01\] m.*rod\(\)",
         ),
         (CYLINDER, {"layers": [STEEL], "base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
-        (CYLINDER, {"layers": [STEEL], "base": 1e9}, r"base = 1000000000\.0: must be .* or a Foundation"),
-        (CYLINDER, {"layers": [STEEL], "side": "fixed"}, "side = 'fixed'"),
-        (CYLINDER, {"layers": [STEEL], "side": "absorbin"}, r"side = 'absorbin'.*did you mean 'absorbing'"),
-        (CYLINDER, {"layers": [STEEL], "patch_radius": 0.0}, r"patch_radius = 0\.0"),
-        (CYLINDER, {"layers": [STEEL], "patch_radius": -1e-3}, r"patch_radius = -0\.001"),
+        (CYLINDER, {"layers": [STEEL], "base": 1e9}, r"base = 1000000000\.0: must be one of 'fixed', 'free'"),
         (CYLINDER, {"layers": [STEEL], "patch_radius": float("nan")}, "patch_radius = nan"),
         (
             CYLINDER,
@@ -81,14 +73,7 @@ BODY: Made = (
         (CYLINDER, {"layers": [STEEL], "patch_radius": 1e-300}, "patch_radius"),
         (CYLINDER, {"layers": [STEEL], "highest_frequency": 0.0}, r"highest_frequency = 0\.0"),
         (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: need"),
-        (
-            CYLINDER,
-            {"layers": [hl.Layer(hl.STEEL_440C, 5.0, 0.5)], "highest_frequency": 1e6},
-            "highest_frequency, cells: need",
-        ),
         (CYLINDER, {"layers": [STEEL], "cells": 0}, "cells = 0"),
-        (CYLINDER, {"layers": [STEEL], "cells": 2.5}, r"cells = 2\.5"),
-        (CYLINDER, {"layers": [STEEL], "cells": 10**6}, "highest_frequency, cells: need"),
         (
             CYLINDER,
             {"layers": COATED, "patch_radius": 2e-3},
@@ -100,16 +85,12 @@ BODY: Made = (
             {"contact": np.ones((TWO.size, 2, 2))},
             r"contact has shape .*: must be \(n,\), or \(n, p\) for p contacts",
         ),
-        (AT_TWO_POINTS, {"contact": np.ones((TWO.size, 0))}, r"contact has shape .*: must be \(n,\), or \(n, p\)"),
-        (AT_TWO_POINTS, {"contact": np.full((TWO.size, 2), np.nan)}, "contact: must hold finite numbers"),
         (
             AT_TWO_POINTS,
             {"flexibility": [0.0, 1e-9, 0.0]},
             "flexibility, surface: must be one for all contacts, or 2",
         ),
-        (AT_TWO_POINTS, {"flexibility": [0.0, np.inf]}, "flexibility = inf: must be a finite number of m/N"),
         (AT_TWO_POINTS, {"flexibility": "soft"}, "flexibility = 'soft': must be a number or an array of numbers"),
-        (AT_TWO_POINTS, {"surface": None}, "surface = None: must be a list of Surfaces, or one"),
         (AT_TWO_POINTS, {"surface": [FLAT]}, "flexibility, surface: must be one for all contacts, or 2"),
         (AT_TWO_POINTS, {"surface": [FLAT, "flat"]}, "surface = .*: must be a list of Surfaces"),
         (BODY, {"mass": MASS[..., None]}, r"mass has shape \(2, 2, 1\): must be square"),
@@ -117,9 +98,9 @@ BODY: Made = (
         (
             BODY,
             {"stiffness": [[1e7, -2e7], [-2e7, 1e7]]},
-            f"stiffness: {NO_NEGATIVE}, but entry \\(0, 1\\) is -2e\\+07 N/m",
+            f"stiffness: {NO_NEGATIVE}, but has one of about -1e\\+07 N/m",
         ),
-        (BODY, {"stiffness": [[0.0, 1e7], [1e7, 1e7]]}, f"stiffness: {NO_NEGATIVE}, but entry"),
+        (BODY, {"stiffness": [[0.0, 1e7], [1e7, 1e7]]}, f"stiffness: {NO_NEGATIVE}, but has one of about"),
         (
             BODY,
             {"stiffness": [[2e7, -1e7], [0.0, 1e7]]},
@@ -130,19 +111,15 @@ BODY: Made = (
         (BODY, {"damping": [[5.0, 0.0], [0.0, -5.0]]}, f"damping: {NO_NEGATIVE}, but its diagonal entry 1 is -5 N s/m"),
         (BODY, {"damping": [[0.0, 5.0], [-5.0, 0.0]]}, "damping: must be symmetric"),
         (BODY, {"contact": [0.0, 0.0]}, "contact: must not be zero"),
-        (BODY, {"contact": [[0.0, 0.0], [1.0, 0.0]]}, "contact: must not be zero"),
         (BODY, {"stiffness": [[np.nan, 0.0], [0.0, 1.0]]}, "stiffness: must hold finite numbers"),
         (BODY, {"mass": np.diag([0.0, 1.0]), "stiffness": np.diag([0.0, 1e7])}, "degree of freedom 0 has neither"),
         (BODY, {"stiffness": np.ones((2, 3))}, r"stiffness has shape \(2, 3\): must be square"),
         (BODY, {"contact": [1.0, 0.0, 0.0]}, r"mass has shape \(2, 2\): must be \(3, 3\)"),
-        (BODY, {"stiffness": np.eye(3)}, r"stiffness has shape \(3, 3\): must be \(2, 2\)"),
         (BODY, {"mass": [[np.inf, 0.0], [0.0, 1.0]]}, "mass: must hold finite numbers"),
         (BODY, {"contact": [0.0, np.nan]}, "contact: must hold finite numbers"),
         (BODY, {"flexibility": "soft"}, "flexibility = 'soft': must be a finite number of m/N"),
         (BODY, {"surface": "flat"}, "surface = 'flat': must be a Surface"),
         (BODY, {"valid_until": 0.0}, r"valid_until = 0\.0: must be a positive number of s"),
-        (BODY, {"valid_until": 10**400}, "valid_until = 10+….*must be a finite number of s"),
-        (BODY, {"valid_until": True}, "valid_until = True: must be a finite number of s"),
     ],
 )
 def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> None:
@@ -174,20 +151,14 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         # Damping
         (lambda: hl.damped(None, Rayleigh()), "structure = None: must be a Structure"),
         (lambda: hl.damped(BAR, Rayleigh(-1.0)), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
-        (lambda: hl.damped(BAR, Rayleigh(0.0, float("nan"))), "stiffness_time = nan"),
         (
             lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1.0)), Rayleigh(0.0, 1.0)),
             "add Rayleigh before StandardLinearSolid",
         ),
         (lambda: hl.damped(BAR, Modal(0.1)), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
-        (
-            lambda: hl.damped(hl.reduce(BAR, 1e-3), Modal(-0.1)),
-            r"ratio = -0\.1: must be zero or positive, one number or a list",
-        ),
-        (lambda: hl.damped(hl.reduce(BAR, 1e-3), Modal([0.1] * 3)), r"ratio = .*one number or 2"),
-        (lambda: hl.damped(hl.reduce(BAR, 1e-3), Modal("much")), "ratio = 'much'"),
+        (lambda: Modal(-0.1), r"ratio = -0\.1: must be zero or a positive number"),
+        (lambda: Modal("much"), "ratio = 'much'"),
         (lambda: hl.damped(BAR, StandardLinearSolid(0.0, 1e-5)), r"share = 0\.0"),
-        (lambda: hl.damped(BAR, StandardLinearSolid(1.0, -1e-5)), "time = -1e-05: must be a positive number of s"),
         (
             lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5, modulus="instantaneous")),
             r"share = 1\.0: must be below 1",
@@ -202,10 +173,6 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ),
         (lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), NEGATIVE), "part: must be positive semidefinite"),
         (
-            lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[0.0, 1.0], [1.0, 0.0]]),
-            "part: must be positive semi",
-        ),
-        (
             lambda: hl.damped(BAR, StandardLinearSolid(1.0, 1e-5), [[1.0, 2.0], [2.0, 1.0]]),
             "part: must be positive semi",
         ),
@@ -219,27 +186,15 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             lambda: hl.damped(hl.damped(BAR, StandardLinearSolid(1.0, 1e-5)), StandardLinearSolid(1.0, 1e-5)),
             "part: the structure has Maxwell arms already",
         ),
-        (lambda: rod_parts([]), "layers"),
-        (lambda: rod_parts(LAYERS, base="fix"), r"base = 'fix'.*did you mean 'fixed'"),
         (lambda: hl.damped(BAR, 0.1), r"damping = 0\.1: must be hl\.damping\.Rayleigh, Modal or"),
         (lambda: hl.damped(BAR, Rayleigh(1.0), part=0), "part: only a StandardLinearSolid acts on a part"),
         (
             lambda: hl.damped(hl.reduce(BAR, 1e-3), StandardLinearSolid(1.0, 1e-5), part=0),
-            "part: only a layer of a rod or a cylinder",
+            "this rod lost its field when it was reduced",
         ),
         (lambda: hl.damped(hl.rod(LAYERS), StandardLinearSolid(1.0, 1e-5), part=9), "part = 9: must be below"),
-        (lambda: hl.damped(BAR, hl.damping.Modal(0.1 / 2)), "are not modes"),
-        (
-            lambda: StandardLinearSolid(1.0, 1.0).loss_tangent("high"),
-            "frequency = 'high': must be a number or an array of numbers, in Hz",
-        ),
-        (
-            lambda: StandardLinearSolid(1.0, 1.0).loss_tangent([1.0, math.nan]),
-            "frequency = nan: must be a finite number of Hz",
-        ),
         # Moving structures
         (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
-        (lambda: MOVING.advance(MOVING.start(), 0.0, -1.0), r"window = -1\.0: must be a positive number of s"),
         *[
             (
                 lambda force=force: TWO_MOVING.advance(TWO_MOVING.start(), force, 1e-6),
@@ -252,41 +207,22 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             for bad in (0.0, -1e-6, math.nan, None, "x")
         ],
         # Theory of layers
-        (lambda: theory.contact_time(0.0, K, 0.4), "^mass = 0.0"),
         (lambda: theory.contact_time(M, K, 0.0), "^speed = 0.0: must be a positive number of m/s"),
-        (lambda: theory.time_of_flight(0, M, K, K, 0.4), "^beads = 0"),
-        (lambda: theory.time_of_flight(13, -1.0, K, K, 0.4), "^mass = -1.0"),
-        (lambda: theory.time_of_flight(13, M, 0.0, K, 0.4), "^chain_stiffness = 0.0"),
-        (lambda: theory.time_of_flight(13, M, K, K, float("nan")), "^striker_speed = nan"),
         (lambda: theory.time_of_flight(13, M, K, K, 0.4, 0.0), "^restitution = 0.0"),
         (lambda: theory.amplitude_ratio(1.01), "^restitution = 1.01: must lie between 0 and 1"),
         (lambda: theory.critical_modulus("steel"), "^material = 'steel': must be a Material"),
         (lambda: theory.critical_modulus(hl.STEEL_440C, 0.5), "^wall_poisson_ratio = 0.5: must lie between -1 and 0.5"),
-        (lambda: theory.critical_modulus(hl.STEEL_440C, float("nan")), "^wall_poisson_ratio = nan"),
         (lambda: theory.restitution(M, M), "^upper_mass = .*: must be greater than mass = "),
         (lambda: theory.restitution(1.0, np.array([3.0, 0.5])), r"^upper_mass = 0\.5: must be greater than mass"),
-        (lambda: theory.restitution(0.0, 1.0), "^mass = 0.0"),
-        (lambda: theory.upper_speed(M, 0.0, 1.0), "^upper_mass = 0.0"),
-        (lambda: theory.upper_speed(M, 1.0, -1.0), "^incident_speed = -1.0"),
-        (lambda: theory.axial_stiffness(0.0, 1.0, 1.0), "^youngs_modulus = 0.0"),
-        (lambda: theory.axial_stiffness(1e9, 0.0, 1.0), "^area = 0.0"),
-        (lambda: theory.secondary_delay(0.0, 0.0, 1.0), "^upper_mass = 0.0"),
         (lambda: theory.secondary_delay(1.0, 0.0, 0.0), "^lower_stiffness = 0.0: must be a positive number of N/m"),
         # Rods
         (lambda: hl.Layer(hl.STEEL_440C, 25.4, 9.525), r"radius = 9\.525: must be at most 5 m; is it in millimetres"),
         (lambda: hl.Layer(hl.STEEL_440C, "25.4e-3", 9.5e-3), r"length = '25\.4e-3': must be a finite number"),
-        (lambda: hl.Layer(hl.STEEL_440C, True, 9.5e-3), r"length = True: must be a finite number"),
         (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 are too many"),
-        (
-            lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], base=hl.Foundation(1e9)),
-            r"base = Foundation.*must be one of 'fixed', 'free', 'absorbing', 'contact'; cylinder takes a Foundation",
-        ),
         *[(lambda bad=bad: hl.Layer(hl.PTFE, bad, 0.01), f"length = {bad}: must be") for bad in BAD_SIZES],
         *[(lambda bad=bad: hl.Layer(hl.PTFE, 0.01, bad), f"radius = {bad}: must be") for bad in BAD_SIZES],
         (lambda: hl.Layer("PTFE", 0.01, 0.01), "material = 'PTFE': must be a Material"),
         (lambda: hl.half_space("PTFE"), "material = 'PTFE': must be a Material"),
-        # Foundations
-        *[(lambda bad=bad: hl.Foundation(bad), "stiffness = .*N/m³") for bad in (*BAD_SIZES, math.inf, "soft")],
         # Materials and surfaces
         *[
             (lambda bad=bad: hl.Material(bad, 0.3, 1e3), "youngs_modulus = ")
@@ -312,17 +248,12 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
             r"force = Decimal.*: must be a finite number",
         ),
         (lambda: hl.theory.yield_pressure({}), "material = {}: must be a Material"),
-        (lambda: hl.theory.primary_amplitude_ratio(10**400), "restitution = 1000.*: must be a number or an array"),
-        (lambda: hl.theory.primary_amplitude_ratio(["0.5"]), r"restitution = \['0.5'\]: must be a number or an array"),
         (lambda: hl.theory.primary_amplitude_ratio(0.5 + 0j), "restitution = .*: must be a number or an array"),
         # Steps
-        (lambda: MOVING.step(1e300), r"window = 1e\+300: must lie between"),
         (lambda: MOVING.step([None]), r"window = \[None\]: must be a finite number"),
         # Reduction
         (lambda: hl.reduce(BAR, until=0.0), r"until = 0\.0: must be a positive number of s"),
-        (lambda: hl.reduce(BAR, until=-1.0), r"until = -1\.0: must be a positive number of s"),
         (lambda: hl.reduce(BAR, until=1e-3, tolerance=0.0), r"tolerance = 0\.0"),
-        (lambda: hl.reduce(BAR, until=1e-3, tolerance=math.nan), "tolerance = nan"),
         (lambda: hl.reduce(None, until=1e-3), "structure = None: must be a Structure"),
         (lambda: hl.reduce(BAR, until=1e-3, largest=0), "largest = 0"),
     ],
