@@ -57,7 +57,7 @@ class Krylov:
         if arms is not None:
             self._body, inner = arms.body, np.ix_(arms.body, arms.body)
             self.mass, self.contact, stiffness = self.mass[inner], self.contact[arms.body], stiffness[inner]
-            damping, coupling = structure.damping[inner], aslinearoperator(arms.coupling)
+            damping, coupling = structure.damping[inner], aslinearoperator(arms.coupling)  # type: ignore[index]
             self.elastic = aslinearoperator(stiffness) - coupling.T @ coupling
         scale = 1.0 / np.sqrt(stiffness.diagonal() + point**2 * self.mass.diagonal())
 

@@ -113,9 +113,9 @@ def _layers(drawn: Drawn, data: Mapping[str, Any], x: float, y: float, sign: flo
         _block(drawn, x, y - half, sign * long, 2.0 * half, words, facecolor=colour, edgecolor=INK)
         x += sign * long
     base = data.get("base")
-    half, name = 1.2 * radius, "elastic" if isinstance(base, Mapping) else str(base)
+    half, name = 1.2 * radius, str(base)
     if name not in ("free", "contact", "None"):
-        hatch = {"fixed": "////", "absorbing": "....", "elastic": "\\\\"}.get(name, "++")
+        hatch = {"fixed": "////", "absorbing": "...."}.get(name, "++")
         look = {"hatch": hatch, "facecolor": "white", "edgecolor": INK, "linewidth": 0.0}
         _block(drawn, x, y - half, sign * 0.35 * radius, 2.0 * half, f"base: {name}", **look)
     return x + sign * 0.35 * radius
