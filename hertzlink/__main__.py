@@ -5,54 +5,50 @@ import signal
 import sys
 from collections.abc import Sequence
 
-THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
-"""Where the libraries of linear algebra read how many threads they may use, once, as they are loaded."""
-
-STREAMS = ("stdin", "stdout", "stderr")
-
-WRONG = 2
-"""Exit code where hertzlink cannot be loaded, as for wrong input."""
-
-STOPPED = 130
-"""Exit code after Ctrl-C."""
+ENVIRONMENT = {
+    # Small matrices gain little from threads, and beside other work threads wait for each other: studies and sweeps
+    # use processes instead. The libraries of linear algebra read these once, when they are loaded.
+    **dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1"),
+    # Processes of sweeps must not import files that happen to lie beside a case.
+    "PYTHONSAFEPATH": "1",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line with one thread of linear algebra.
-
-    The matrices of a case are small: threads gain little on an idle machine, and beside other work they wait for each
-    other and take ten times as long. Studies and sweeps use processes instead.
-    """
-    _open_closed_streams()
+    """Run the command line, with settings for all that it loads and starts."""
+    open_closed_streams()
+    for name, value in ENVIRONMENT.items():
+        os.environ.setdefault(name, value)
     # A notebook names a backend that need not be installed here; figures go to files.
     os.environ["MPLBACKEND"] = "Agg"
-    for name in THREADS:
-        os.environ.setdefault(name, "1")
     try:
         from hertzlink import cli
     except KeyboardInterrupt:
-        # What follows must not be stopped again, as by the second signal that some programs send.
+        # Some programs send the signal twice; what follows must not be stopped again.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         print("hertzlink: stopped; nothing was written", file=sys.stderr)  # noqa: T201
-        sys.exit(STOPPED)
+        sys.exit(130)
     except ImportError as error:
         print(f"hertzlink: {error}", file=sys.stderr)  # noqa: T201
-        sys.exit(WRONG)
+        sys.exit(2)
     cli.main(arguments)
 
 
-def _open_closed_streams() -> None:
-    """Lead what is said nowhere if the caller closed standard output or errors, as services and pythonw do.
+def open_closed_streams() -> None:
+    """Open standard streams that the caller closed, as services and pythonw do.
 
-    Another file would otherwise get their numbers, and what is printed.
+    Otherwise another file would get their numbers, and with them what is printed.
     """
-    while (handle := os.open(os.devnull, os.O_RDWR)) < len(STREAMS):
+    while (handle := os.open(os.devnull, os.O_RDWR)) < 3:
         os.set_inheritable(handle, True)
     os.close(handle)
-    for name in STREAMS:
+    for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115
 
 
 if __name__ == "__main__":
+    # `python -m` looks first in the current folder, where a file may be named like a library.
+    if sys.path[0] in ("", os.getcwd()) and not os.path.isdir("hertzlink"):
+        del sys.path[0]
     main()

@@ -1,5 +1,6 @@
 """The command line: whole folders or none, one line and exit code 2 for bad input."""
 
+import errno
 import json
 import os
 import re
@@ -11,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 import xarray as xr
 from click.shell_completion import ShellComplete
@@ -49,6 +51,82 @@ def hertzlink(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
     yield run
     signal.signal(signal.SIGTERM, handler)
     warnings.formatwarning = form
+
+
+TAP = """
+[chain]
+beads = 4
+bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }
+impact_speed = "0.1 m/s"
+[structure]
+kind = "half_space"
+material = "steel 440C"
+[run]
+until = "0.1 ms"
+"""
+
+
+@pytest.mark.parametrize("program", [["hertzlink"], ["python", "-m", "hertzlink"]], ids=" ".join)
+def test_files_beside_a_case_neither_run_nor_redirect(tmp_path: Path, program: list[str]) -> None:
+    """Neither modules named like libraries, in this process and in those of a sweep, nor settings of libraries."""
+    sweep = '[sweep]\n"chain.impact_speed" = [0.1, 0.2]\n'
+    (tmp_path / "tap.toml").write_text(TAP + sweep)
+    for name in ("joblib", "numpy", "scipy", "click", "numba"):
+        (tmp_path / f"{name}.py").write_text("open('ran', 'w')\nraise SystemExit('this ran')\n")
+    (tmp_path / ".numba_config.yaml").write_text("cache_dir: theirs\n")
+    (tmp_path / "matplotlibrc").write_text("text.usetex: true\n")
+    program = [str(Path(sys.executable).with_name(program[0])), *program[1:]]
+    settings = {name: value for name, value in os.environ.items() if name not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
+    settings["XDG_CACHE_HOME"] = os.environ.get("NUMBA_CACHE_DIR", str(tmp_path.parent))
+    command = [*program, "run", "tap.toml", "--jobs", "2"]
+    done = subprocess.run(command, cwd=tmp_path, env=settings, capture_output=True, text=True, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+    assert not (tmp_path / "ran").exists()
+    assert not (tmp_path / "theirs").exists()
+    assert "<img" in (tmp_path / "tap" / "report.html").read_text()
+
+
+def test_a_figure_that_fails_leaves_the_numbers(
+    tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise RuntimeError("latex could not be found")
+
+    (tmp_path / "tap.toml").write_text(TAP)
+    monkeypatch.setattr("hertzlink.reports.report.page_of", fails)
+    done = hertzlink("run", "tap.toml", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "warning: the report is not complete: latex could not be found" in done.stderr
+    names = {path.name for path in (tmp_path / "tap").iterdir()}
+    assert {"results.nc", "table.txt", "waves.csv", "case.toml"} <= names
+
+
+def test_a_picture_of_a_signal_replaces_only_one_of_hertzlinks(
+    tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    time = np.arange(0.0, 1e-3, 1e-6)
+    np.savetxt(tmp_path / "tap.csv", np.c_[time, np.exp(-(((time - 4e-4) / 2e-5) ** 2))], delimiter=",")
+    (tmp_path / "keep.png").write_bytes(b"a photograph")
+    (tmp_path / "link.png").symlink_to("keep.png")
+    for name in ("keep.png", "link.png"):
+        done = hertzlink("signal", "tap.csv", "--picture", name, cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith(f"hertzlink: --picture {name}: exists already, and hertzlink did not write it")
+    assert (tmp_path / "keep.png").read_bytes() == b"a photograph"
+    assert "must end with .png" in hertzlink("signal", "tap.csv", "--picture", "a.bmp", cwd=tmp_path).stderr
+    for _ in range(2):  # its own is replaced
+        assert hertzlink("signal", "tap.csv", cwd=tmp_path).returncode == 0
+    picture = (tmp_path / "tap-signal.png").read_bytes()
+
+    # A full disk leaves the earlier picture, and is said of it.
+    def full(self: Path, content: bytes) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    done = hertzlink("signal", "tap.csv", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "hertzlink: tap-signal.png: No space left on device; nothing was changed\n"
+    assert (tmp_path / "tap-signal.png").read_bytes() == picture
 
 
 class Small:

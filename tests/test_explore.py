@@ -171,7 +171,7 @@ def test_the_first_values_are_those_of_the_case(server: Server) -> None:
     status, answer = asked(server)
     assert status == 200
     assert answer["waves"]["primary"]["amplitude_ratio"] == waves.primary.amplitude_ratio
-    starts = {one["name"]: one["start"] for one in server.sliders}
+    starts = {one["name"]: one["start"] for one in (slider.for_page() for slider in server.explorer.sliders)}
     assert starts == {
         "structure.distance": "20", "structure.thickness": "2.29", "structure.material.youngs_modulus": "68.9",
         "chain.impact_speed": "0.31", "measure.sensor": "6",

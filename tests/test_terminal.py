@@ -78,10 +78,10 @@ def test_a_faulty_command_is_wrapped(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 
 def test_warnings_of_others_keep_their_form(monkeypatch: pytest.MonkeyPatch) -> None:
     on_terminal(monkeypatch)
-    own = terminal._format_warning(HertzlinkWarning(LONG), HertzlinkWarning, "file.py", 7)
+    own = terminal.format_warning(HertzlinkWarning(LONG), HertzlinkWarning, "file.py", 7)
     assert own.startswith("hertzlink: warning: record")
     assert max(map(len, own.splitlines())) <= 60
-    other = terminal._format_warning(UserWarning("other"), UserWarning, "file.py", 7)
+    other = terminal.format_warning(UserWarning("other"), UserWarning, "file.py", 7)
     assert other.startswith("file.py:7: UserWarning: other")
 
 

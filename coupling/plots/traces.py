@@ -103,15 +103,9 @@ def traces(
 def on_a_fresh_spot(run: xr.Dataset, sensors: Iterable[int], ax: "Axes") -> None:
     """Add the forces of the same run with a law of yielding to a plot of `traces`."""
     for place, number in enumerate(sensors):
-        force, colour = sensor_force(run, number), COLOURS[place % len(COLOURS)]
-        ax.plot(
-            1e6 * force.time.values,
-            force.values,
-            ":",
-            color=colour,
-            linewidth=1.3,
-            label=f"bead {number} on a fresh spot, where the metal yields",
-        )
+        force, colour = sensor_force(run, number), COLOURS[-1 - place % len(COLOURS)]
+        label = f"bead {number} on a fresh spot, where the metal yields"
+        ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.3, label=label)
         _mark_waves(ax, run, number, colour, f"bead {number} on a fresh spot, ", ("primary",))
     legend_below(ax)
 

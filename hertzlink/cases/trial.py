@@ -36,7 +36,7 @@ def trial(task: Task) -> str:
     """Return the lines of text: runs, chain, structure, mesh, record, time. Builds the first structure; raises what it
     raises."""
     # What this process did so far: load its code.
-    loading = process_time() + timed(lambda: import_module("hertzlink.cases.case_report"))[0]
+    loading = process_time() + timed(lambda: import_module("hertzlink.reports.report"))[0]
     first = task.first
     with collected() as warnings:
         building, simulation = timed(first.simulation)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from hertzlink.studies.writing import FORMATS
-from hertzlink.terminal import printable, say, show, written
+from hertzlink.terminal import complain, printable, say, show, written
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -89,7 +89,7 @@ def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: in
         data, yielded = run_both(task, jobs)
         return Done(data, *report(task, data, yielded), yielded=yielded)
 
-    _written(name, output, force, case, work, task.sensors, form)
+    write_results(name, output, force, case, work, task.sensors, form)
 
 
 class Done(NamedTuple):
@@ -104,7 +104,7 @@ class Done(NamedTuple):
     yielded: "Dataset | None" = None
 
 
-def _written(
+def write_results(
     name: str,
     output: Path | None,
     force: bool,
@@ -119,10 +119,8 @@ def _written(
     form: of the report's figures as files; None for no such files.
     """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
-    from hertzlink.cases.case_report import page
     from hertzlink.cases.faults import of_case
     from hertzlink.output_folder import check_output, write_folder
-    from hertzlink.reports.page import html
     from structures.caution import collected
 
     began = perf_counter()
@@ -138,27 +136,39 @@ def _written(
         # What the table's notes say is not said twice.
         warn([finding for finding in one_of_each(list(map(of_case, findings))) if finding not in said])
     messages = [of_case(finding) for finding in (*findings_of(done.data), *findings)]
-    data, text, took = with_warnings(done.data, messages), of_case(done.text), perf_counter() - began
-
-    # Measures that warn of what the result says already must not warn again.
-    with collected():
-        title = case.model.title or printable(Path(name).stem)
-        shown = page(data, done.files, title, took, sensors, done.sketched, done.yielded)
+    done = done._replace(data=with_warnings(done.data, messages), text=of_case(done.text))
+    took = perf_counter() - began
 
     def write(into: Path) -> None:
-        (into / "report.html").write_text(html(shown), encoding="utf-8")
-        for picture in shown.pictures if form else ():
-            picture.figure.savefig(into / f"{picture.name}.{form}")
-        (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / "table.txt").write_text(printable(text) + "\n", encoding="utf-8")
+        (into / "results.nc").write_bytes(done.data.to_netcdf(engine="h5netcdf"))
+        (into / "table.txt").write_text(printable(done.text) + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
         for file, content in done.files.items():
             (into / file).write_text(content, encoding="utf-8")
+        try:
+            write_report(into, done, case.model.title or printable(Path(name).stem), took, sensors, form)
+        except (OSError, RuntimeError, ValueError) as error:
+            # The numbers have taken long. Fonts or programs that figures need may be missing.
+            complain(f"warning: the report is not complete: {error}")
 
     write_folder(folder, write, force)
-    show(text)
+    show(done.text)
     written(folder)
     return done.code
+
+
+def write_report(
+    into: Path, done: Done, title: str, took: float, sensors: Sequence[int] | None, form: str | None
+) -> None:
+    """Write the report of a case, and its figures as files of a form."""
+    from hertzlink.reports.page import default_style, html
+    from hertzlink.reports.report import page_of
+
+    page = page_of(done.data, title, sensors, done.sketched, took, done.yielded)
+    (into / "report.html").write_text(html(page), encoding="utf-8")
+    with default_style():
+        for picture in page.pictures if form else ():
+            picture.figure.savefig(into / f"{picture.name}.{form}")
 
 
 @click.command("check", short_help="Check a case without running it; estimate its time.")
@@ -204,7 +214,7 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
         code = 0 if identification.identified else NOT_IDENTIFIED
         return Done(data, *tables(question, identification), simulation_of(question, identification), code)
 
-    return _written(name, output or Path(f"{Path(name).stem}-found"), force, case, work, form=form)
+    return write_results(name, output or Path(f"{Path(name).stem}-found"), force, case, work, form=form)
 
 
 @click.command("map", short_help="Identify, or read AR and TOF, at the points of a grid.")
@@ -231,9 +241,8 @@ def map_case(
     [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
     from which the same command continues; answers of points that did not fail stay there until all points have one.
     """
-    from hertzlink.cases.mapping import grid_of, map_of, text_of
+    from hertzlink.cases.mapping import all_identified, grid_of, map_of, text_of
     from hertzlink.output_folder import forget
-    from hertzlink.reports.of_maps import all_identified
 
     folder = output or Path(f"{Path(name).stem}-map")
     parts = folder.with_name(f"{folder.name}.parts")
@@ -243,7 +252,7 @@ def map_case(
         data = map_of(case, grid, parts, jobs)
         return Done(data, *text_of(data), code=0 if all_identified(data) else NOT_IDENTIFIED)
 
-    code = _written(name, folder, force, case, work, form=form or "png")
+    code = write_results(name, folder, force, case, work, form=form or "png")
     if not code:
         forget(parts)
     return code

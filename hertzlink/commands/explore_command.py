@@ -4,7 +4,6 @@ import os
 import threading
 import webbrowser
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
@@ -14,19 +13,14 @@ from hertzlink.terminal import say
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
-    from hertzlink.explore.answers import Explorer
-    from hertzlink.explore.server import Server
 
 
 @click.command("explore", short_help="Open a page with sliders for a case, in the browser.")
 @of_case
 @click.option(
-    "--port",
-    metavar="NUMBER",
-    type=click.IntRange(0, 65535),
-    default=0,
+    "--port", metavar="NUMBER", type=click.IntRange(0, 65535), default=0,
     help="Port of the page; by default a free one.",
-)
+)  # fmt: skip
 @click.option("--no-browser", is_flag=True, help="Print the address of the page, and open no browser.")
 def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
     """Open a page with sliders for a case, in the browser.
@@ -35,7 +29,30 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
     waves change. The sliders are the axes of [sweep], or else the usual parameters of the structure; the impact speed;
     and the sensor. Only this computer can open the page. Ctrl-C ends it.
     """
-    with _server(name, case, port) as server:
+    from hertzlink.cases.running import task_of
+    from hertzlink.explore.answers import Explorer, modes_for
+    from hertzlink.explore.server import Server
+    from hertzlink.explore.sliders import sliders_of, start_of
+
+    task = task_of(case)
+    start = start_of(task)
+    start.simulation()  # refuses what is wrong; sliders are made of what is right
+    explorer, notes = Explorer(start, sliders_of(task, start)), list[str]()
+    # The first answer also loads compiled code, and finds what is wrong before any page opens.
+    own = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
+    explorer.modes = modes_for(start, explorer.sliders)
+    if explorer.modes is not None:
+        say("preparing the plate for all values of its sliders: some seconds, once ...")
+        notes = ["All plates come from one set of modes."]
+        of_modes = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
+        if own is not None and of_modes is not None:
+            notes[0] += f" At the first values AR differs by {abs(of_modes - own):.1e} from that of `hertzlink run`."
+        say(notes[0])
+    try:
+        server = Server(explorer, case.model.title or Path(name).stem, notes, port)
+    except OSError as error:
+        raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
+    with server:
         say(f"open {server.address}\nCtrl-C ends it")
         if not no_browser:
             # In a thread: a browser may wait for the page.
@@ -44,44 +61,7 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
             server.serve_forever()
         except KeyboardInterrupt:
             try:
-                server.explorer.close()
+                explorer.close()
             except KeyboardInterrupt:  # a user who does not want to wait for the running answer
                 os._exit(130)
             say("ended")
-
-
-def _server(name: str, case: "Case", port: int) -> "Server":
-    """Return the server of a case, ready to answer."""
-    from hertzlink.cases.running import task_of
-    from hertzlink.explore.answers import Explorer
-    from hertzlink.explore.server import Server
-    from hertzlink.explore.sliders import sliders_of, start_of
-
-    task = task_of(case)
-    start = start_of(task)
-    start.simulation()  # refuses what is wrong; sliders are made of what is right
-    explorer = Explorer(start, sliders_of(task, start))
-    # The first answer also loads compiled code, and finds what is wrong before any page opens.
-    first = explorer.answer({})
-    notes = _prepared(explorer, first["waves"]["primary"].get("amplitude_ratio"))
-    try:
-        return Server(explorer, case.model.title or Path(name).stem, notes, port)
-    except OSError as error:
-        raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
-
-
-def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
-    """Prepare the modes of the plates. What the user should know of it; ratio: AR at the first values without them."""
-    from hertzlink.explore.answers import modes_for
-
-    explorer.modes = modes_for(explorer.case, explorer.sliders)
-    if explorer.modes is None:
-        return []
-    say("preparing the plate for all values of its sliders: some seconds, once ...")
-    began = perf_counter()
-    note = "All plates come from one set of modes."
-    other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
-    if ratio is not None and other is not None:
-        note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
-    say(f"prepared in {perf_counter() - began:.1f} s. {note}")
-    return [note]

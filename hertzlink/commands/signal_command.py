@@ -1,23 +1,30 @@
 """`hertzlink signal`: what the file of an oscilloscope or recorder holds, before anything is fitted."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from io import BytesIO
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
+from hertzlink.output_folder import write_file
 from hertzlink.terminal import WRONG_INPUT, complain, say, show
+from structures.checks import count_of, existing, positive
+from structures.units import readable
 
 if TYPE_CHECKING:
     from coupling.results.signal_overview import Look, Overview
 
-BLOCKS = " ▁▂▃▄▅▆▇█"
-SKETCH = 64
-"""Columns of a channel's sketch."""
-
 SHOWN = 8
 """Channels and notes that are shown."""
+
+OURS = "Written by hertzlink signal"
+"""The remark inside a picture. A picture with it may be replaced."""
+
+REMARKS = {".png": "Comment", ".svg": "Description", ".pdf": "Subject"}
+"""Formats of pictures, and the entry of their metadata that holds the remark."""
 
 
 @click.command("signal", short_help="Show what a file of a scope or recorder holds.")
@@ -33,41 +40,49 @@ def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | 
     """
     from coupling.results.signal_file import Sampling
     from coupling.results.signal_overview import overview
-    from structures.checks import existing, positive
 
-    seconds, refused = None if interval is None else positive("interval", interval, "s"), False
+    sampling = Sampling(interval=None if interval is None else positive("interval", interval, "s"), segment=segment)
     if picture is not None and len(files) > 1:
         raise ValueError(f"--picture {picture}: is the picture of one file; leave it out for {len(files)}")
+    code = 0
     for file, name in zip(files, [picture] if picture else picture_names(files), strict=True):
+        check_picture(name)
         try:
-            seen = overview(existing(str(file), file), Sampling(interval=seconds, segment=segment))
+            seen = overview(existing(str(file), file), sampling)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
-            refused = True
+            code = WRONG_INPUT
             complain(f"{file}: {error.strerror}" if isinstance(error, OSError) else str(error))
             continue
         show(f"{file}: {table(seen)}" if len(files) > 1 else table(seen))
         draw(seen, name)
         say(f"written: {name}")
-    return WRONG_INPUT if refused else 0
+    return code
+
+
+def check_picture(name: Path) -> None:
+    """Raise a ValueError for a picture that cannot be drawn, or would replace a file of the user's."""
+    if name.suffix not in REMARKS:
+        raise ValueError(f"--picture {name}: must end with {', '.join(REMARKS)}")
+    if name.is_symlink() or (name.exists() and OURS.encode() not in name.read_bytes()):
+        raise ValueError(f"--picture {name}: exists already, and hertzlink did not write it; give another name")
 
 
 def picture_names(files: Sequence[Path]) -> list[Path]:
     """Return the names of pictures: that of the file, with its ending and then its folders where others share it."""
     forms: tuple[Callable[[Path], str], ...] = (
-        lambda file: file.stem, lambda file: file.name, lambda file: "-".join(file.absolute().parts[-2:]),
+        lambda file: file.stem,
+        lambda file: file.name,
+        lambda file: "-".join(file.absolute().parts[-2:]),
         lambda file: "-".join(file.absolute().parts[1:]),
-    )  # fmt: skip
+    )
     every = ([Path(f"{form(file)}-signal.png") for file in files] for form in forms)
     return next((names for names in every if len({*names}) == len({*files})), [Path("signal.png")] * len(files))
 
 
 def table(seen: "Overview") -> str:
     """Return the channels of a file as lines of at most 80 columns."""
-    from structures.checks import count_of
-    from structures.units import readable
-
     first = seen.looks[0]
     step = float(first.time[1] - first.time[0])
     begin, end = (readable(float(first.time[k]), "s", 4) for k in (0, -1))
@@ -76,16 +91,17 @@ def table(seen: "Overview") -> str:
         f"{'column':>6}  {'name':14}{'least':>10}{'greatest':>10}{'step':>10}{'noise':>10}  {'hum':14}",
     ]
     for look in seen.looks[:SHOWN]:
-        low, high = _ends(look)
-        sizes = [readable(value, look.unit) for value in (low, high, look.step, look.noise)]
-        lines.append(
-            f"{look.column:6d}  {look.name[:13]:14}" + "".join(f"{size:>10}" for size in sizes) + f"  {_hum(look)}"
-        )
+        low, high = np.nanmin(look.values), np.nanmax(look.values)
+        sizes = [readable(float(value), look.unit) for value in (low, high, look.step, look.noise)]
+        hum = f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}" if look.hum else "none"
+        if not look.hum and look.lead < 0.02:  # a period of 50 Hz
+            hum = "lead too short"
+        lines.append(f"{look.column:6d}  {look.name[:13]:14}" + "".join(f"{size:>10}" for size in sizes) + f"  {hum}")
         lines.append(f"{'':8}{sketch(look)}")
         its_step = float(look.time[1] - look.time[0])
         if look.time.size != first.time.size or abs(its_step - step) > 1e-3 * step:
             lines.append(f"{'':8}{look.time.size} samples, one every {readable(its_step, 's', 4)}")
-        lines += [f"{'':8}{text}" for text in _remarks(look)]
+        lines += [f"{'':8}{text}" for text in remarks(look)]
     if len(seen.looks) > SHOWN:
         lines.append(f"and {count_of(len(seen.looks) - SHOWN, 'more channel')}")
     lines += [fill(f"column {column}: {reason}", 80) for column, reason in [*seen.refused.items()][:SHOWN]]
@@ -94,60 +110,44 @@ def table(seen: "Overview") -> str:
 
 def sketch(look: "Look") -> str:
     """Return a channel as a line of blocks: in each piece of the record, the sample farthest from the median."""
-    import numpy as np
-
-    low, high = _ends(look)
-    middle, span = float(np.nanmedian(look.values)), (high - low) or 1.0
-    pieces = np.array_split(np.where(np.isfinite(look.values), look.values, middle), min(SKETCH, look.values.size))
+    blocks, low = "▁▂▃▄▅▆▇█", np.nanmin(look.values)
+    middle, span = np.nanmedian(look.values), (np.nanmax(look.values) - low) or 1.0
+    pieces = np.array_split(np.where(np.isfinite(look.values), look.values, middle), min(64, look.values.size))
     farthest = [piece[np.argmax(np.abs(piece - middle))] for piece in pieces]
-    return "".join(BLOCKS[1 + round((len(BLOCKS) - 2) * (value - low) / span)] for value in farthest)
+    return "".join(blocks[round((len(blocks) - 1) * (value - low) / span)] for value in farthest)
+
+
+def remarks(look: "Look") -> Iterator[str]:
+    """Yield what may mislead a fit."""
+    from coupling.results.signal_overview import COLOURED
+
+    span = float(np.nanmax(look.values) - np.nanmin(look.values))
+    if look.clipped:
+        yield f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range"
+    if look.missing:
+        yield f"{count_of(look.missing, 'sample is', 'samples are')} missing or beyond the range"
+    if not look.lead:
+        yield "no quiet lead: record from before the impact on"
+    elif look.noise > max(COLOURED * look.white, look.step):
+        yield f"the lead scatters {look.noise / look.white:.1f} times as much as white noise would: hum or drift"
+    if 0.0 < span < 64 * look.step:
+        yield f"only {count_of(round(span / look.step), 'step')} of the digitiser: use a narrower range"
 
 
 def draw(seen: "Overview", name: Path) -> None:
     """Write a picture of the channels, one above the other."""
+    from matplotlib import rc_context, rcdefaults
     from matplotlib.figure import Figure
 
-    looks = seen.looks[:SHOWN]
-    figure = Figure(figsize=(8.0, 1.2 + 1.6 * len(looks)), layout="constrained")
-    axes = figure.subplots(len(looks), sharex=True, squeeze=False)[:, 0]
-    for axis, look in zip(axes, looks, strict=True):
-        axis.plot(1e3 * look.time, look.values, linewidth=0.8)
-        axis.set_ylabel(f"{look.name[:20] or f'column {look.column}'}\n{look.unit}")
-        axis.grid(alpha=0.3)
-    axes[-1].set_xlabel("time, ms")
-    figure.savefig(name, dpi=120)
-
-
-def _ends(look: "Look") -> tuple[float, float]:
-    import numpy as np
-
-    return float(np.nanmin(look.values)), float(np.nanmax(look.values))
-
-
-def _hum(look: "Look") -> str:
-    from coupling.results.signal_overview import MAINS
-    from structures.units import readable
-
-    if look.hum is not None:
-        return f"{look.hum[0]:g} Hz {readable(look.hum[1], look.unit)}"
-    return "none" if look.lead * MAINS[0] >= 1.0 else "lead too short"
-
-
-def _remarks(look: "Look") -> list[str]:
-    """Return what may mislead a fit."""
-    from coupling.results.signal_overview import COLOURED
-    from structures.checks import count_of
-
-    low, high = _ends(look)
-    said = []
-    if look.clipped:
-        said.append(f"{count_of(look.clipped, 'sample is', 'samples are')} clipped: record it with a wider range")
-    if look.missing:
-        said.append(f"{count_of(look.missing, 'sample is', 'samples are')} missing or beyond the range")
-    if not look.lead:
-        said.append("no quiet lead: record from before the impact on")
-    elif look.noise > max(COLOURED * look.white, look.step):
-        said.append(f"the lead scatters {look.noise / look.white:.1f} times as much as white noise would: hum or drift")
-    if 0.0 < high - low < 64 * look.step:
-        said.append(f"only {count_of(round((high - low) / look.step), 'step')} of the digitiser: use a narrower range")
-    return said
+    looks, content = seen.looks[:SHOWN], BytesIO()
+    with rc_context():
+        rcdefaults()
+        figure = Figure(figsize=(8.0, 1.2 + 1.6 * len(looks)), layout="constrained")
+        axes = figure.subplots(len(looks), sharex=True, squeeze=False)[:, 0]
+        for axis, look in zip(axes, looks, strict=True):
+            axis.plot(1e3 * look.time, look.values, linewidth=0.8)
+            axis.set_ylabel(f"{look.name[:20] or f'column {look.column}'}\n{look.unit}")
+            axis.grid(alpha=0.3)
+        axes[-1].set_xlabel("time, ms")
+        figure.savefig(content, format=name.suffix[1:], dpi=120, metadata={REMARKS[name.suffix]: OURS})
+    write_file(name, content.getvalue())

@@ -17,18 +17,16 @@ from coupling.plots.setup import setup
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
+from coupling.results.waves import NoWave
 from hertzlink.cases.case import Case, run_once
 from hertzlink.cases.faults import of_case
 from hertzlink.cases.running import sensors_of
 from hertzlink.explore.sliders import Slider
-from hertzlink.reports.svg import drawn
+from hertzlink.reports.page import drawn, svg
 from structures.caution import collected
 
 MOST_POINTS = 400
 """Points of a trace: on a page some 800 pixels wide more cannot be seen."""
-
-EVEN = 0.2
-"""Density of the points where the curve is straight, as a part of the mean."""
 
 
 @dataclass
@@ -38,13 +36,12 @@ class Explorer:
     case: Case
     sliders: Sequence[Slider]
     modes: PlateModes | None = None
-    _one_at_a_time: Lock = field(default_factory=Lock)
+    # Structures are kept between runs, so two runs at once would disturb each other.
+    one_at_a_time: Lock = field(default_factory=Lock)
 
     def changed(self, values: Mapping[str, str]) -> Case:
-        """Return the case at values, texts by the sliders' names; those that are missing stay. A ValueError for wrong
-        ones."""
-        sliders = {slider.name: slider for slider in self.sliders}
-        changes = {}
+        """Return the case at values, texts by the sliders' names; those that are missing stay."""
+        sliders, changes = {slider.name: slider for slider in self.sliders}, {}
         for name, text in values.items():
             if name not in sliders:
                 raise ValueError(f"{name[:40]!r}: there is no such slider; reload the page")
@@ -55,41 +52,43 @@ class Explorer:
 
     def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
         """Return what the page shows; raise a ValueError for wrong values, and errors of runs that fail."""
-        # Structures are kept between runs, so two runs at once would disturb each other.
-        with self._one_at_a_time, collected() as findings:
+        with self.one_at_a_time, collected() as findings:
             case = self.changed(values)
             sensor = case.data["measure"]["sensor"]
             sensors_of(case, case)
             began = perf_counter()
             run = self.run(case)
-            waves = reflections(run, sensor)
-            force = sensor_force(run, sensor)
+            waves, force = reflections(run, sensor), sensor_force(run, sensor)
             took = perf_counter() - began
         shown = {"incident": waves.incident, "primary": waves.primary, "secondary": waves.secondary}
+        names = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")
         times, forces = thinned(force)
         return {
             "sensor": sensor,
-            "waves": {name: _wave(wave) for name, wave in shown.items()},
-            "time": times.tolist(),
-            "force": forces.tolist(),
-            "until": case.until,
+            "waves": {
+                kind: {"reason": wave.reason}
+                if isinstance(wave, NoWave)
+                else {name: float(getattr(wave, name)) for name in names if hasattr(wave, name)}
+                for kind, wave in shown.items()
+            },
+            "time": times.tolist(), "force": forces.tolist(), "until": case.until, "took": took,
             "warnings": one_of_each([of_case(finding) for finding in findings]),
-            "took": took,
-        }
+        }  # fmt: skip
 
     def sketch(self, values: Mapping[str, str]) -> dict[str, str]:
-        """Return the set-up at values, as an SVG file."""
-        with self._one_at_a_time, collected():
-            return {"svg": drawn("setup", "", partial(setup, self.simulation(self.changed(values)))).svg}
+        """Return the set-up at values, as SVG."""
+        with self.one_at_a_time, collected():
+            simulation = self.simulation(self.changed(values))
+            return {"svg": svg(drawn("setup", "", partial(setup, simulation)).figure)}
 
     def text(self, values: Mapping[str, str]) -> dict[str, str]:
         """Return the case at values, as a file for `hertzlink run`."""
-        with self._one_at_a_time:
+        with self.one_at_a_time:
             return {"case": self.changed(values).to_toml()}
 
     def close(self) -> None:
         """Wait for the running answer; later ones never begin. A thread that computes must not outlive the program."""
-        self._one_at_a_time.acquire()
+        self.one_at_a_time.acquire()
 
     def run(self, case: Case) -> xr.Dataset:
         """Run the case at some values."""
@@ -110,22 +109,14 @@ def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
     return modes_of([struck_by(case.changed(change).simulation) for change in changes], case.until)
 
 
-def _wave(wave: Any) -> dict[str, Any]:
-    if not wave:
-        return {"reason": wave.reason}
-    names = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")
-    return {name: float(getattr(wave, name)) for name in names if hasattr(wave, name)}
-
-
 def thinned(force: xr.DataArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times and forces for a curve of few points: more of them where it bends, and the greatest and the
-    least force."""
+    """Return times and forces for a curve of few points: more of them where it bends, and the extreme forces."""
     times, values = force.time.values, force.values
     if times.size <= MOST_POINTS:
         return times, values
-    # Straight lines between points are off by bend × distance² / 8.
+    # Straight lines between points are off by bend × distance² / 8. A fifth of the points is spread evenly.
     bend = np.sqrt(np.abs(np.gradient(np.gradient(values))))
-    share = np.cumsum(bend / max(float(bend.mean()), 1e-300) + EVEN)
+    share = np.cumsum(bend / max(float(bend.mean()), 1e-300) + 0.2)
     places = np.searchsorted(share, np.linspace(share[0], share[-1], MOST_POINTS - 2))
     rows = np.unique([*places, values.argmin(), values.argmax()])
     return times[rows], values[rows]

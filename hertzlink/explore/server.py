@@ -4,24 +4,15 @@ import json
 import os
 import socketserver
 import sys
-from collections.abc import Callable
-from functools import cached_property
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from importlib.resources import files
 from secrets import compare_digest, token_urlsafe
 from typing import Any
 from urllib.parse import parse_qsl
 
 from hertzlink.explore.answers import Explorer
-from hertzlink.explore.sliders import plain
+from hertzlink.reports.page import environment
 
 HOME = "127.0.0.1"
-
-MOST_FIELDS = 100
-"""Values of a request."""
-
-FAILURES = (ArithmeticError, RuntimeError, MemoryError)
-"""Errors of runs whose values are allowed; the page shows their message."""
 
 RULES = {
     "Cache-Control": "no-store",
@@ -57,34 +48,15 @@ class Server(ThreadingHTTPServer):
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 
-    @cached_property
-    def sliders(self) -> list[dict[str, Any]]:
-        """The sliders, for the page."""
-        return [
-            {"name": s.name, "label": s.label, "unit": s.unit, "choices": list(s.choices), "whole": s.whole}
-            | {name: plain(getattr(s, name)) for name in ("low", "high", "step")}
-            | {"start": s.start if isinstance(s.start, str) else plain(s.start)}
-            for s in self.explorer.sliders
-        ]
-
     def page(self, nonce: str) -> str:
-        """Return the page."""
-        from jinja2 import Environment, StrictUndefined
-        from markupsafe import Markup
-
-        def part(package: str, name: str) -> Markup:
-            return Markup((files(package) / name).read_text(encoding="utf-8"))
-
-        style = part("hertzlink.reports", "report.css") + part("hertzlink.explore", "page.css")
-        template = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-        return template.from_string(part("hertzlink.explore", "page.html.j2")).render(
-            title=self.title, notes=self.notes, nonce=nonce, style=style, script=part("hertzlink.explore", "page.js"),
-            sliders=self.sliders,
-        )  # fmt: skip
+        """Return the page. nonce: a word that only its own scripts and styles have."""
+        sliders = [slider.for_page() for slider in self.explorer.sliders]
+        template = environment().get_template("explore/page.html.j2")
+        return template.render(title=self.title, notes=self.notes, nonce=nonce, sliders=sliders)
 
 
 class Handler(BaseHTTPRequestHandler):
-    """Answers one request."""
+    """Answers one request. No file is read for it."""
 
     server: Server
     protocol_version = "HTTP/1.1"
@@ -94,36 +66,36 @@ class Handler(BaseHTTPRequestHandler):
     wbufsize, disable_nagle_algorithm = -1, True
 
     def do_GET(self) -> None:
-        """Send the page, or an answer; nothing else is there, and no file is read for a request."""
+        """Send the page, an answer, the sketch or the case."""
         place, _, query = self.path.partition("?")
         try:
-            pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=MOST_FIELDS)
+            given = dict(parse_qsl(query, keep_blank_values=True, max_num_fields=100))
         except ValueError:
-            return self._answer(400, {"error": "too many values"})
-        given = dict(pairs)
+            return self.send_json(400, {"error": "too many values"})
         token = given.pop("token", "").encode()
         if self.headers.get("Host") not in self.server.hosts or not compare_digest(token, self.server.token.encode()):
-            return self._send(403, "text/plain", "Open the address that hertzlink printed, with its token.\n")
+            return self.send_text(403, "text/plain", "Open the address that hertzlink printed, with its token.\n")
         if place == "/":
             nonce = token_urlsafe(16)
-            return self._send(200, "text/html", self.server.page(nonce), nonce)
+            return self.send_text(200, "text/html", self.server.page(nonce), nonce)
         explorer = self.server.explorer
-        if place in (answers := {"/answer": explorer.answer, "/sketch": explorer.sketch, "/case": explorer.text}):
-            return self._run(answers[place], given)
-        return self._send(404, "text/plain", "There is no such page.\n")
-
-    def _run(self, answer: Callable[[dict[str, str]], dict[str, Any]], query: dict[str, str]) -> None:
+        answers = {"/answer": explorer.answer, "/sketch": explorer.sketch, "/case": explorer.text}
+        if place not in answers:
+            return self.send_text(404, "text/plain", "There is no such page.\n")
         try:
-            self._answer(200, answer(query))
+            self.send_json(200, answers[place](given))
         except ValueError as error:
-            self._answer(400, {"error": " ".join(str(error).split())})
-        except FAILURES as error:
-            self._answer(422, {"error": f"the run failed: {' '.join(str(error).split()) or type(error).__name__}"})
+            self.send_json(400, {"error": " ".join(str(error).split())})
+        except (ArithmeticError, RuntimeError, MemoryError) as error:  # of a run whose values are allowed
+            words = " ".join(str(error).split()) or type(error).__name__
+            self.send_json(422, {"error": f"the run failed: {words}"})
 
-    def _answer(self, code: int, data: dict[str, Any]) -> None:
-        self._send(code, "application/json", json.dumps(data, ensure_ascii=False, allow_nan=False))
+    def send_json(self, code: int, data: dict[str, Any]) -> None:
+        """Send numbers and words."""
+        self.send_text(code, "application/json", json.dumps(data, ensure_ascii=False, allow_nan=False))
 
-    def _send(self, code: int, kind: str, text: str, nonce: str = "") -> None:
+    def send_text(self, code: int, kind: str, text: str, nonce: str = "") -> None:
+        """Send text, with rules by which it loads nothing from elsewhere."""
         body = text.encode()
         source = f"'nonce-{nonce}'" if nonce else "'none'"
         policy = (

@@ -83,6 +83,13 @@ class Slider:
         """Return whether a text that can be read is the first value, for which the case stays as it is."""
         return text == self.start if self.choices else Decimal(text) == self.start
 
+    def for_page(self) -> dict[str, Any]:
+        """Return what the page needs to draw it."""
+        numbers = {name: plain(getattr(self, name)) for name in ("low", "high", "step")}
+        start = self.start if isinstance(self.start, str) else plain(self.start)
+        words = {"name": self.name, "label": self.label, "unit": self.unit, "start": start}
+        return words | numbers | {"choices": list(self.choices), "whole": self.whole}
+
     def si(self, value: Decimal) -> float:
         """Return a value of the range in SI units."""
         return float(value * self.size)

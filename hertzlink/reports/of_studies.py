@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.results.findings import findings_of, one_of_each
-from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
-from hertzlink.reports.report import with_setup
-from hertzlink.reports.svg import picture
+from hertzlink.reports.page import Page, Picture, Table, html, usual_facts
+from hertzlink.reports.report import sketch_and_input
 from hertzlink.studies import STUDIES
 from hertzlink.studies.table import Row, footnotes, head_and_cells
 
@@ -24,16 +23,14 @@ def study_report(
     The time that it took, s, is the attribute `time_taken` of the data.
     """
     head, cells = head_and_cells(rows)
-    lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
-    comparison = Table("Numbers of the thesis, of theory and of hertzlink", tuple(head), lines)
+    table = Table("Numbers of the thesis, of theory and of hertzlink", head, cells, [row.reason for row in rows])
+    pictures = [Picture(figure, caption(name, key), key) for key, figure in figures.items()]
+    sketch, texts = sketch_and_input(data)
     took = data.attrs.get("time_taken")
-    results = [
-        Section("Figures", pictures=[picture(figure, key, caption(name, key)) for key, figure in figures.items()]),
-        Section("Comparison", footnotes(rows), tables=[comparison]),
-    ]
-    sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
-    facts = usual_facts(None if took is None else float(took), data.attrs)
-    return html(Page(f"Study {name}", [STUDIES[name].about], sections, facts, remark))
+    page = Page(f"Study {name}", [STUDIES[name].about, *footnotes(rows)], [*pictures, *sketch], [table])
+    page.warnings, page.texts, page.remark = one_of_each(findings_of(data)), texts, remark
+    page.facts = usual_facts(None if took is None else float(took), data.attrs)
+    return html(page)
 
 
 def caption(study: str, figure: str) -> str:

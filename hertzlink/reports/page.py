@@ -1,19 +1,23 @@
-"""The parts of a report, and the page that the template makes of them."""
+"""The parts of a report, and the page that the template makes of them: one file that needs no network."""
 
-from collections.abc import Mapping, Sequence
+import base64
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cache
-from importlib.resources import files
+from io import StringIO
 from typing import TYPE_CHECKING, Any
 
+from coupling.plots.canvas import own_axes
 from coupling.results.provenance import stored, versions
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from matplotlib.figure import Figure
 
-HERE, TEMPLATE, STYLE = "hertzlink.reports", "report.html.j2", "report.css"
-"""The package that holds the template and the style sheet, and their names."""
+WIDTH, HEIGHT = 5.2, 3.3
+"""Size of a figure, inches: its letters can be read on a telephone."""
 
 MOST_OPEN = 12
 """Tables of more rows are folded."""
@@ -21,109 +25,113 @@ MOST_OPEN = 12
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure: SVG that may stand in a page, what it shows, and the same for those who cannot see it."""
+    """A figure of matplotlib, what it shows, and the name of its file. folded: opened by a click."""
 
-    svg: str
+    figure: "Figure"
     caption: str
-    alternative: str
-    width: float
-    """Width at which its letters have their size, CSS pixels."""
-    name: str = ""
-    """That of a file of it."""
-    figure: Any = None
-    """The figure of matplotlib."""
+    name: str
+    folded: bool = False
 
+    @property
+    def address(self) -> str:
+        """The figure itself, as an address inside the page."""
+        return "data:image/svg+xml;base64," + base64.b64encode(svg(self.figure).encode()).decode()
 
-@dataclass(frozen=True)
-class Line:
-    """A row of a table, and a note below it."""
+    @property
+    def width(self) -> float:
+        """Width at which its letters have their size, CSS pixels."""
+        return float(96.0 * self.figure.get_figwidth())
 
-    cells: tuple[str, ...]
-    note: str = ""
+    @property
+    def words(self) -> str:
+        """What it shows, for those who cannot see it: the quantities, and the names of the curves."""
+        said = [self.caption]
+        for axes in self.figure.axes:
+            said.append(" over ".join(filter(None, (axes.get_ylabel(), axes.get_xlabel()))))
+            legend = axes.get_legend() or next(iter(self.figure.legends), None)
+            said += [" ".join(text.get_text().split()) for text in legend.get_texts()] if legend else []
+        return "; ".join(dict.fromkeys(filter(None, said)))
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table: a caption, the names of its columns, and rows whose first cell names them. folded: opened by a click."""
+    """A table of texts; the first cell of a row names it. notes: of each row, what stands below it, "" for nothing."""
 
     caption: str
-    head: tuple[str, ...]
-    rows: Sequence[Line]
-    folded: bool = False
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page under a title: sentences, warnings, pictures, tables, and long text that is folded."""
-
-    title: str
-    sentences: Sequence[str] = ()
-    warnings: Sequence[str] = ()
-    tables: Sequence[Table] = ()
-    pictures: Sequence[Picture] = ()
-    folded: Sequence[tuple[str, str]] = ()
-    """Title and text."""
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    notes: Sequence[str] = ()
 
     @property
-    def empty(self) -> bool:
-        """True if there is nothing to show."""
-        return not (self.sentences or self.warnings or self.tables or self.pictures or self.folded)
+    def folded(self) -> bool:
+        """True for a long table, which a click opens."""
+        return len(self.rows) > MOST_OPEN and not self.notes
 
 
-@dataclass(frozen=True)
+@dataclass
 class Page:
-    """A report."""
+    """A report. The first sentence is the answer; remark: what stands in a box, as for a quick run."""
 
     title: str
-    summary: Sequence[str]
-    sections: Sequence[Section]
-    facts: Sequence[tuple[str, str]] = field(default_factory=list)
+    sentences: list[str] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    warnings: Sequence[str] = ()
+    texts: Sequence[tuple[str, str]] = ()
+    """Titles of long texts that are folded, and the texts."""
+    facts: Sequence[tuple[str, str]] = ()
     remark: str = ""
-    """What stands in a box at the top, as for a quick run."""
-
-    @property
-    def pictures(self) -> list[Picture]:
-        """All pictures."""
-        return [picture for section in self.sections for picture in section.pictures]
 
 
 def html(page: Page) -> str:
-    """Return the page as HTML, with its style. Text is escaped; pictures are SVG of our own making."""
-    from markupsafe import Markup
+    """Return the page as HTML. Text is escaped; the page loads nothing and runs no scripts."""
+    return environment().get_template("reports/report.html.j2").render(page=page)
 
-    sections = [section for section in page.sections if not section.empty]
-    return (
-        _environment()
-        .get_template(TEMPLATE)
-        .render(page=page, sections=sections, style=Markup(_text(STYLE)), safe=Markup)
-    )
+
+@cache
+def environment() -> "Environment":
+    """Return what fills the templates of reports and of the explorer."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("hertzlink", "."), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
 
 
 def usual_facts(took: float | None, attributes: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return when the report was made, the time the computation took (s), and versions: those in the attributes of a
-    result, or of today."""
+    """Return when the report was made, how long the computation took (s), and the versions that a result holds."""
     numbers = stored(attributes.get("versions")) or versions()
     facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
     if took is not None:
         facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
-    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in numbers.items())))
-    return facts
+    return [*facts, ("versions", ", ".join(f"{name} {number}" for name, number in numbers.items()))]
 
 
-def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]], folded: bool | None = None) -> Table:
-    """Return a table of plain rows without notes; a long one is folded, unless it is said."""
-    fold = len(rows) > MOST_OPEN if folded is None else folded
-    return Table(caption, tuple(head), [Line(tuple(row)) for row in rows], fold)
+@contextmanager
+def default_style() -> Iterator[None]:
+    """Draw with matplotlib's default settings: a user's matplotlibrc may need programs that are not installed."""
+    from matplotlib import rc_context, rcdefaults
+
+    with rc_context():
+        rcdefaults()
+        yield
 
 
-@cache
-def _environment() -> "Environment":
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
+def drawn(name: str, caption: str, draw: Callable[[Any], Any], height: float = HEIGHT, folded: bool = False) -> Picture:
+    """Return a figure of one of the plots."""
+    with default_style():
+        ax = own_axes(WIDTH, height)
+        draw(ax)
+    return Picture(ax.get_figure(), caption, name, folded)  # type: ignore[arg-type]
 
-    return Environment(
-        loader=FunctionLoader(_text), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
 
+def svg(figure: "Figure") -> str:
+    """Return a figure as SVG; the same figure gives the same text."""
+    from matplotlib import rcParams
 
-def _text(name: str) -> str:
-    return (files(HERE) / name).read_text(encoding="utf-8")
+    text = StringIO()
+    with default_style():
+        rcParams["svg.hashsalt"] = "hertzlink"
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()

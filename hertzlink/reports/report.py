@@ -1,31 +1,23 @@
-"""Reports of runs, signals, sweeps, identifications and maps."""
+"""The report of a result: its answer in a sentence, the set-up, figures, tables, warnings and the input."""
 
 import json
 from collections.abc import Iterable, Sequence
-from contextlib import nullcontext, suppress
-from dataclasses import replace
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from coupling.files.writing import write_whole
 from coupling.inference.identification import Identification
-from coupling.plots import identified, setup
-from coupling.plots.swept import varied, words_of
+from coupling.plots import setup as sketches
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
-from hertzlink.reports import in_a_sentence, setup_in_words
-from hertzlink.reports.of_identifications import of_identification
-from hertzlink.reports.of_maps import of_map
-from hertzlink.reports.of_runs import of_many, of_one
-from hertzlink.reports.page import Page, Section, Table, html, table, usual_facts
-from hertzlink.reports.svg import drawn
+from hertzlink.output_folder import write_file
+from hertzlink.reports.page import Page, Picture, Table, drawn, html, usual_facts
+from hertzlink.reports.results import critical_page, identification_page, map_page, run_page, sweep_page
 from structures.caution import collected
 from structures.checks import not_negative, short
-
-WANTED = "must be a run, a sweep, a signal, or what identify or map_taps returned, or a Dataset of these"
 
 
 def report(
@@ -36,9 +28,9 @@ def report(
     setup: Any = None,
     took: float | None = None,
 ) -> Path:
-    """Write a report of a result: one HTML page with its input, figures, tables, warnings and versions.
+    """Write a report of a result: one HTML page with its answer, figures, tables, warnings, input and versions.
 
-    The page holds everything: it loads nothing, runs no scripts, and suits screens from 400 pixels on, light and dark.
+    The page loads nothing, runs no scripts, and suits screens from 400 pixels on, light and dark.
 
     Parameters
     ----------
@@ -60,13 +52,6 @@ def report(
     Path
         The file.
 
-    Raises
-    ------
-    ValueError
-        For anything else, and for sensors that the result does not hold.
-    OSError
-        If the file cannot be written.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -80,70 +65,63 @@ def report(
         raise ValueError(f"path = {short(path)}: must be the name of a file")
     if title is not None and not isinstance(title, str):
         raise ValueError(f"title = {short(title)}: must be text")
-    seconds = None if took is None else not_negative("took", took, "s")
-    # Measures that warn of what the result says already must not warn again.
-    with collected() as said:
-        page = page_of(result, title, sensors, setup, seconds, said)
-    file = Path(path)
-    write_whole(file, html(page).encode("utf-8", "replace"))
-    return file
+    page = page_of(result, title, sensors, setup, None if took is None else not_negative("took", took, "s"))
+    write_file(Path(path), html(page).encode("utf-8", "replace"))
+    return Path(path)
 
 
 def page_of(
-    result: Any, title: str | None, sensors: Any, sketched: Any, took: float | None, said: Sequence[str] = (),
+    result: Any,
+    title: str | None = None,
+    sensors: Any = None,
+    setup: Any = None,
+    took: float | None = None,
     yielded: xr.Dataset | None = None,
-) -> Page:  # fmt: skip
-    """Return the page of a result. said: what its measures warned of, known when all are done. yielded: the same run
-    with a law of yielding."""
-    if isinstance(result, xr.Dataset) and "taps" in result.data_vars:
-        data = result
-        name, summary, sections = "Map", *of_map(data)
-    elif isinstance(result, Identification) or (isinstance(result, xr.Dataset) and "verdict" in result):
-        data = identified.dataset_of(result)
-        name, summary, sections = "Identification", *of_identification(data)
-    else:
-        data = result
-        kind = kind_of(data) if isinstance(data, xr.Dataset) else ""
-        if kind not in (RUN, SIGNAL, SWEEP, BATCH):
-            raise ValueError(f"result = {short(result)}: {WANTED}")
-        single = kind in (RUN, SIGNAL)
-        name = {RUN: "Run", SIGNAL: "Measured signal", SWEEP: "Sweep", BATCH: "Batch"}[kind]
-        summary, sections = of_one(data, sensors, yielded) if single else of_many(data, sensors)
-        summary = [*summary, in_a_sentence.DEFINED]
-    warnings = one_of_each([*findings_of(data), *said])
-    parts = with_setup(sections, data, sketched, warnings)
-    return Page(title or name, summary, parts, usual_facts(took, data.attrs))
+    tables: Sequence[Table] = (),
+) -> Page:
+    """Return the page of a result. yielded: the same with contacts that yield. tables: of a case, before the others."""
+    data = result.to_dataset() if isinstance(result, Identification) else result
+    kind = kind_of(data) if isinstance(data, xr.Dataset) else ""
+    # Measures warn of what the result says already, or what its page will say.
+    with collected() as said:
+        if not isinstance(data, xr.Dataset):
+            page = None
+        elif "taps" in data:
+            page = map_page(data)
+        elif "verdict" in data:
+            page = identification_page(data)
+        elif "bracket" in data:
+            page = critical_page(data, yielded)
+        elif kind in (SWEEP, BATCH) or "amplitude_ratio" in data:
+            page = sweep_page(data, sensors)
+        elif kind in (RUN, SIGNAL):
+            page = run_page(data, sensors, yielded)
+        else:
+            page = None
+        if page is None:
+            raise ValueError(
+                f"result = {short(result)}: must be a run, a sweep, a signal, or what identify or map_taps returned, "
+                "or a Dataset of these"
+            )
+        sketch, page.texts = sketch_and_input(data, setup)
+    page.title = title or page.title
+    page.pictures[:0] = sketch
+    page.tables[:0] = tables
+    page.warnings = one_of_each([*findings_of(data), *said])
+    page.facts = usual_facts(took, data.attrs)
+    return page
 
 
-def with_setup(
-    sections: Sequence[Section],
-    data: xr.Dataset,
-    sketched: Any = None,
-    warnings: Sequence[str] = (),
-    first: bool = True,
-) -> list[Section]:
-    """Return all sections: warnings, the results, among whose first pictures is a sketch of the set-up, and the input.
-
-    sketched: what to sketch where the Dataset does not hold it. first: whether the sketch comes before other pictures.
-    """
-    source = data if sketched is None else sketched
-    inputs: dict[str, Any] = {}
-    with nullcontext() if sketched is not None else suppress(ValueError):
-        inputs = setup.described_input(source, "setup")
-    results, *others = sections
-    tables: list[Table] = []
-    if inputs:
-        sketch = drawn("setup", "The set-up to scale.", lambda ax: setup.setup(source, ax))
-        pictures = [sketch, *results.pictures] if first else [*results.pictures, sketch]
-        results = replace(results, pictures=pictures)
-        rows = [(words_of(data[name]), values) for name, values in varied(data).items()]
-        tables = [table("Varied", ("parameter", "values"), rows)] if rows else []
-        tables += setup_in_words.input_tables(inputs, " of the first run" if rows else "")
-    return [Section("Warnings", warnings=warnings), results, *others, Section("Set-up", tables=tables), of_input(data)]
-
-
-def of_input(data: xr.Dataset) -> Section:
-    """Return the whole input as it is in the Dataset."""
-    inputs = stored(data.attrs.get("input"))
-    text = json.dumps(folded(inputs), indent=1, ensure_ascii=False)
-    return Section("Input", folded=[("The whole input, as the result holds it", text)] if inputs else [])
+def sketch_and_input(data: xr.Dataset, setup: Any = None) -> tuple[list[Picture], list[tuple[str, str]]]:
+    """Return a sketch of the set-up, if it is known, and the input that a result holds as texts with titles."""
+    pictures = list[Picture]()
+    source = data if setup is None else setup
+    if setup is not None:
+        sketches.described_input(setup, "setup")  # refuses what cannot be drawn
+    with suppress(ValueError):  # of data that do not hold it
+        sketches.described_input(source)
+        pictures = [drawn("setup", "The set-up to scale.", lambda ax: sketches.setup(source, ax))]
+    texts = [("The case", str(data.attrs["case"]))] if "case" in data.attrs else []
+    if inputs := stored(data.attrs.get("input")):
+        texts.append(("The whole input, in SI units", json.dumps(folded(inputs), indent=1, ensure_ascii=False)))
+    return pictures, texts

@@ -31,8 +31,9 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
 
 def users_folder() -> Path:
     """Return where this user keeps compiled kernels: NUMBA_CACHE_DIR, or else a folder of the cache."""
-    if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
-        return Path(numba.config.CACHE_DIR).absolute()  # type: ignore[attr-defined]
+    # Not numba.config.CACHE_DIR, which a file of settings in the current folder sets: kernels are unpickled.
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(chosen).absolute()
     return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "hertzlink").expanduser()
 
 

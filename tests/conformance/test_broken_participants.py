@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from hertzlink.conformance import checks
+from hertzlink import conformance as checks
 
 FLAT = hl.Surface(hl.STEEL_440C)
 
@@ -228,13 +228,21 @@ def test_inertia_and_compliance_are_those_of_the_mass_and_the_spring() -> None:
     assert compliance == pytest.approx(1.0 / Sound.stiffness, rel=0.1)
 
 
+class FailsUnderStrongForces(Sound):
+    """Answers without a number above 200 N, which the forces of light beads never reach."""
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, answer = super().advance(state, force, window)
+        return end, answer if abs(force) < 200.0 else float("nan")
+
+
 FAULTS = {
     ChangesTheOldState: "repeatable",
     KeepsAState: "independent",
     DiffersByInstance: "deterministic",
     HoldsAFunction: "pickles",
     FirstOrder: "splits",
-    EndsInNoNumber: "finite",
+    FailsUnderStrongForces: "finite",
     LiesElsewhere: "at rest",
     FeedsEnergy: "passive",
 }
@@ -250,7 +258,12 @@ def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> No
         CHECKS[name](broken)
 
 
-@pytest.mark.parametrize("returned", [None, (0.0, 0.0, 0.0)])
+def test_an_answer_without_a_number_is_caught_in_later_windows() -> None:
+    with pytest.raises(AssertionError, match="returned a displacement of nan m"):
+        checks.check_finite(EndsInNoNumber())
+
+
+@pytest.mark.parametrize("returned", [None, (0.0, 0.0, 0.0), (0.0, np.zeros(1))])
 @pytest.mark.parametrize("name", CHECKS)
 def test_what_is_no_answer_is_told_as_in_a_run(name: str, returned: Any) -> None:
     class Mute(Sound):
@@ -259,6 +272,19 @@ def test_what_is_no_answer_is_told_as_in_a_run(name: str, returned: Any) -> None
 
     with pytest.raises(AssertionError, match=r"Mute\.advance returned .*: must be \(state, displacement in m\)"):
         CHECKS[name](Mute)
+    with pytest.raises(ValueError, match=r"Mute\.advance returned .*: must be \(state, displacement in m\)"):
+        run_of(Mute())
+
+
+def test_a_participant_without_a_surface_is_told_as_in_a_run() -> None:
+    class Bare:
+        start, advance = Sound.start, Sound.advance
+
+    message = "structure = Bare: lacks surface; must be a Structure"
+    with pytest.raises(AssertionError, match=message):
+        checks.check_structure(Bare)
+    with pytest.raises(ValueError, match=message):
+        run_of(Bare())
 
 
 def test_random_answers_are_neither_repeatable_nor_deterministic() -> None:

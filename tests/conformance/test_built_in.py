@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from hertzlink.conformance import checks
+from hertzlink import conformance as checks
 from structures.damping import Rayleigh, StandardLinearSolid, damped
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

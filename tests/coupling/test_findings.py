@@ -9,7 +9,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.findings import findings_of, gathered, kind, one_of_each, with_warnings
-from hertzlink.terminal import _format_warning
+from hertzlink.terminal import format_warning
 from structures.caution import caution
 
 BEAD = hl.Sphere(4e-3, hl.STEEL_316)
@@ -76,5 +76,5 @@ def test_an_error_in_a_sweep_brings_the_warnings_before_it() -> None:
 
 
 def test_the_command_line_warns_on_one_line() -> None:
-    assert _format_warning("a:\n b", hl.HertzlinkWarning, "file.py", 3) == "hertzlink: warning: a: b\n"
-    assert "file.py:3: UserWarning: a" in _format_warning("a", UserWarning, "file.py", 3)
+    assert format_warning("a:\n b", hl.HertzlinkWarning, "file.py", 3) == "hertzlink: warning: a: b\n"
+    assert "file.py:3: UserWarning: a" in format_warning("a", UserWarning, "file.py", 3)

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from hertzlink import _described as _described
 from hertzlink.cases.case import Case
 from hertzlink.cases.model import SIMULATION, case_model
 from hertzlink.quantities import Count, OneOf, Quantity
-from hertzlink.reports import setup_in_words
 from structures import described as described_module
 from structures.described import Described, description, registered
 
@@ -102,10 +102,6 @@ def test_an_entry_of_a_structure_or_a_wall_stands_in_one_place() -> None:
         # A plate may leave out its thickness, where it has a wall; a layer that is damped is a number; `foundation`
         # takes the quantity of Foundation.
         assert not by_hand & names - {"thickness", "layer", "foundation"}, file
-
-
-def test_a_report_has_no_unit_of_its_own_for_a_parameter() -> None:
-    assert not set(setup_in_words.UNITS) & {name for one in ours() for name in one.units}
 
 
 def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:

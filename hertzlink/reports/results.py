@@ -1,0 +1,395 @@
+"""What a report shows of each kind of result: sentences, figures and tables."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.inference.identification import AT_END, BLIND, IDENTIFIED, NUISANCE, Unknown, unknowns_of
+from coupling.inference.tap_maps import MEASURED
+from coupling.plots import traces
+from coupling.plots.canvas import COLOURS, from_zero, in_words, legend_below, styled
+from coupling.plots.identified import identified
+from coupling.plots.mapped import mapped
+from coupling.plots.swept import MOST_CURVES, label_of, parameter, swept, varied, words_of
+from coupling.results.ar_and_tof import UNCERTAINTY, amplitude_ratio, reflections, time_of_flight
+from coupling.results.measures import energy_error
+from coupling.results.reading import Reading
+from coupling.results.schema import RUN, kind_of, unit_of
+from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave
+from hertzlink.reports.page import WIDTH, Page, Picture, Table, drawn
+from structures.checks import count_of
+from structures.units import handy
+
+MOST_ROWS, MOST_PICTURES = 60, 4
+"""Rows of a table and figures of a measure; the files beside a report hold all."""
+
+DEFINED = (
+    "AR, the amplitude ratio, is the peak force of a reflected wave over that of the incident wave. TOF, the time of "
+    "flight, is the time between these two peaks. Both are read at a sensor: the mean of the two contact forces of a "
+    "bead. Bead 1 is the struck one."
+)
+
+FRESH_SPOT = (
+    "The first tap on a fresh spot dents the metal, which takes energy from the wave: there the values with yielding "
+    "hold. Where earlier taps of the same strength have dented the spot, contacts are elastic."
+)
+
+
+def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) -> Page:
+    """Return the page of a run or a signal. yielded: the same run with contacts that yield."""
+    reading, is_run = Reading(data), kind_of(data) == RUN
+    numbers = traces.sensors_of(reading, sensors)
+    page = Page("Run" if is_run else "Measured signal")
+    several = data.sizes.get("chain", 1) > 1
+    for i in range(data.sizes["chain"]) if several else [None]:
+        who = "" if i is None else f" of chain {i}"
+        one = data if i is None else data.isel(chain=i)
+        fresh = yielded if i is None or yielded is None else yielded.isel(chain=i)
+        page.sentences.append(f"At bead {numbers[0]}{who} {waves_in_words(one, numbers[0])}.")
+        if fresh is not None:
+            page.sentences.append(f"On a fresh spot, where the metal yields, {waves_in_words(fresh, numbers[0])}.")
+
+        def forces(ax: Any, one: xr.Dataset = one, fresh: xr.Dataset | None = fresh) -> None:
+            traces.traces(one, numbers, ax)
+            if fresh is not None:
+                traces.on_a_fresh_spot(fresh, numbers, ax)
+
+        name, beads = "" if i is None else f"-chain-{i}", ", ".join(map(str, numbers))
+        words = f"Force at bead{'s' * (len(numbers) > 1)} {beads}{who}, and its waves."
+        page.pictures.append(drawn(f"traces{name}", words, forces))
+        if is_run and not Reading(one).at_sensors:
+            words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
+            page.pictures.append(drawn(f"map{name}", words, partial(show, traces.contact_map, one)))
+        words = f"Amplitude spectrum of the force at bead {numbers[0]}{who}."
+        with suppress(ValueError):  # of clipped samples, which the table names
+            spectrum = partial(show, traces.spectrum, one, numbers[0])
+            page.pictures.append(drawn(f"spectrum{name}", words, spectrum, folded=True))
+        rows = [row for number in numbers for row in wave_rows(one, number)]
+        if fresh is not None:
+            rows += [row for number in numbers for row in wave_rows(fresh, number, ", fresh spot")]
+        head = "sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark"
+        page.tables.append(Table(f"AR and TOF at the sensors{who}", head, rows))
+        if budgets := json.loads(one.attrs.get(UNCERTAINTY, "{}")):
+            shares = [row for budget in budgets.values() for row in budget["rows"]]
+            columns = "measure", "value ± standard uncertainty", "shares of the variance"
+            page.tables.append(Table("What uncertain parameters do to AR and TOF", columns, shares))
+    page.sentences += [FRESH_SPOT] * (yielded is not None) + [DEFINED]
+    length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {count_of(reading.time.size, 'sample')}"
+    record = f"The record is {'simulated' if is_run else 'measured'}: {length}."
+    if is_run and "kinetic_energy" in data:
+        record += f" The energy changes by {float(energy_error(data)):.1g} of the impact energy."
+        words = "Where the energy is over time. The sum must not change."
+        page.pictures.append(drawn("energy", words, partial(show, traces.energy, data), folded=True))
+    page.sentences.append(record)
+    return page
+
+
+def show(plot: Any, *given: Any) -> None:
+    """Call a plot with the data first and the axes last."""
+    *data, ax = given
+    plot(*data, ax=ax)
+
+
+def waves_in_words(data: xr.Dataset, sensor: int) -> str:
+    """Return AR and TOF of the reflected waves, or why there are none."""
+    try:
+        waves = reflections(data, sensor)
+    except ValueError as error:
+        return f"no AR and TOF can be read: {error}"
+    if isinstance(waves.primary, NoWave):
+        return f"no reflected wave is found: {waves.primary.reason}"
+    found = {name: wave.texts for name, wave in waves._asdict().items() if isinstance(wave, ReflectedWave)}
+    return " and ".join(
+        f"the {name} wave has AR {ratio} and TOF {flight} µs" for name, (ratio, flight) in found.items()
+    )
+
+
+def wave_rows(data: xr.Dataset, sensor: int, spot: str = "") -> Iterator[tuple[str, ...]]:
+    """Yield a row for each wave at a sensor. spot: which, in words."""
+    try:
+        waves = reflections(data, sensor)
+    except ValueError as error:
+        yield f"bead {sensor}", "", "", "", "", str(error)
+        return
+    for name, wave in zip(waves._fields, waves, strict=True):
+        words = f"bead {sensor}, {name}{spot}"
+        if isinstance(wave, NoWave):
+            yield words, "", "", "", "", f"none; {wave.reason}"
+            continue
+        texts, remarks = ("", ""), list[str]()
+        if isinstance(wave, ReflectedWave):
+            texts = wave.texts
+            remarks = [f"begins at the {wave.begins}"] * (wave.begins != "unknown")
+            remarks += [ABOVE_ONE] * (wave.amplitude_ratio > 1.0)
+        yield words, f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}", *texts, "; ".join(remarks)
+
+
+def sweep_page(data: xr.Dataset, sensors: Any = None) -> Page:
+    """Return the page of a sweep or a batch, with all forces or with AR and TOF alone."""
+    page, kept = Page("Sweep"), "amplitude_ratio" in data
+    numbers = [int(number) for number in data.sensor.values] if kept else traces.sensors_of(Reading(data), sensors)
+    for number in numbers:
+        runs = data.sel(sensor=number) if kept else data
+        measured = dict[str, xr.DataArray]()
+        for wave, prefix in (("primary", ""), ("secondary", "secondary_")):
+            for name, factor, measure in (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight)):
+                values = runs[prefix + measure.__name__] if kept else measure(runs, number, wave)
+                measured[f"{wave} {name}"] = factor * values
+        ratio = measured["primary AR"]
+        page.sentences.append(f"{range_in_words(ratio, number)}.")
+        for wave in ("primary", "secondary"):
+            if bool(measured[f"{wave} AR"].notnull().any()):
+                page.pictures += swept_pictures(runs, ratio, number, wave)
+            else:
+                page.sentences.append(f"No run has a {wave} wave at bead {number}.")
+
+        rows = []
+        for place in islice(np.ndindex(*ratio.shape), MOST_ROWS):
+            cells = [float(values.values[place]) for values in measured.values()]
+            texts = ["none" if np.isnan(cell) else f"{cell:.5g}" for cell in cells]
+            rows.append([*point_in_words(ratio, place).values(), *texts])
+        left = f" of {MOST_ROWS} of {ratio.size} runs" if ratio.size > MOST_ROWS else ""
+        head = [*(words_of(ratio[name]) for name in ratio.dims), *measured]
+        page.tables.append(Table(f"AR and TOF at bead {number}{left}", head, rows))
+    over = "; ".join(f"{words_of(data[name])} ({values})" for name, values in varied(data).items())
+    page.sentences += [f"Varied: {over}."] * bool(over) + [DEFINED]
+    return page
+
+
+def range_in_words(ratio: xr.DataArray, sensor: int) -> str:
+    """Return between which values AR lies, and where."""
+    values = ratio.values
+    if not np.isfinite(values).any():
+        return f"No run has a primary wave at bead {sensor}"
+    ends = []
+    for index in (np.nanargmin(values), np.nanargmax(values)):
+        place = np.unravel_index(index, values.shape)
+        where = ", ".join(f"{name} {value}" for name, value in point_in_words(ratio, place).items())
+        ends.append(f"{values[place]:.3f}" + f" ({where})" * bool(where))
+    missing = int(np.isnan(values).sum())
+    without = f"; {count_of(missing, 'run has', 'runs have')} no such wave" if missing else ""
+    return f"AR of the primary wave at bead {sensor} lies between {ends[0]} and {ends[1]}{without}"
+
+
+def point_in_words(values: xr.DataArray, place: Any) -> dict[str, str]:
+    """Return the parameters of a point as texts with units, by their names in words."""
+    texts = {}
+    for name, i in zip(values.dims, place, strict=True):
+        factor, unit = parameter(values[name])
+        value = values[name].values[i]
+        text = f"{factor * value:.5g} {unit}".rstrip() if np.isreal(value) else str(value)
+        texts[words_of(values[name])] = text
+    return texts
+
+
+def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str) -> Iterator[Picture]:
+    """Yield AR and TOF over the parameter of the most values, with curves for another one; a figure for each
+    combination of the rest."""
+    names = sorted(map(str, ratio.dims), key=lambda name: (ratio[name].dtype.kind not in "iuf", -ratio.sizes[name]))
+    if not names:
+        return
+    curves = next((name for name in names[1:] if 1 < ratio.sizes[name] <= MOST_CURVES), None)
+    fixed = [name for name in names[1:] if name != curves]
+    combinations = product(*(range(ratio.sizes[name]) for name in fixed))
+    for place in islice(combinations, MOST_PICTURES):
+        part = runs.isel(dict(zip(fixed, place, strict=True)))
+        where = "".join(
+            f", {words_of(ratio[name])} {point_in_words(ratio[name], [i])[words_of(ratio[name])]}"
+            for name, i in zip(fixed, place, strict=True)
+        )
+        for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
+            name = "-".join([measure, wave, str(sensor), *map(str, place)])
+            of_forces = None if "amplitude_ratio" in part else sensor
+            draw = partial(show, swept, part, of_forces, measure, names[0], wave)
+            yield drawn(name, f"{words} of the {wave} wave at bead {sensor}{where}.", draw)
+
+
+def critical_page(data: xr.Dataset, yielded: xr.Dataset | None = None) -> Page:
+    """Return the page of a critical distance, for each combination of the other parameters."""
+    page = Page("Critical distance")
+    critical, words = data.critical_distance, words_of(data.distance)
+    spots = (
+        {"on elastic contacts": data} if yielded is None else {"on elastic contacts": data, "on a fresh spot": yielded}
+    )
+    unit, rows = parameter(data.distance)[1], list[list[str]]()
+    for number, place in enumerate(np.ndindex(*critical.shape)):
+        at = point_in_words(critical, place)
+        where = f", for {', '.join(f'{name} {value}' for name, value in at.items())}" if at else ""
+        curves, found = dict[str, xr.Dataset](), list[str]()
+        for spot, runs in spots.items():
+            curves[spot] = curve = runs.isel(dict(zip(critical.dims, place, strict=True)))
+            distance, between = bracket_in_words(curve)
+            rows.append([*at.values(), spot, distance, between, f"{float(curve.far_value):.4f}"])
+            found.append(f"beyond {distance} {unit} ({between} {unit})" + f" {spot}" * (len(spots) > 1))
+        what = "The edge" if "distance" in words else f"{words[:1].upper()}{words[1:]}"
+        page.sentences.append(f"{what} has no influence {', '.join(found)}{where}.")
+        if number < MOST_PICTURES:
+            name = "-".join(["critical-distance", *map(str, place)])
+            draw = partial(draw_critical, curves)
+            page.pictures.append(drawn(name, f"AR over {words}{where}, and the critical distance.", draw))
+    parameters = [words_of(critical[name]) for name in critical.dims]
+    head = [*parameters, "contacts", f"critical distance ({unit})", f"between ({unit})", "AR far away"]
+    page.tables.append(Table("Critical distances", head, rows))
+    page.sentences += [FRESH_SPOT] * (yielded is not None) + [DEFINED]
+    return page
+
+
+def bracket_in_words(curve: xr.Dataset) -> tuple[str, str]:
+    """Return the distance beyond which AR keeps its value, and those of the two runs around it."""
+    factor = parameter(curve.distance)[0]
+    low, high = factor * curve.bracket.values.ravel()
+    if not np.isfinite(high):
+        return f"more than {low:.4g}", "the distances or the record end there"
+    distance = f"{factor * float(curve.critical_distance):.4g}"
+    return distance if low > 0.0 else f"less than {distance}", f"{low:.4g} to {high:.4g}"
+
+
+def draw_critical(curves: dict[str, xr.Dataset], ax: Any) -> None:
+    """Draw the runs of each curve over the distance, and the bracket of its critical distance."""
+    for colour, (spot, curve) in zip(COLOURS, curves.items(), strict=False):
+        factor, unit = parameter(curve.distance)
+        runs = curve.isel(distance=curve.sampled.values.astype(bool))
+        ax.plot(
+            factor * runs.distance, runs.amplitude_ratio, "o-", color=colour, markersize=4, linewidth=1.1, label=spot
+        )
+        low, high = factor * curve.bracket.values.ravel()
+        if np.isfinite([low, high]).all():
+            words = f"critical, {spot}: {low:.4g} to {high:.4g} {unit}"
+            ax.axvspan(low, high, color=colour, alpha=0.35, label=words)
+    from_zero(ax)
+    styled(ax, label_of(curve.distance), "amplitude ratio AR")
+    legend_below(ax)
+
+
+def identification_page(data: xr.Dataset) -> Page:
+    """Return what was found, how far it is known, and whether the model explains the signal."""
+    page = Page("Identification")
+    unknowns = unknowns_of(data)
+    size = f"its residual is {float(data.attrs['misfit']):.3g} times the noise"
+    if data.attrs["explained"]:
+        found = ", ".join(unknown_in_words(unknown) for unknown in unknowns if unknown.verdict != NUISANCE)
+        page.sentences += [f"{found[:1].upper()}{found[1:]}.", f"The model explains the signal: {size}."]
+    else:
+        page.sentences.append(f"No value can be trusted: the model does not explain the signal, {size}.")
+        page.sentences.append("Mend the model first: a wrong model biases values by more than any interval.")
+    read: dict[str, Any] = json.loads(str(data.attrs.get("input", "{}"))).get("identify", {}).get("signal") or {}
+    file = str(read.get("signal", "arrays"))
+    page.sentences.append(
+        f"{int(data.attrs['runs'])} runs" + f" were fitted to the signal of {file}" * (file != "arrays") + "."
+    )
+
+    rows = [unknown.row() for unknown in unknowns]
+    page.tables.append(Table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), rows))
+    if data.sizes.get("mode", 0) > 1:
+        fits = data.modes.values[1:] / [unknown.unit_size for unknown in unknowns]
+        caption = "Other fits that the noise does not exclude"
+        page.tables.append(Table(caption, [one.head for one in unknowns], [[f"{x:.4g}" for x in fit] for fit in fits]))
+    entries = [(in_words(name), str(value)) for name, value in read.items() if value not in (None, "", {}, [])]
+    if entries and "time" in data.dims:
+        step = float(data.time[-1] - data.time[0]) / (data.time.size - 1)
+        length = f"{1e-6 / step:.6g} MHz, {1e3 * step * (data.time.size - 1):.6g} ms"
+        entries.append(("samples", f"{data.time.size}, {length}"))
+        page.tables.append(Table("The signal, and how it was read", ("entry", "value"), entries))
+
+    for number in np.atleast_1d(data.sensor.values).astype(int).tolist() if "time" in data.dims else []:
+        words = f"Fitted over measured force at bead {number}."
+        page.pictures.append(drawn(f"fit-{number}", words, partial(show, identified, data, "fit", number)))
+        words = f"What the fit leaves at bead {number}, in units of the noise."
+        draw = partial(show, identified, data, "residual", number)
+        page.pictures.append(drawn(f"residual-{number}", words, draw, folded=True))
+    draw = partial(show, identified, data, "intervals")
+    page.pictures.append(drawn("intervals", "How well each unknown is known.", draw, 1.4 + 0.42 * len(unknowns)))
+    words = "Correlations: unknowns near 1 or −1 cannot be told apart."
+    draw = partial(show, identified, data, "correlation")
+    page.pictures.append(drawn("correlation", words, draw, WIDTH - 1.0, folded=True))
+    return page
+
+
+def unknown_in_words(unknown: Unknown) -> str:
+    """Return a value with its interval, or that the signal does not determine it."""
+    name = in_words(unknown.name.split(".")[-1])
+    if not unknown.unit and (unit := unit_of(unknown.name)):  # of a builder's argument its name says it
+        factor, unit = handy([unknown.value], unit)
+        unknown = replace(unknown, unit=unit, unit_size=1.0 / factor)
+    _, value, interval, _ = unknown.row()
+    if unknown.verdict == BLIND:
+        return f"{name} not determined by the signal"
+    end = ", at the end of its range" if unknown.verdict == AT_END else ""
+    return f"{name} {value} {unknown.unit}".rstrip() + f" ({interval}){end}"
+
+
+def map_page(data: xr.Dataset) -> Page:
+    """Return what differs at which points, and maps with their table."""
+    page = Page("Map")
+    wanted = [str(name) for name in data.unknown.values if NUISANCE not in data.verdict.sel(unknown=name).values]
+    count = data.sizes["point"]
+    for name in wanted:
+        page.sentences.append(difference_in_words(data.sel(unknown=name), name))
+        for what, words in (("value", "values"), ("error", "half of the 95 % intervals")):
+            draw = partial(show, mapped, data, name, what)
+            page.pictures.append(drawn(f"{name}-{what}".replace(".", "-"), f"{in_words(name)}: {words}.", draw, 4.4))
+    verdicts = [
+        ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row))
+        for row in data.verdict.sel(unknown=wanted).values.tolist()
+    ]
+    counts = ", ".join(f"{many} {verdict}" for verdict, many in Counter(verdicts).items())
+    page.sentences.append(f"{count_of(count, 'point')}: {counts}.")
+    along = [f"{axis} ({data[axis].attrs['unit']})" for axis in "xy"]
+    rows, failed = [], []
+    for k in range(count):
+        point = data.isel(point=k)
+        place = [f"{float(point[axis]) / data[axis].attrs['size']:g}" for axis in "xy"]
+        cells = [one.row()[1:3] for one in map_unknowns(point, wanted)]
+        rows.append(
+            [*place, str(int(point.taps)), *(f"{value} ({interval})" for value, interval in cells), verdicts[k]]
+        )
+        if str(point.error.item()):
+            failed.append([*place, str(point.files.item()), str(point.error.item())])
+    heads = [f"{in_words(one.name)} ({one.unit})" for one in map_unknowns(data.isel(point=0), wanted)]
+    page.tables.append(Table("Points", [*along, "taps", *heads, "verdict"], rows))
+    if failed:
+        page.tables.append(Table("Points that failed", [*along, "files", "reason"], failed))
+    return page
+
+
+def map_unknowns(point: xr.Dataset, names: list[str]) -> Iterator[Unknown]:
+    """Yield the unknowns at a point of a map."""
+    for one in (point.sel(unknown=name) for name in names):
+        interval = float(one.low), float(one.high)
+        unit, size = str(one.unit.item()), float(one.unit_size)
+        yield Unknown(str(one.unknown.item()), float(one.value), interval, str(one.verdict.item()), None, unit, size)
+
+
+def difference_in_words(one: xr.Dataset, name: str) -> str:
+    """Return at how many points an unknown differs from the median by more than its interval and the usual scatter."""
+    words, unit = in_words(name.split(".")[-1]), str(one.unit.item())
+    known = np.isin(one.verdict.values, (IDENTIFIED, MEASURED))
+    value, half = (
+        numbers[known] / float(one.unit_size) for numbers in (one.value.values, (one.high - one.low).values / 2.0)
+    )
+    if not value.size:
+        return f"No point has a {words} to rely on."
+    middle = float(np.median(value))
+    scatter = 1.4826 * float(np.median(abs(value - middle)))  # that of a normal distribution, from its median
+    away = value - middle
+    other = abs(away) > np.maximum(3.0 * scatter, np.nan_to_num(2.0 * half))
+    sides = {"lower": away[other & (away < 0.0)], "higher": away[other & (away > 0.0)]}
+    if name.endswith("thickness"):
+        sides = {"thinner": sides["lower"], "thicker": sides["higher"]}
+    texts = []
+    for side, sizes in sides.items():
+        if sizes.size:
+            least, most = (f"{size:.2g}" for size in (abs(sizes).min(), abs(sizes).max()))
+            by = least if least == most else f"{least} to {most}"
+            texts.append(f"{sizes.size} of {value.size} points are {by} {unit} {side}")
+    if texts:
+        return f"{' and '.join(texts)} than the median {words} of {middle:.4g} {unit}."
+    return f"All {value.size} points agree in {words}: {middle:.4g} {unit}, with a scatter of {scatter:.1g} {unit}."
