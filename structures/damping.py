@@ -15,7 +15,7 @@ from scipy import sparse
 from structures.bodies.rod import Layer, rod_parts
 from structures.checks import instance
 from structures.described import described, described_as, description
-from structures.linear_algebra.factor import check_definite, symmetric
+from structures.linear_algebra.factor import check_definite, numbers, symmetric
 from structures.material import Material
 from structures.maxwell import maxwell_arms, root_of, with_arms
 from structures.quantities import Likely, Quantity, Rate, RelaxationTime, Share, Time, WhichModulus
@@ -278,10 +278,7 @@ def _part(structure: Structure, part: Any) -> sparse.csr_array:
         part = parts[part]
     arms = maxwell_arms(structure)
     body = np.arange(structure.size) if arms is None else arms.body
-    try:
-        matrix = sparse.csr_array(part if sparse.issparse(part) else np.atleast_2d(np.asarray(part, dtype=float)))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"part = {part!r}: must be a matrix, or the number of a layer") from error
+    matrix = sparse.csr_array(part if sparse.issparse(part) else np.atleast_2d(numbers("part", part)))
     if matrix.shape != (body.size, body.size):
         raise ValueError(f"part has shape {matrix.shape}: must be ({body.size}, {body.size}), as the stiffness has")
     if not np.isfinite(matrix.data).all() or abs(matrix - matrix.T).max() > 1e-9 * abs(matrix).max():
