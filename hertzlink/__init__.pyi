@@ -70,14 +70,14 @@ from plates.additions import PointMass as PointMass
 from plates.additions import Prestress as Prestress
 from plates.additions import Stiffener as Stiffener
 from plates.additions import Weakened as Weakened
-from plates.additions import thermal_prestress as thermal_prestress
 from plates.beam import beam as beam
 from plates.builders import kirchhoff_plate as kirchhoff_plate
 from plates.builders import mindlin_panel as mindlin_panel
 from plates.builders import mindlin_plate as mindlin_plate
 from plates.critical_distance import critical_distance_law as critical_distance_law
 from plates.half_plane import half_plane as half_plane
-from plates.infinite import infinite_plate as infinite_plate
+from plates.half_plane import infinite_plate as infinite_plate
+from plates.impact import critical_distance_bounds as critical_distance_bounds
 from plates.laminate import Laminate as Laminate
 from plates.laminate import OrthotropicMaterial as OrthotropicMaterial
 from plates.laminate import Ply as Ply
@@ -89,7 +89,6 @@ from plates.shapes.outline import Outline as Outline
 from plates.shapes.outline import circle as circle
 from plates.support import ElasticEdge as ElasticEdge
 from plates.support import Supports as Supports
-from plates.theory.impact import critical_distance_bounds as critical_distance_bounds
 from structures.bodies.cylinder import layered_cylinder as layered_cylinder
 from structures.bodies.rod import Layer as Layer
 from structures.bodies.rod import rod as rod

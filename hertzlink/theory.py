@@ -1,8 +1,9 @@
 """Closed forms for contacts, waves in chains and rods, and impacts."""
 
 from particles.solitary import UniformChain as UniformChain
-from plates.theory import zener as _zener
-from plates.theory.impact import PlateImpact as PlateImpact
+from plates.impact import PlateImpact as PlateImpact
+from plates.impact import zener_contact_time as zener_contact_time
+from plates.impact import zener_restitution as zener_restitution
 from structures.bodies import layers as _layers
 from structures.bodies.anisotropy import indentation_modulus as indentation_modulus
 from structures.bodies.anisotropy import orthotropic_stiffness as orthotropic_stiffness
@@ -13,8 +14,6 @@ from structures.surface import hertz_pressure as hertz_pressure
 from structures.surface import hertz_stiffness as hertz_stiffness
 from structures.surface import yield_pressure as yield_pressure
 
-zener_contact_time = _zener.contact_time
-zener_restitution = _zener.restitution
 primary_amplitude_ratio = _layers.amplitude_ratio
 layer_stiffness = _layers.axial_stiffness
 hertz_contact_time = _layers.contact_time

@@ -15,34 +15,17 @@ from structures.described import described
 from structures.fineness import default_frequency
 from structures.linear_algebra.factor import is_definite
 from structures.material import Material, check_stress
-from structures.quantities import (
-    Asks,
-    BendingStiffness,
-    Force,
-    Frequency,
-    MassPerLength,
-    OneOf,
-    Place,
-    Quantity,
-    Side,
-)
+from structures.quantities import Asks, BendingStiffness, Force, Frequency, MassPerLength, OneOf, Place, Quantity, Side
 from structures.structure import Structure
 from structures.surface import Surface
 from structures.units import readable
 
 ENDS = ("clamped", "simple", "free", "symmetry")
 End = Annotated[str, OneOf(*ENDS)]
-
 GroundStiffness = Annotated[float, Quantity("N/m²", "a stiffness per length", "1e7 N/m^2", or_zero=True)]
-
-HARD_GROUND = 10.0
-"""Stiffness of the ground per length over the modulus of the beam: no ground is so hard."""
-
-FEWEST_WAVES = 4.0
-"""Waves along the beam that the mesh resolves at least."""
-
-MOST_NODES = 50_000
-"""Nodes of a mesh; beyond it a wrong unit is more likely than a real need."""
+HARD_GROUND = 10.0  # Stiffness of the ground per length over the modulus of the beam: no ground is so hard
+FEWEST_WAVES = 4.0  # Waves along the beam that the mesh resolves at least
+MOST_NODES = 50_000  # Nodes of a mesh; beyond it a wrong unit is more likely than a real need
 
 
 @described
@@ -61,12 +44,8 @@ def beam(
 
     Parameters
     ----------
-    length : float
-        Length L, m.
-    bending_stiffness : float
-        EI of bending in the direction of the blow, N m².
-    mass_per_length : float
-        Mass per length m, kg/m.
+    length, bending_stiffness, mass_per_length : float
+        Length L, m; EI of bending in the direction of the blow, N m²; mass per length m, kg/m.
     material : Material
         The material that is struck, for Hertz's law.
     at : float
@@ -75,21 +54,16 @@ def beam(
         How the two ends are held: "clamped", "simple", "free" or "symmetry".
     axial_force : float
         Force N along the beam, N; tension is positive. A beam that is held along its length and becomes warmer by ΔT
-        has N = −E A α ΔT.
+        has N = −E A α ΔT. One that buckles is refused.
     foundation : float
-        Stiffness k of elastic ground per length, N/m²; a force per deflection and length.
+        Stiffness k of elastic ground, a force per deflection and length, N/m².
     highest_frequency : float, optional
-        The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
+        As of `mindlin_plate`.
 
     Returns
     -------
     Structure
         Cubic elements, two degrees of freedom for each node; finest at the contact.
-
-    Raises
-    ------
-    ValueError
-        Where an argument is out of its range, and for a beam that buckles under its axial force.
 
     References
     ----------
@@ -97,17 +71,17 @@ def beam(
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> breadth, height, steel = 0.02, 0.01, hl.STEEL_316
-    >>> stiffness = steel.youngs_modulus * breadth * height**3 / 12.0
-    >>> strip = hl.beam(0.5, stiffness, steel.density * breadth * height, steel, at=0.2, axial_force=5e3)
+    >>> strip = hl.beam(0.5, 34.0, 1.6, hl.STEEL_316, at=0.2, axial_force=5e3)
     >>> strip.contacts
     1
     """
     place, stiff, heavy, force, ground = at, bending_stiffness, mass_per_length, axial_force, foundation
     if place > length:
         raise ValueError(f"at = {at!r}: must lie on the beam, between 0 and {length:g} m")
-    _check_ends(supports)
+    if not isinstance(supports, tuple | list) or len(supports) != 2:
+        raise ValueError(f'supports = {supports!r}: must be two words, one for each end, such as ("simple", "free")')
+    for i, support in enumerate(supports):
+        one_of(f"supports[{i}]", support, ENDS)
     if ground > HARD_GROUND * material.youngs_modulus:
         caution(
             f"beam foundation = {ground:g} N/m²: is {readable(ground, 'Pa')}, more than {HARD_GROUND:g} times the "
@@ -122,28 +96,22 @@ def beam(
     cells = Hermite().cells(min(wavelength, length / FEWEST_WAVES), ()).finer()
     if length / cells.coarsest > MOST_NODES:
         raise ValueError(f"highest_frequency = {frequency!r}: requires more than {MOST_NODES} nodes; lower it")
+
+    def matrices(shapes: Beam) -> tuple[sparse.csr_array, sparse.csr_array]:
+        """Return mass and stiffness."""
+        parts = shapes.integrals()
+        both = heavy * parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0] + force * parts[1, 1]
+        mass, stiffness = (shapes.matrix(entries) for entries in both)
+        return mass, stiffness
+
     if force < 0.0:
         # Rounding hides a negative eigenvalue of a mesh that is much finer than the first mode.
         count = ceil(8.0 * max(FEWEST_WAVES, length * (ground / stiff) ** 0.25 / (2.0 * pi)))
-        _, pressed = _matrices(Beam(np.linspace(0.0, length, count + 1), *supports), heavy, stiff, force, ground)
+        _, pressed = matrices(Beam(np.linspace(0.0, length, count + 1), *supports))
         if not is_definite("stiffness", pressed):
             raise ValueError(f"axial_force = {axial_force!r}: buckles the beam; give less compression")
     shapes = Beam(graded(length, [place], cells), *supports)
-    mass, stiffness = _matrices(shapes, heavy, stiff, force, ground)
+    mass, stiffness = matrices(shapes)
     made = Structure(mass, stiffness, None, shapes.at(place), 0.0, Surface(material), {"highest_frequency": frequency})
     same = length, bending_stiffness, mass_per_length, material, at, supports, axial_force, foundation
     return made.made_by(partial(beam, *same, highest_frequency))
-
-
-def _matrices(shapes: Beam, heavy: float, stiff: float, force: float, ground: float) -> list[sparse.csr_array]:
-    """Return mass and stiffness."""
-    parts = shapes.integrals()
-    both = heavy * parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0] + force * parts[1, 1]
-    return [sparse.csr_array((entries, (shapes.row, shapes.column)), shape=(shapes.size,) * 2) for entries in both]
-
-
-def _check_ends(supports: object) -> None:
-    if not isinstance(supports, tuple | list) or len(supports) != 2:
-        raise ValueError(f'supports = {supports!r}: must be two words, one for each end, such as ("simple", "free")')
-    for i, support in enumerate(supports):
-        one_of(f"supports[{i}]", support, ENDS)

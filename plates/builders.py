@@ -7,43 +7,33 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from plates.additions import Addition
 from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
-from plates.elements.theory import Element
 from plates.laminate import Laminate, section_of
 from plates.plate import Plate
 from plates.section import SHEAR_CORRECTION, Section, ShearCorrection
 from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
-from plates.shapes.shape import Shape
-from plates.support import Edge, Support, Supports
+from plates.support import Edge, Supports
 from structures.checks import instance, several, short, whole
 from structures.described import described_as
 from structures.fineness import fineness
 from structures.material import Material
-from structures.meshes.mesh_reading import Tag
+from structures.meshes.mesh_reading import Tag, known
 from structures.quantities import Asks, Frequency, Length, Scale, Several, Side, WallThickness
 
 if TYPE_CHECKING:
     import meshio
 
+# What a plate is made of: a material for all the thickness, or a wall that brings its own thickness.
 Wall: TypeAlias = Material | Laminate | Section
-"""What a plate is made of: a material for all the thickness, or a wall that brings its own thickness."""
-
+# An outline, or a flat mesh: the path of a file, or a meshio.Mesh.
 PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
-"""An outline, or a flat mesh: the path of a file, or a meshio.Mesh."""
-
 HELD = Asks('a table such as { left = "clamped" }')
 MERGE = Asks("points of the mesh that lie closer become one")
 TAGS = Asks("the data of the mesh that number its sides")
-
-PATCH = 0.5
-"""The default patch's radius over the thickness."""
-
-MOST_CELLS = 200_000
-"""Cells of a uniform mesh: some 5 GB in Mindlin's theory."""
-
-WIDEST = 2.0
-"""The largest radius of a patch, in thicknesses. There the amplitude ratio is some 0.5 % off, at three 3 %."""
+MOST_CELLS = 200_000  # Cells of a uniform mesh: some 5 GB in Mindlin's theory
+# Default and largest radius of a patch, in thicknesses. With two the amplitude ratio is some 0.5 % off, with three 3 %.
+PATCH, WIDEST = 0.5, 2.0
 
 
 @described_as(called="Kirchhoff plate")
@@ -70,28 +60,19 @@ def kirchhoff_plate(
     Plate
         `plate.at(x, y)` is the structure struck at a point.
 
-    Raises
-    ------
-    ValueError
-        For an argument of the wrong kind or out of its range; see Plate.
-
     References
     ----------
-    Bogner, Fox, Schmit, The generation of inter-element-compatible stiffness and mass matrices, Proc. Conf. Matrix
-    Methods Struct. Mech., Dayton (1965) 397.
+    Bogner, Fox, Schmit, Proc. Conf. Matrix Methods Struct. Mech., Dayton (1965) 397.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> clamped = hl.Supports("clamped", "clamped", "clamped", "clamped")
     >>> plate = hl.kirchhoff_plate(0.3, 0.2, 2.29e-3, hl.ALUMINIUM_6061, clamped)
-    >>> structure = hl.reduce(plate.at(0.1, 0.1), until=1e-3)
-    >>> structure.size < 200
+    >>> hl.reduce(plate.at(0.1, 0.1), until=1e-3).size < 200
     True
     """
-    wall = section_of(thickness, material)
-    shape = Rectangle(length, width, _cells(cells))
-    return _plate(shape, wall, material, supports, Hermite(), highest_frequency, additions)
+    shape, wall = Rectangle(length, width, _cells(cells)), section_of(thickness, material)
+    return Plate(shape, wall, supports, Hermite(), highest_frequency, additions, _one_material(material))
 
 
 @described_as(called="Mindlin plate")
@@ -120,37 +101,28 @@ def mindlin_plate(
     supports : Supports
         How the four edges are held.
     shear_correction : float
-        Factor of the transverse shear stiffness G t of one material: 5/6 is Reissner's, π²/12 Mindlin's. That of a
-        Laminate follows from the equilibrium of its layers, a Section has its own.
+        Factor of the transverse shear stiffness G t of one material: 5/6 is Reissner's, π²/12 Mindlin's.
     patch_radius : float, optional
         Radius a of the disc that the contact force is spread over, m; by default half the thickness (see Notes).
     highest_frequency : float, optional
         The mesh resolves flexural waves up to it, Hz. By default 40 kHz, and more for contacts below 10 µs.
-        A mesh twice as fine changes amplitude ratios by less than 0.01 %.
     cells : (int, int), optional
-        Numbers of cells along x and y of a uniform mesh that all contacts share; in Mindlin's theory cells should be no
-        larger than twice the thickness. By default the mesh is graded towards the contacts.
+        Cells along x and y of a uniform mesh that all contacts share, in Mindlin's theory no larger than twice the
+        thickness. By default the mesh is graded towards the contacts.
     additions : sequence of PointMass, Stiffener, Weakened and Prestress
-        Anywhere on the plate; stiffeners along any straight line. Lines of a graded mesh run where regions end.
+        Anywhere on the plate; stiffeners along any straight line.
 
     Returns
     -------
     Plate
-        `plate.at(x, y)` is the structure struck at a point.
-
-    Raises
-    ------
-    ValueError
-        For an argument of the wrong kind or out of its range; see Plate. `plate.at` refuses contacts whose patch
-        reaches beyond an edge: strike an edge with `kirchhoff_plate`.
+        `plate.at(x, y)` is the structure struck at a point. It refuses contacts whose patch reaches beyond an edge:
+        strike an edge with `kirchhoff_plate`.
 
     Notes
     -----
-    Under a point force Mindlin's plate has an infinite deflection, so the force is spread over a disc. `flexibility`
-    removes the part of the indentation that both Mindlin's plate and Hertz's half-space contain, so that the contact
-    has the compliance of a plate in three dimensions (plates/elements/indentation.py). The radius then hardly matters:
-    halved and doubled it changes amplitude ratios by −0.03 and +0.12 % (beads of 4.76 and 9.53 mm on aluminium of 2.29
-    and 4.83 mm; without the correction, by 1 %). There the amplitude ratio is 1 to 2 % below that of `kirchhoff_plate`.
+    Under a point force Mindlin's plate has an infinite deflection, so the force is spread over a disc, and
+    `flexibility` gives the contact the compliance of a plate in three dimensions. Half and twice the radius change
+    amplitude ratios by −0.03 and +0.12 %; they are 1 to 2 % below those of `kirchhoff_plate`.
 
     References
     ----------
@@ -158,14 +130,14 @@ def mindlin_plate(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> plate = hl.mindlin_plate(0.1, 0.1, 4e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(8, 8))
     >>> plate.at(0.05, 0.05).size
     3168
     """
-    wall = section_of(thickness, material, shear_correction)
-    shape, element = Rectangle(length, width, _cells(cells)), Mindlin(_patch(wall, patch_radius))
-    return _plate(shape, wall, material, supports, element, highest_frequency, additions)
+    shape, wall = Rectangle(length, width, _cells(cells)), section_of(thickness, material, shear_correction)
+    return Plate(
+        shape, wall, supports, _mindlin(wall, patch_radius), highest_frequency, additions, _one_material(material)
+    )
 
 
 @described_as(called="Mindlin panel")
@@ -188,37 +160,23 @@ def mindlin_panel(
     ----------
     shape : Outline, path or meshio.Mesh
         An Outline, meshed with triangles that are finest at the contact (needs `pip install hertzlink[mesh]`). Or a
-        flat mesh of triangles or quadrilaterals, in any plane: a file (.msh, .vtu, ...; see `solid`) or a
-        meshio.Mesh. All contacts share it; cells at the contact should be no larger than twice the thickness.
-        Midpoints of curved cells are dropped.
+        flat mesh of triangles or quadrilaterals: a file (.msh, .vtu, ...; see `solid`) or a meshio.Mesh.
     thickness, material, shear_correction, patch_radius, highest_frequency, additions
-        As of `mindlin_plate`. Weakened is exact where cells end at the region's edges.
+        As of `mindlin_plate`.
     supports : Mapping, optional
-        How edges are held, by name: {"rim": "clamped"}; see Supports and ElasticEdge for the kinds. Other edges are
-        free. Names are the outline's, or the mesh's tags: names and numbers of physical groups of lines in gmsh, sets
-        of points. Polygons of curves (sides that meet at less than 30°) are held on the curve: a simple circle of 96
-        corners is good to 0.1 %; on quadrilaterals they are refused.
-    scale : float, optional
-        Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.
-    merge : float, optional
-        Distance, m, within which points of the mesh become one: it joins parts whose points coincide.
-    tags : str, optional
-        Name of the data of cells whose whole numbers name the edges; needed where a file has several.
+        How edges are held, by name: {"rim": "clamped"}; others are free. Names are the outline's, or the mesh's tags:
+        names and numbers of gmsh's physical groups of lines, sets of points. Polygons of curves (sides that meet at
+        less than 30°) are held on the curve: a simple circle of 96 corners is good to 0.1 %.
+    scale, merge, tags
+        As of `solid`.
 
     Returns
     -------
     Plate
         `plate.at(x, y)` is the structure struck at a point.
 
-    Raises
-    ------
-    ValueError
-        For outlines that cross themselves, meshes that are folded or not flat, names of edges that do not exist. And by
-        `plate.at` where the contact lies outside, in a hole, or on an edge that is held.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> disc = hl.Outline(hl.circle(0.1), edges="rim")
     >>> hl.mindlin_panel(disc, 2e-3, hl.ALUMINIUM_6061, {"rim": "simple"}).thickness
     0.002
@@ -229,27 +187,21 @@ def mindlin_panel(
         for name, value in (("scale", scale), ("merge", merge), ("tags", tags)):
             if value is not None:
                 raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
+        for edge in held:
+            known("supports", edge, shape.names)
     elif isinstance(shape, tuple | list):
         raise ValueError(f"shape = {short(shape)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
     else:
         shape = FlatMesh(shape, wall.thickness, scale, merge, tags)
-        for name in held:
-            shape.check_edge(name)
-    return _plate(shape, wall, material, held, Mindlin(_patch(wall, patch_radius)), highest_frequency, additions)
+        for edge in held:
+            shape.check_edge(edge)
+    element, made_of = _mindlin(wall, patch_radius), _one_material(material)
+    return Plate(shape, wall, held, element, highest_frequency, additions, made_of)
 
 
-def _plate(
-    shape: Shape,
-    wall: Section,
-    material: Wall,
-    supports: Supports | Mapping[Tag, Support],
-    element: Element,
-    highest_frequency: float | None,
-    additions: Sequence[Addition],
-) -> Plate:
-    """Return the plate; a Section does not know its material."""
-    made_of = None if isinstance(material, Section) else material
-    return Plate(shape, wall, supports, element, highest_frequency, additions, made_of)
+def _one_material(wall: Wall) -> Material | Laminate | None:
+    """Return what a plate is made of; a Section does not know it."""
+    return None if isinstance(wall, Section) else wall
 
 
 def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
@@ -263,12 +215,9 @@ def _cells(cells: tuple[int, int] | None) -> tuple[int, int] | None:
     return fineness().cells * along, fineness().cells * across
 
 
-def _patch(section: Section, radius: float | None) -> float:
-    """Return the radius of the disc that is pushed, m; raise a ValueError where it is not small compared with the
-    plate."""
-    if radius is None:
-        return PATCH * section.thickness
-    patch, widest = radius, WIDEST * section.thickness
-    if patch > widest:
+def _mindlin(wall: Section, radius: float | None) -> Mindlin:
+    """Return Mindlin's theory with a patch that is not large compared with the thickness."""
+    widest = WIDEST * wall.thickness
+    if radius is not None and radius > widest:
         raise ValueError(f"patch_radius = {radius!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
-    return patch
+    return Mindlin(PATCH * wall.thickness if radius is None else radius)

@@ -4,18 +4,19 @@ AR is the amplitude ratio of the primary reflected wave. For a pair of materials
 inelasticity parameter λ and the distance from the edge over ℓ = (T_c √(D/m))^½: see docs/plate_edge.md.
 """
 
-import csv
 from functools import cache, lru_cache
 from importlib.resources import files
 from math import log
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 from scipy.interpolate import BarycentricInterpolator, PchipInterpolator
 
 from plates.half_plane import EDGES
+from plates.impact import PlateImpact, wall_stiffness
 from plates.plate import Plate
-from plates.theory.impact import Bead, PlateImpact, wall_stiffness
 from structures.bodies.layers import contact_time as contact_time_half_space
 from structures.caution import caution
 from structures.checks import finite, instance, one_of, within
@@ -23,37 +24,23 @@ from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_pressure, hertz_stiffness, yield_pressure
 
+# AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it.
 TABLE = "edge_ratios.csv"
-"""AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it."""
-
-TOLERANCES = (0.01, 0.1)
-"""The least and greatest tolerance of AR. Below, the error of the table would dominate."""
-
+TOLERANCES = (0.01, 0.1)  # The least and greatest tolerance of AR. Below, the error of the table would dominate
+# λ up to which the plate returns a single wave. Above, an echo pushes the last bead a second time, and the two waves
+# merge on their way to the sensor.
 DECAYING = 0.9
-"""λ up to which the plate returns a single wave. Above, an echo pushes the last bead a second time, and the two waves
-merge on their way to the sensor."""
-
+# Errors of AR by the table for λ up to `DECAYING` and beyond; the study critical-distance measures them.
 ERROR, ERROR_MERGING = 0.002, 0.005
-"""Errors of AR by the table for λ up to `DECAYING` and beyond; the study critical-distance measures them."""
-
+# Part of c by which it may be off halfway between two stiffness ratios of the table; AR was off by 0.007 there.
 BETWEEN = 0.015
-"""Part of c by which it may be off halfway between two stiffness ratios of the table; AR was off by 0.007 there."""
-
-SLOWEST, FASTEST = 1e-9, 1e5
-"""m/s. Between these speeds no number overflows or underflows."""
-
-FINE = 4501
-"""Points of the interpolated AR among which the last crossing is found; between two of them it is linear."""
-
-SLACK = 1e-3
-"""A value may lie outside of the table's ranges by this part: rounding of λ and the stiffness ratio."""
+SLOWEST, FASTEST = 1e-9, 1e5  # m/s. Between these speeds no number overflows or underflows
+FINE = 4501  # Points of the interpolated AR among which the last crossing is found; between two of them it is linear
+SLACK = 1e-3  # A value may lie outside of the table's ranges by this part: rounding of λ and the stiffness ratio
 
 
 class CriticalDistanceEstimate(NamedTuple):
-    """A critical distance, m, and the bounds between which the error of the law leaves it, m.
-
-    The bounds are far apart where AR swings about its far value with an amplitude near the tolerance.
-    """
+    """A critical distance, m, and the bounds between which the error of the law leaves it, m."""
 
     value: float
     low: float
@@ -61,17 +48,16 @@ class CriticalDistanceEstimate(NamedTuple):
 
 
 def critical_distance_law(
-    bead: Bead, plate: Plate, impact_speed: float, edge: str = "clamped", tolerance: float = 0.02
+    bead: Any, plate: Plate, impact_speed: float, edge: str = "clamped", tolerance: float = 0.02
 ) -> CriticalDistanceEstimate:
     """Return the distance from a straight edge beyond which AR stays within a tolerance of its value far away.
 
-    d_c = ℓ c(λ, edge, tolerance), ℓ = (T_c √(D/m))^½, with c from a table of AR that was computed with `half_plane`.
-    T_c is Hertz's contact time of the last bead on a half-space at the striker's speed (thesis, equation 6.8), D the
-    plate's bending rigidity, m its mass per area.
+    d_c = ℓ c(λ, edge, tolerance), ℓ = (T_c √(D/m))^½, with c from a table of AR 13 beads from the plate that was
+    computed with `half_plane`: see docs/plate_edge.md.
 
     Parameters
     ----------
-    bead : Bead
+    bead : Sphere
         One of a chain of equal beads, and its striker.
     plate : Plate
         A thin plate of any shape, of one isotropic material; its edges are regarded as straight and all but one as far
@@ -86,26 +72,14 @@ def critical_distance_law(
     Returns
     -------
     CriticalDistanceEstimate
-        In m; 0 where AR is within the tolerance at all distances.
-
-    Raises
-    ------
-    ValueError
-        Where an argument is out of its range; where λ or the ratio of the contact stiffnesses bead on plate and bead on
-        bead lies outside the table, which is not extrapolated.
-
-    Notes
-    -----
-    AR is read 13 beads from the plate, without gravity and losses. It oscillates about its far value, so c jumps
-    where a swing grows beyond the tolerance; the bounds then hold both values. Kirchhoff's theory: see
-    docs/plate_edge.md for the thickness at which shear matters.
+        In m; 0 where AR is within the tolerance at all distances. AR oscillates about its far value, so the distance
+        jumps where a swing grows beyond the tolerance; the bounds then hold both values.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> plate = hl.kirchhoff_plate(0.9, 0.9, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
-    >>> print(f"{1e3 * hl.critical_distance_law(bead, plate, impact_speed=0.31).value:.1f} mm")
+    >>> law = hl.critical_distance_law(hl.Sphere(2.38e-3, hl.STEEL_440C), plate, impact_speed=0.31)
+    >>> print(f"{1e3 * law.value:.1f} mm")
     14.6 mm
     """
     one_of("edge", edge, EDGES)
@@ -116,15 +90,8 @@ def critical_distance_law(
     parameter = float(PlateImpact(bead, plate, impact_speed).inelasticity)
     wall: Material = instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
     stiffness_ratio = wall_stiffness(bead, plate) / hertz_stiffness(bead.surface, bead.surface)
-    _check_yield(bead, plate, wall, impact_speed)
-    length = edge_length(bead, plate, impact_speed)
-    scaled = scaled_critical_distance(edge, stiffness_ratio, parameter, tolerance)
-    return CriticalDistanceEstimate(*(length * distance for distance in scaled))
-
-
-def _check_yield(bead: Bead, plate: Plate, wall: Material, impact_speed: float) -> None:
-    """Warns where a bead of that speed would dent the plate, which the law's elastic runs leave out."""
-    force = wall_stiffness(bead, plate) ** 0.4 * (1.25 * bead.mass * impact_speed**2) ** 0.6  # of Hertz's impact
+    # The law's runs are elastic: a bead of that speed may dent the plate (force of Hertz's impact).
+    force = wall_stiffness(bead, plate) ** 0.4 * (1.25 * bead.mass * impact_speed**2) ** 0.6
     weaker = min(bead.surface.material, wall, key=yield_pressure)
     ratio = hertz_pressure(bead.surface, Surface(wall), force) / yield_pressure(weaker)
     if ratio > 1.0:
@@ -133,26 +100,26 @@ def _check_yield(bead: Bead, plate: Plate, wall: Material, impact_speed: float) 
             "pressure at which it yields, which moves the critical distance; critical_distance_search with "
             "law=hl.laws.JacksonGreen() in Chain computes it"
         )
+    length = edge_length(bead, plate, impact_speed)
+    scaled = scaled_critical_distance(edge, stiffness_ratio, parameter, tolerance)
+    return CriticalDistanceEstimate(*(length * distance for distance in scaled))
 
 
 def scaled_critical_distance(
     edge: str, stiffness_ratio: float, inelasticity: float, tolerance: float
 ) -> CriticalDistanceEstimate:
-    """Return c = d_c/ℓ and its bounds: the last crossing of the tabulated AR, with the tolerance, and with it ± the
-    error.
+    """Return c = d_c/ℓ and its bounds: the last crossing of the tabulated AR, with the tolerance ± the error.
 
-    Where waves merge, AR jumps along lines of λ and d/ℓ, between which the table interpolates badly: there the bounds
-    hold those of the table's λ on both sides as well.
+    Where waves merge, AR jumps along lines of λ and d/ℓ: there the bounds hold those of the table's λ on both sides.
     """
-    table = _table()
-    error, sides = ERROR, [inelasticity]
+    error, sides, parameters = ERROR, [inelasticity], _table().parameter.values
     if inelasticity > DECAYING:
-        place = int(np.clip(np.searchsorted(table.parameters, inelasticity), 1, table.parameters.size - 1))
-        error, sides = ERROR_MERGING, [inelasticity, *table.parameters[place - 1 : place + 1].tolist()]
+        place = int(np.clip(np.searchsorted(parameters, inelasticity), 1, parameters.size - 1))
+        error, sides = ERROR_MERGING, [inelasticity, *parameters[place - 1 : place + 1].tolist()]
     curves = [edge_difference(edge, stiffness_ratio, side) for side in sides]
     low, high = ([last_crossing(*curve, tolerance + sign * error) for curve in curves] for sign in (1.0, -1.0))
     # Between two stiffness ratios of the table c may be off by a parabola.
-    logarithms = np.log(table.ratios)
+    logarithms = np.log(_table().ratio.values)
     place = int(np.clip(np.searchsorted(logarithms, log(stiffness_ratio)), 1, logarithms.size - 1))
     left, right = logarithms[place - 1 : place + 1]
     part = float(np.clip((log(stiffness_ratio) - left) / (right - left), 0.0, 1.0))
@@ -162,31 +129,19 @@ def scaled_critical_distance(
     )
 
 
-def edge_length(bead: Bead, plate: Plate, impact_speed: float) -> float:
+def edge_length(bead: Any, plate: Plate, impact_speed: float) -> float:
     """Return ℓ = (T_c √(D/m))^½, m, the unit of distances from an edge; T_c is the contact time on a half-space."""
     time = contact_time_half_space(bead.mass, wall_stiffness(bead, plate), impact_speed)
     return float((time * (plate.rigidity / plate.mass_per_area) ** 0.5) ** 0.5)
 
 
-class _Table(NamedTuple):
-    """AR less its far value: edges × stiffness ratios × λ × distances over ℓ."""
-
-    ratios: Vector
-    parameters: Vector
-    distances: Vector
-    difference: dict[str, Vector]
-
-
 @cache
-def _table() -> _Table:
-    head, *lines = csv.reader((files("plates") / TABLE).read_text(encoding="utf-8").splitlines())
-    distances = np.array(head[4:], dtype=float)
-    ratios, parameters = (np.array(sorted({float(line[i]) for line in lines})) for i in (1, 2))
-    differences = {edge: np.full((ratios.size, parameters.size, distances.size), np.nan) for edge in EDGES}
-    for edge, ratio, parameter, far, *values in lines:
-        place = np.searchsorted(ratios, float(ratio)), np.searchsorted(parameters, float(parameter))
-        differences[edge][place] = np.array(values, dtype=float) - float(far)
-    return _Table(ratios, parameters, distances, differences)
+def _table() -> xr.DataArray:
+    """Return AR less its far value: edge × stiffness ratio × λ × distance over ℓ."""
+    table = pd.read_csv(str(files("plates") / TABLE), index_col=[0, 1, 2]).rename_axis(["edge", "ratio", "parameter"])
+    difference = table.iloc[:, 1:].sub(table.iloc[:, 0], axis=0)
+    difference.columns = difference.columns.astype(float).rename("distance")
+    return xr.DataArray(difference.stack().to_xarray())
 
 
 @lru_cache(maxsize=64)  # several tolerances read one curve
@@ -196,10 +151,11 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
     Interpolated by PCHIP in ln λ and in the distance, and by a parabola in the logarithm of the stiffness ratio.
     Raises ValueError outside the table.
     """
-    table = _table()
+    table = _table().sel(edge=edge).transpose("ratio", "parameter", "distance")
+    ratios, parameters, distances = (table[name].values for name in table.dims)
     named = (
-        ("inelasticity parameter", inelasticity, table.parameters, ""),
-        ("stiffness ratio", stiffness_ratio, table.ratios, " of the contacts bead on plate and bead on bead"),
+        ("inelasticity parameter", inelasticity, parameters, ""),
+        ("stiffness ratio", stiffness_ratio, ratios, " of the contacts bead on plate and bead on bead"),
     )
     for name, value, ends, what in named:
         if not ends[0] * (1.0 - SLACK) <= value <= ends[-1] * (1.0 + SLACK):
@@ -207,11 +163,10 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
                 f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {ends[0]:.3g} "
                 f"and {ends[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
             )
-    by_parameter = PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
-    nodes = np.log(table.ratios)
-    at_nodes = BarycentricInterpolator(nodes, by_parameter(log(inelasticity)))(log(stiffness_ratio))
-    fine = np.linspace(0.0, table.distances[-1], FINE)
-    difference = np.asarray(PchipInterpolator(table.distances, at_nodes)(fine))
+    by_parameter = PchipInterpolator(np.log(parameters), table.values, axis=1, extrapolate=True)
+    at_nodes = BarycentricInterpolator(np.log(ratios), by_parameter(log(inelasticity)))(log(stiffness_ratio))
+    fine = np.linspace(0.0, distances[-1], FINE)
+    difference = np.asarray(PchipInterpolator(distances, at_nodes)(fine))
     for array in (fine, difference):
         array.setflags(write=False)
     return fine, difference

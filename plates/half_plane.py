@@ -1,73 +1,79 @@
-"""The thin plate with one straight edge, without a mesh: its exact spectrum at a point, as oscillators."""
+"""Thin plates without a mesh: the infinite plate, and the plate with one straight edge as exact oscillators."""
 
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import pairwise
 from math import inf, pi
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from scipy import sparse
 from scipy.special import j0
 
-from plates.section import homogeneous_section
+from plates.laminate import Laminate, section_of
+from plates.section import homogeneous_section, point_rigidity
 from structures.checks import within
 from structures.described import described_as
 from structures.fineness import fineness
 from structures.material import Material
-from structures.quantities import Asks, Likely, OneOf, Quantity
+from structures.quantities import Asks, Likely, OneOf, Quantity, WallThickness
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
 EDGES = ("clamped", "simple", "free")
-
-LENGTHS, TIMES = (1e-9, 1e6), (1e-12, 1e3)
-"""m and s. Within these ranges no number overflows or underflows."""
-
+LENGTHS, TIMES = (1e-9, 1e6), (1e-12, 1e3)  # m and s. Within these ranges no number overflows or underflows
 Until = Annotated[float, replace(Likely.TIME, low=TIMES[0], high=TIMES[1])]
-
+# Hz, up to which each oscillator's motion is resolved in time. From 60 to 200 kHz amplitude ratios of chains of 4.76
+# and 9.53 mm steel beads change by 1e-5 (tests/plates/test_half_plane.py).
 HIGHEST_FREQUENCY = 100.0e3
-"""Hz, up to which each oscillator's motion is resolved in time. From 60 to 200 kHz amplitude ratios of chains of 4.76
-and 9.53 mm steel beads change by 1e-5 (tests/plates/test_half_plane.py)."""
-
-UNTIL = 4.0e-3
-"""s. Chains of 19 mm steel beads on thin plates need records of 3.5 ms, smaller beads shorter ones."""
-
+UNTIL = 4.0e-3  # s. Chains of 19 mm steel beads on thin plates need records of 3.5 ms, smaller beads shorter ones
+# Oscillators extend to this multiple of the highest frequency; the upper ones follow the force without delay.
 QUASI_STATIC = 5.0
-"""Oscillators extend to this multiple of the highest frequency; the upper ones follow the force without delay."""
-
-GAUSS = np.polynomial.legendre.leggauss(16)
-"""Points and weights on (−1, 1), for intervals of at most PHASE."""
-
+GAUSS = np.polynomial.legendre.leggauss(16)  # Points and weights on (−1, 1), for intervals of at most PHASE
+# Radians of the fastest oscillation of an integrand in an interval of 16 Gauss points, which integrate it to 1e-9.
 PHASE = 24.0
-"""Radians of the fastest oscillation of an integrand in an interval of 16 Gauss points, which integrate it to 1e-9."""
-
-MOST_PHASE = 2.0e5
-"""Radians, of some 130 000 oscillators: more would be slower than a plate with a mesh."""
-
-PANELS = 2
-"""Intervals, over 1/ω, of the oscillators above the highest frequency."""
-
-SETTLED = 30.0
-"""kd above which waves that are not resolved in time have the compliance of the infinite plate."""
-
+MOST_PHASE = 2.0e5  # Radians, of some 130 000 oscillators: more would be slower than a plate with a mesh
+PANELS = 2  # Intervals, over 1/ω, of the oscillators above the highest frequency
+SETTLED = 30.0  # kd above which waves that are not resolved in time have the compliance of the infinite plate
+# Intervals towards grazing waves, each half as long as the one before: there the waves of a free edge change within an
+# angle of some ν²/4 from the edge.
 HALVINGS = 10
-"""Intervals towards grazing waves, each half as long as the one before: there the waves of a free edge change within an
-angle of some ν²/4 from the edge."""
-
-FADED = 40.0
-"""kd beyond which e^{−kd} is below rounding."""
-
-CHUNK = 128
-"""Distances that are computed at once; limits memory."""
-
+FADED = 40.0  # kd beyond which e^{−kd} is below rounding
+CHUNK = 128  # Distances that are computed at once; limits memory
+# Length, in kd, of the intervals on which Re Y is a Chebyshev series, and its number of terms: exact to 1e-13. All
+# plates with the same kind of edge and the same ν share them, so that a second plate costs a fifth of the first.
 PANEL, TERMS = 8.0, 48
-"""Length, in kd, of the intervals on which Re Y is a Chebyshev series, and its number of terms: exact to 1e-13.
-All plates with the same kind of edge and the same ν share them, so that a second plate costs a fifth of the first."""
-
+# Series of one plate, beyond which each distance has its own quadrature, and those kept for others, of 0.4 kB each.
 MOST_PANELS, SERIES_IN_MEMORY = 64, 1024
-"""Series of one plate, beyond which each distance has its own quadrature, and those kept for others, of 0.4 kB each."""
+
+
+@described_as(called="infinite plate")
+def infinite_plate(thickness: WallThickness | None, material: Material | Laminate) -> Structure:
+    """A thin plate without edges: one degree of freedom without mass on a dashpot 8 √(D ρ t), N s/m.
+
+    Parameters
+    ----------
+    thickness, material
+        As of `mindlin_plate`. D of a Laminate is that of the mean of 1/√D(φ) over all directions φ.
+
+    Returns
+    -------
+    Structure
+        An impulse I moves the point by I / (8 √(D ρ t)), where it stays (Cremer, Heckl, Petersson, Structure-Borne
+        Sound, 3rd ed., table 5.1).
+
+    Examples
+    --------
+    >>> print(f"{hl.infinite_plate(2.29e-3, hl.ALUMINIUM_6061).damping[0, 0]:.0f} N s/m")
+    175 N s/m
+    """
+    section = section_of(thickness, material)
+    impedance = 8.0 * (point_rigidity(section) * section.mass) ** 0.5
+    none = sparse.csr_array((1, 1))
+    origin = {"thickness": section.thickness, "impedance": impedance}
+    damping = sparse.csr_array([[impedance]])
+    return Structure(none, none, damping, np.ones(1), 0.0, Surface(section.struck), origin)
 
 
 @described_as(called="half-plane")
@@ -82,15 +88,12 @@ def half_plane(
 ) -> Structure:
     """A thin plate that fills the half-plane x ≥ 0, struck at a distance from its straight edge x = 0.
 
-    Exact in Kirchhoff's theory except for a quadrature. Each of its points is an undamped oscillator with a positive
-    weight, so that the structure conserves energy (see Notes).
+    Exact in Kirchhoff's theory except for a quadrature, whose points are undamped oscillators: see docs/plate_edge.md.
 
     Parameters
     ----------
-    thickness : float
-        Thickness of the plate, m.
-    material : Material
-        Its material; isotropic.
+    thickness, material : float, Material
+        Thickness, m, and the isotropic material.
     edge : str
         "clamped" (no deflection, no slope), "simple" (no deflection, no moment) or "free".
     distance : float
@@ -106,28 +109,14 @@ def half_plane(
     Structure
         M = I, K diagonal, no damping. `valid_until` is `until`.
 
-    Raises
-    ------
-    ValueError
-        Where an argument is of the wrong kind or out of its range.
-
-    Notes
-    -----
-    With Y the velocity at the contact over the force there, and Re Y its real part at the circular frequency ω, the
-    displacement after a unit impulse is (2/π) ∫ Re Y(ω) sin(ωt)/ω dω. `conductance` gives Re Y in closed form under an
-    integral over the directions of plane waves. Gauss points ω_j with weights h_j make oscillators
-    of the stiffness ω_j² and the contact entry b_j = √(2 h_j Re Y(ω_j)/π). What lies above all oscillators is the
-    `flexibility` (2/π) ∫ Re Y/ω² dω. See docs/plate_edge.md.
-
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> plate = hl.half_plane(2.29e-3, hl.ALUMINIUM_6061, "clamped", 0.02, until=0.8e-3)
-    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
-    >>> run = hl.CoSimulation(hl.Chain([bead] * 20, bead, impact_speed=0.31), plate).run(0.8e-3)
-    >>> print(f"{hl.amplitude_ratio(run, sensor=7).item():.3f}")
-    0.521
+    >>> hl.half_plane(2.29e-3, hl.ALUMINIUM_6061, "clamped", 0.02, until=0.8e-3).valid_until
+    0.0008
     """
+    # With Y the velocity at the contact over the force there, the displacement after a unit impulse is
+    # (2/π) ∫ Re Y(ω) sin(ωt)/ω dω. Gauss points ω_j with weights h_j make oscillators of the stiffness ω_j² and the
+    # contact entry b_j = √(2 h_j Re Y(ω_j)/π). What lies above all oscillators is the flexibility (2/π) ∫ Re Y/ω² dω.
     section = homogeneous_section(thickness, material)
     away = 0.0 if edge == "free" and distance == 0.0 else within("distance", distance, *LENGTHS, "m")
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
@@ -138,17 +127,18 @@ def half_plane(
     circular = 2.0 * pi * fineness().cells ** 2 * highest
     bands = [plate.resolved(circular, until), plate.following(circular, QUASI_STATIC * circular)]
     frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
-    made = Structure(
-        sparse.csr_array(sparse.eye_array(frequency.size)),
-        sparse.csr_array(sparse.diags_array(frequency**2)),
-        None,
-        np.sqrt(weight),
-        plate.compliance_above(QUASI_STATIC * circular),
-        Surface(material),
-        {"highest_frequency": highest},
-        until,
-    )
+    above, origin = plate.compliance_above(QUASI_STATIC * circular), {"highest_frequency": highest}
+    made = oscillators(frequency, weight, above, material, origin, until)
     return made.made_by(partial(half_plane, thickness, material, edge, distance, until, highest_frequency))
+
+
+def oscillators(
+    frequency: Vector, weight: Vector, flexibility: float, struck: Material, origin: dict[str, Any], until: float
+) -> Structure:
+    """Return undamped oscillators of circular frequencies, rad/s; weight: squares of the contact's entries, 1/kg."""
+    mass, stiffness = sparse.eye_array(frequency.size), sparse.diags_array(frequency**2)
+    matrices = sparse.csr_array(mass), sparse.csr_array(stiffness)
+    return Structure(*matrices, None, np.sqrt(weight), flexibility, Surface(struck), origin, until)
 
 
 class HalfPlane(NamedTuple):
@@ -241,18 +231,19 @@ def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
     def at(place: Vector) -> Vector:
         return exact_conductance(PANEL * (panel + 0.5 * (1.0 + place)), edge, poisson_ratio)
 
-    series: Vector = chebyshev.chebinterpolate(at, TERMS - 1)  # type: ignore[type-var, arg-type]
-    return series
+    return np.asarray(chebyshev.chebinterpolate(at, TERMS - 1))  # type: ignore[type-var, arg-type]
 
 
 def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
     """Return the same by quadrature at each distance."""
-    values = np.empty(distance.size)
-    order = np.argsort(distance)
+    values, order = np.empty(distance.size), np.argsort(distance)
+    ends = pi / 2.0 * (1.0 - np.append(2.0 ** -np.arange(HALVINGS + 1.0), 0.0))
     # Sorted, so that near contacts use fewer directions than far ones.
     for start in range(0, order.size, CHUNK):
         part = order[start : start + CHUNK]
-        angle, width = _gauss(_angles(float(distance[part[-1]])))
+        counts = np.ceil(np.diff(ends) * 2.0 * distance[part[-1]] / PHASE).astype(int) + 1
+        pieces = [np.linspace(*two, n, endpoint=False) for two, n in zip(pairwise(ends), counts, strict=True)]
+        angle, width = _gauss(np.append(np.concatenate(pieces), pi / 2.0))
         values[part] = 4.0 / pi * _shape(distance[part, None], angle, edge, poisson_ratio) ** 2 @ width
     return values + (_edge_wave(distance, poisson_ratio) if edge == "free" else 0.0)
 
@@ -290,16 +281,6 @@ def _edge_wave(distance: Vector, poisson_ratio: float) -> Vector:
     norm = 1.0 + 4.0 * slow * second / (slow + fast) + slow * second**2 / fast
     shape = np.exp(-slow * distance) + second * np.exp(-fast * distance)
     return np.asarray(4.0 * slow * np.sqrt(square) * shape**2 / norm)
-
-
-def _angles(farthest: float) -> Vector:
-    """Ends of the intervals over θ from 0 to π/2, for distances kd up to the farthest."""
-    ends = pi / 2.0 * (1.0 - np.append(2.0 ** -np.arange(HALVINGS + 1.0), 0.0))
-    parts = [
-        np.linspace(start, end, 1 + int(np.ceil((end - start) * 2.0 * farthest / PHASE)), endpoint=False)
-        for start, end in pairwise(ends)
-    ]
-    return np.append(np.concatenate(parts), pi / 2.0)
 
 
 def _gauss(ends: Vector) -> tuple[Vector, Vector]:

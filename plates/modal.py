@@ -4,17 +4,16 @@ from dataclasses import asdict
 from functools import cached_property, lru_cache
 from itertools import product
 from math import ceil, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
-from scipy import sparse
 from scipy.linalg import eigh, eigh_tridiagonal
 
-from plates.contacts import Contact
+from plates.contacts import Contact, contacts_data
 from plates.elements.hermite import Beam
-from plates.half_plane import QUASI_STATIC, HalfPlane, Until
+from plates.half_plane import QUASI_STATIC, HalfPlane, Until, oscillators
 from plates.plate import Plate
-from plates.section import homogeneous_section, section_data
+from plates.section import Section, homogeneous_section
 from plates.shapes.rectangle import SIDES, Rectangle
 from plates.support import Supports
 from structures.checks import finite
@@ -24,32 +23,26 @@ from structures.kernels.quadrature import LANES, tridiagonal
 from structures.linear_algebra.one_thread import one_thread
 from structures.material import Material
 from structures.structure import Structure, Vector
-from structures.surface import Surface
 
+# Edges that the modes know; in Kirchhoff's theory two of them are one.
 HELD = {"clamped": "clamped", "simple": "simple", "soft simple": "simple", "free": "free"}
-"""Edges that the modes know; in Kirchhoff's theory two of them are one."""
-
+# Wavenumber up to which products of beam modes make up the plate's modes, in units of the cut-off: as large as this
+# many products in a part allow. With 1.15, AR is 4e-4 off near a free edge and near the ends of strips.
 MARGIN, PRODUCTS = (1.15, 1.5), 1200
-"""Wavenumber up to which products of beam modes make up the plate's modes, in units of the cut-off: as large as this
-many products in a part allow. With 1.15, AR is 4e-4 off near a free edge and near the ends of strips.
-"""
-
-CELL = 0.9
-"""Length of a cell of the beams times the greatest wavenumber."""
-
+CELL = 0.9  # Length of a cell of the beams times the greatest wavenumber
+# Modes fade out from this part of the cut-off on, as the half-plane fades in. A sharp cut leaves ± 2e-3 of AR.
 FADED = 0.5
-"""Modes fade out from this part of the cut-off on, as the half-plane fades in. A sharp cut leaves ± 2e-3 of AR."""
-
+# Modes of a whole plate. At least: near a corner of a small plate the second edge counts above 40 kHz, too. At most:
+# more take minutes, and of a large thin plate the half-plane answers above.
 MODES = (800, 5000)
-"""Modes of a whole plate. At least: near a corner of a small plate the second edge counts above 40 kHz, too. At most:
-more take minutes, and of a large thin plate the half-plane answers above.
-"""
-
+# Oscillators that a contact needs, in units of √(until · highest frequency): traces are within 1e-4 of all modes.
 OSCILLATORS = 15.0
-"""Oscillators that a contact needs, in units of √(until · highest frequency): traces are within 1e-4 of all modes."""
+BASES = 16  # Parts of plates that are kept, of some megabytes each
 
-BASES = 16
-"""Parts of plates that are kept, of some megabytes each."""
+
+Ends: TypeAlias = tuple[str, str]
+Value = TypeVar("Value")
+Pair: TypeAlias = tuple[Value, Value]
 
 
 class _Part(NamedTuple):
@@ -67,16 +60,18 @@ class _Part(NamedTuple):
 
     def at(self, place: tuple[float, float]) -> Vector:
         """Return φ of all modes at a place, 1/m."""
-        (x, modes_x), (y, modes_y), (i, j) = self.along, self.across, self.axes
-        products = (x.at(place[i]) @ modes_x) * (y.at(place[j]) @ modes_y)[self.of]
-        return np.asarray(products @ self.vectors)
+        values = []
+        for (beam, modes), axis in zip((self.along, self.across), self.axes, strict=True):
+            functions = beam.at(place[axis])
+            there = np.flatnonzero(functions)  # four at most
+            values.append(functions[there] @ modes[there])
+        along, across = values
+        return np.asarray((along * across[self.of]) @ self.vectors)
 
 
 @lru_cache(BASES)
 @one_thread
-def _part(
-    sides: tuple[float, float], ends: tuple[tuple[str, str], tuple[str, str]], poisson_ratio: float, highest: float
-) -> _Part:
+def _part(sides: Pair[float], ends: Pair[Ends], poisson_ratio: float, highest: float) -> _Part:
     """Return the modes with wavenumbers below `highest`, 1/m, of a rectangle of these sides, m.
 
     ends: how the beams along x and along y are held, at the middle of a plate by "symmetry" or as "simple" for the
@@ -107,11 +102,8 @@ def _part(
 
 def _beam_modes(beam: Beam, most: float) -> tuple[Vector, Vector, Vector, Vector]:
     """Return k⁴ and the vectors of a beam's modes with k below `most`, ∫ v′u′ and ∫ v″u between them."""
-    integrals, shape = beam.integrals(), (beam.size, beam.size)
-    mass, twist, bend, elastic = (
-        sparse.csr_array((integrals[pair], (beam.row, beam.column)), shape=shape).toarray()
-        for pair in ((0, 0), (1, 1), (2, 0), (2, 2))
-    )
+    parts = beam.integrals()
+    mass, twist, bend, elastic = (beam.matrix(parts[pair]).toarray() for pair in ((0, 0), (1, 1), (2, 0), (2, 2)))
     fourth, modes = eigh(elastic, mass, subset_by_value=(-np.inf, most**4))
     return np.maximum(fourth, 0.0), modes, modes.T @ twist @ modes, modes.T @ bend @ modes
 
@@ -120,10 +112,9 @@ def _beam_modes(beam: Beam, most: float) -> tuple[Vector, Vector, Vector, Vector
 class ModalPlate:
     """A rectangular Kirchhoff plate as its modes, which serve every place, thickness and material of the same ν.
 
-    `plate.at(x, y)` makes a mesh for its place. The modes of a rectangle are computed once, in about a second, and
-    `ModalPlate.at` returns the oscillators of a place in some milliseconds. All frequencies are proportional to the
-    thickness. Above `plate.highest_frequency` the plate answers as one with its nearest edges alone, in closed form.
-    Results are smooth functions of place, thickness and material.
+    The modes of a rectangle are computed once, in about a second, and `ModalPlate.at` returns the oscillators of a
+    place in some milliseconds, smooth functions of place, thickness and material. Above `plate.highest_frequency` the
+    plate answers as one with its nearest edge alone, in closed form.
 
     Parameters
     ----------
@@ -134,21 +125,13 @@ class ModalPlate:
     until : float
         The longest run, s.
 
-    Raises
-    ------
-    ValueError
-        If the plate is of another kind.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> plate = hl.kirchhoff_plate(0.2, 0.2, 4e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
     >>> modal = hl.ModalPlate(plate, until=0.5e-3)
-    >>> near = modal.at(0.0234, 0.1)
+    >>> near, thicker = modal.at(0.0234, 0.1), modal.at(0.03, 0.05, thickness=5e-3)
     >>> near.contacts, near.size < 200, near.valid_until
     (1, True, 0.0005)
-    >>> [modal.at(0.03, 0.05, thickness=one).surface.material.name for one in (4e-3, 5e-3)]
-    ['aluminium 6061', 'aluminium 6061']
     """
 
     plate: Plate
@@ -161,6 +144,14 @@ class ModalPlate:
                 "edge, without additions and cells; reduce(plate.at(x, y), until) takes others"
             )
 
+    @cached_property
+    def _greatest(self) -> float:
+        return 2.0 * pi / self.plate.shortest_wavelength
+
+    @cached_property
+    def _origin(self) -> dict[str, Any]:
+        return self.plate.data([])
+
     @property
     def _cut_off(self) -> float:
         """Wavenumber of the highest mode, 1/m."""
@@ -168,44 +159,41 @@ class ModalPlate:
         least, most = ((4.0 * pi * modes / (self.plate.length * self.plate.width)) ** 0.5 for modes in MODES)
         return float(min(max(least, self._greatest), most) * fineness().cells ** 0.5)
 
-    @cached_property
-    def _greatest(self) -> float:
-        return 2.0 * pi / self.plate.shortest_wavelength
-
     def at(self, x: float, y: float, thickness: float | None = None, material: Material | None = None) -> Structure:
         """Return the oscillators of the plate struck at (x, y), of another thickness or material where they are given.
 
         Parameters
         ----------
-        x, y : float
-            Coordinates, m.
-        thickness : float, optional
-            Another thickness, m. The cut-off is proportional to it.
+        x, y, thickness : float
+            m. All frequencies are proportional to the thickness.
         material : Material, optional
-            Another material. One of another ν has other modes, which are computed anew.
+            One of another ν has other modes, which are computed anew.
 
         Returns
         -------
         Structure
             M = I, K diagonal, no damping.
-
-        Raises
-        ------
-        ValueError
-            Outside the plate, and on an edge that cannot move.
         """
-        place = finite("x", x, "m"), finite("y", y, "m")
-        edge, distance = self._nearest_edge(place)
-        section = homogeneous_section(
-            self.plate.thickness if thickness is None else thickness, material or self.plate.section.struck
+        plate, place = self.plate, (finite("x", x, "m"), finite("y", y, "m"))
+        sides, left, right, bottom, top = (
+            (plate.length, plate.width),
+            *(HELD[getattr(plate.supports, s)] for s in SIDES),
         )
-        wall = {"thickness": section.thickness, "material": asdict(section.struck), "section": section_data(section)}
-        rigidity, mass = float(section.bending[0, 0]), section.mass
+        ends, edges = ((left, right), (bottom, top)), list[tuple[str, float]]()
+        for name, coordinate, side, kinds in zip("xy", place, sides, ends, strict=True):
+            if not 0.0 <= coordinate <= side:
+                raise ValueError(f"{name} = {coordinate!r}: must lie on the plate, between 0 and {side:g} m")
+            edges += zip(kinds, (coordinate, side - coordinate), strict=True)
+        # On a corner, an edge that is held comes first.
+        edge, distance = min(edges, key=lambda one: (one[1], one[0] == "free"))
+        if distance == 0.0 and edge != "free":
+            raise ValueError(f"x, y = {place}: must not lie on an edge that is held, which cannot move")
+
+        section, wall = _wall(plate.thickness if thickness is None else thickness, material or plate.section.struck)
+        rigidity, mass, nu = float(section.bending[0, 0]), section.mass, section.struck.poisson_ratio
         a, impedance = (rigidity / mass) ** 0.5, 8.0 * (rigidity * mass) ** 0.5
-        cut, nu = a * self._cut_off**2, section.struck.poisson_ratio
-        fourth, shape = self._modes(place, nu)
-        modes = a * np.sqrt(fourth)
-        one_edge = HalfPlane(a, impedance, edge, distance, nu)
+        cut, fourth, shape = a * self._cut_off**2, *modes_at(sides, ends, place, nu, self._cut_off)
+        modes, one_edge = a * np.sqrt(fourth), HalfPlane(a, impedance, edge, distance, nu)
         fading, fading_weight = one_edge.resolved(cut, self.until, FADED * cut)
         bands = [
             (modes, shape**2 / mass * _kept(modes / cut)),
@@ -213,71 +201,51 @@ class ModalPlate:
             one_edge.following(cut, QUASI_STATIC * cut),
         ]
         frequency, weight = (np.concatenate(both) for both in zip(*bands, strict=True))
-        frequency, weight = _fewer(frequency, weight, self.plate.highest_frequency, self.until)
-        return Structure(
-            sparse.csr_array(sparse.eye_array(frequency.size)),
-            sparse.csr_array(sparse.diags_array(frequency**2)),
-            None,
-            np.sqrt(weight),
-            one_edge.compliance_above(QUASI_STATIC * cut),
-            Surface(section.struck),
-            {**self.plate.data([Contact(*place, "front")]), **wall},
-            self.until,
-        )
+        frequency, weight = _fewer(frequency, weight, plate.highest_frequency, self.until)
+        return oscillators(
+            frequency, weight, one_edge.compliance_above(QUASI_STATIC * cut), section.struck,
+            self._origin | wall | contacts_data([Contact(*place, "front")]), self.until,
+        )  # fmt: skip
 
-    def _nearest_edge(self, place: tuple[float, float]) -> tuple[str, float]:
-        """Return how the nearest edge is held, and its distance, m."""
-        edges = list[tuple[str, float]]()
-        for name, coordinate, side, kinds in zip("xy", place, self._sides, self._edges, strict=True):
-            if not 0.0 <= coordinate <= side:
-                raise ValueError(f"{name} = {coordinate!r}: must lie on the plate, between 0 and {side:g} m")
-            edges += zip(kinds, (coordinate, side - coordinate), strict=True)
-        # On an edge, one that is held comes first.
-        nearest = min(edges, key=lambda edge: (edge[1], edge[0] == "free"))
-        if nearest[1] == 0.0 and nearest[0] != "free":
-            raise ValueError(f"x, y = {place}: must not lie on an edge that is held, which cannot move")
-        return nearest
 
-    @property
-    def _sides(self) -> tuple[float, float]:
-        return self.plate.length, self.plate.width
-
-    @property
-    def _edges(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        left, right, bottom, top = (HELD[getattr(self.plate.supports, side)] for side in SIDES)
-        return (left, right), (bottom, top)
-
-    def _modes(self, place: tuple[float, float], poisson_ratio: float) -> tuple[Vector, Vector]:
-        """Return k⁴ of the modes that move a place, and their motion there, 1/m."""
-        choices = []
-        for coordinate, side, ends in zip(place, self._sides, self._edges, strict=True):
-            if ends[0] != ends[1]:
-                choices.append([(side, ends, coordinate, 1.0)])
-                continue
-            # Even and odd motions of one half; its image has as much of ∫φ².
-            near = min(coordinate, side - coordinate)
-            middle = abs(coordinate - 0.5 * side) <= 1e-9 * side
-            halves = ("symmetry",) if middle else ("symmetry", "simple")
-            choices.append([(0.5 * side, (ends[0], half), near, 0.5**0.5) for half in halves])
-        found = []
-        for (side_x, ends_x, x, share_x), (side_y, ends_y, y, share_y) in product(*choices):
-            part = _part((side_x, side_y), (ends_x, ends_y), poisson_ratio, self._cut_off)
-            found.append((part.fourth, share_x * share_y * part.at((x, y))))
-        fourth, shape = (np.concatenate(both) for both in zip(*found, strict=True))
-        return fourth, shape
+@lru_cache(BASES)
+def _wall(thickness: float, material: Material) -> tuple[Section, dict[str, Any]]:
+    """Return a wall of one material, and what results say of it."""
+    section = homogeneous_section(thickness, material)
+    return section, {"thickness": section.thickness, "material": asdict(material), "section": section.data}
 
 
 def is_modal(plate: Plate) -> bool:
     """Return whether the modes cover a plate."""
     supports = plate.supports
     return (
-        plate.kind == "Kirchhoff plate"
+        plate.thin
         and isinstance(plate.shape, Rectangle) and not plate.shape.fixed
         and isinstance(plate.material, Material)
         and not plate.additions
         and isinstance(supports, Supports)
         and all(isinstance(held, str) and held in HELD for held in (getattr(supports, side) for side in SIDES))
     )  # fmt: skip
+
+
+def modes_at(sides: Pair[float], ends: Pair[Ends], place: Pair[float], nu: float, cut_off: float) -> Pair[Vector]:
+    """Return k⁴ of the modes that move a place, and their motion there, 1/m."""
+    choices = []
+    for coordinate, side, held in zip(place, sides, ends, strict=True):
+        if held[0] != held[1]:
+            choices.append([(side, held, coordinate, 1.0)])
+            continue
+        # Even and odd motions of one half; its image has as much of ∫φ².
+        near = min(coordinate, side - coordinate)
+        middle = abs(coordinate - 0.5 * side) <= 1e-9 * side
+        halves = ("symmetry",) if middle else ("symmetry", "simple")
+        choices.append([(0.5 * side, (held[0], half), near, 0.5**0.5) for half in halves])
+    found = []
+    for (side_x, ends_x, x, share_x), (side_y, ends_y, y, share_y) in product(*choices):
+        part = _part((side_x, side_y), (ends_x, ends_y), nu, cut_off)
+        found.append((part.fourth, share_x * share_y * part.at((x, y))))
+    fourth, shape = (np.concatenate(both) for both in zip(*found, strict=True))
+    return fourth, shape
 
 
 def _fewer(frequency: Vector, weight: Vector, highest: float, until: float) -> tuple[Vector, Vector]:

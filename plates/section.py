@@ -1,30 +1,20 @@
 """The wall of a plate as its theory uses it: bending and shear stiffness, mass; of one material or of layers."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Annotated, Any
 
 import numpy as np
 
 from structures.bodies.elasticity import shear_modulus
-from structures.caution import caution
 from structures.described import described, described_as
 from structures.material import Material
 from structures.quantities import Asks, Quantity, Thickness, WallThickness
 from structures.structure import Vector
-from structures.units import readable
 
-SHEAR_CORRECTION = 5.0 / 6.0
-"""Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
-
+SHEAR_CORRECTION = 5.0 / 6.0  # Reissner's factor of the transverse shear stiffness of a homogeneous plate
+# Directions in which D(φ) is sampled: its mean is exact to rounding unless the stiffnesses differ extremely.
 DIRECTIONS = 720
-"""Directions in which D(φ) is sampled: its mean is exact to rounding unless the stiffnesses differ extremely."""
-
-THICK = 0.1
-"""Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
-
-ROUNDING = 1e-9
-"""Part of a stiffness below which an entry counts as zero."""
-
+ROUNDING = 1e-9  # Part of a stiffness below which an entry counts as zero
 ShearCorrection = Annotated[float, Quantity()]
 
 
@@ -58,23 +48,13 @@ class Section:
         3 × 3, N m: moments (M_xx, M_yy, M_xy) over curvatures (w_xx, w_yy, 2 w_xy).
     shear : array
         2 × 2, N/m: forces (Q_x, Q_y) over transverse shear strains, with the shear correction.
-    mass : float
-        Mass per area, kg/m².
-    rotary_inertia : float
-        Rotary inertia per area, kg.
-    thickness : float
-        Thickness, m.
+    mass, rotary_inertia, thickness : float
+        Mass per area, kg/m²; rotary inertia per area, kg; thickness, m.
     struck : Material
         The isotropic material whose E and ν enter Hertz's contact law.
 
-    Raises
-    ------
-    ValueError
-        Where a stiffness is not symmetric and positive definite, or another number is out of its range.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> hl.homogeneous_section(2e-3, hl.ALUMINIUM_6061)
     <Section: 2 mm, D11 = 51.55 N m, D22 = 51.55 N m, 5.386 kg/m²; aluminium 6061 is struck>
     """
@@ -91,6 +71,13 @@ class Section:
         """Bending stiffness, shear stiffness, and part of the rotary inertia of each wall in Mindlin's theory: one."""
         return [(self.bending, self.shear, 1.0)]
 
+    @property
+    def data(self) -> dict[str, Any]:
+        """The section as plain data, for results."""
+        numbers = {"bending": self.bending.tolist(), "shear": self.shear.tolist(), "mass": self.mass}
+        more = {"rotary_inertia": self.rotary_inertia, "thickness": self.thickness, "struck": asdict(self.struck)}
+        return numbers | more
+
     def __repr__(self) -> str:
         first, second = self.bending[0, 0], self.bending[1, 1]
         stiffness = f"D11 = {first:.4g} N m, D22 = {second:.4g} N m"
@@ -106,29 +93,18 @@ def homogeneous_section(
 
     Parameters
     ----------
-    thickness : float
-        Thickness t, m.
-    material : Material
-        Its material.
-    shear_correction : float
-        Factor of the transverse shear stiffness G t: 5/6 is Reissner's, π²/12 Mindlin's.
+    thickness, material, shear_correction
+        As of `mindlin_plate`.
 
     Returns
     -------
     Section
         Bending stiffness D = E t³/12(1 − ν²), mass ρ t, rotary inertia ρ t³/12.
 
-    Raises
-    ------
-    ValueError
-        Where an argument is of the wrong kind or out of its range.
-
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> wall = hl.homogeneous_section(2.29e-3, hl.ALUMINIUM_6061)
-    >>> print(f"{wall.bending[0, 0]:.2f} N m, {wall.mass:.2f} kg/m²")
-    77.38 N m, 6.17 kg/m²
+    >>> round(hl.homogeneous_section(2.29e-3, hl.ALUMINIUM_6061).mass, 2)
+    6.17
     """
     nu, rigidity = material.poisson_ratio, material.contact_modulus * thickness**3 / 12.0
     bending = rigidity * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
@@ -137,15 +113,21 @@ def homogeneous_section(
     return Section(bending, shear, mass, mass * thickness**2 / 12.0, thickness, material)
 
 
-def check_thickness(thickness: float, shorter: float, thin: bool = True) -> None:
-    """Raise a ValueError for a wall thicker than the plate's shorter side, m; warn where it exceeds the thin theory."""
-    if thickness > shorter:
-        raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
-    if thin and thickness > THICK * shorter:
-        caution(
-            f"thickness = {readable(thickness, 'm', 6)}: exceeds a tenth of the plate's shorter "
-            "side; Kirchhoff's theory is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
-        )
+def thin_wavelength(section: Section, rigidity: float, frequency: float) -> float:
+    """Return the length of flexural waves in Kirchhoff's theory, 2π (D/m)^¼ / √ω, m; frequency in Hz."""
+    return float(2.0 * np.pi * (rigidity / section.mass) ** 0.25 / (2.0 * np.pi * frequency) ** 0.5)
+
+
+def thick_wavelength(
+    mass: float, rigidity: float, frequency: float, rotary_inertia: float = 0.0, shear: float = np.inf
+) -> float:
+    """Return the length of flexural waves in Mindlin's theory, m: 2π/k with the larger root k of
+    D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0; rotary inertia J in kg, shear stiffness S in N/m."""
+    circular = 2.0 * np.pi * frequency
+    linear = (rotary_inertia + mass * rigidity / shear) * circular**2
+    constant = mass * circular**2 * (1.0 - rotary_inertia * circular**2 / shear)
+    square = (linear + np.sqrt(linear**2 + 4.0 * rigidity * constant)) / (2.0 * rigidity)
+    return float(2.0 * np.pi / np.sqrt(square))
 
 
 def stiffness_towards(section: Section, angle: Vector) -> Vector:
@@ -159,10 +141,8 @@ def stiffness_towards(section: Section, angle: Vector) -> Vector:
 
 
 def mirrors_itself(section: Section, angle: float) -> bool:
-    """Return whether the wall is its own mirror image in a line at an angle from x, rad.
-
-    In axes along the line, bending does not twist the wall (D₁₆ = D₂₆ = 0) and the shear stiffness is diagonal.
-    """
+    """Return whether the wall is its own mirror image in a line at an angle from x, rad: in axes along the line bending
+    does not twist the wall (D₁₆ = D₂₆ = 0) and the shear stiffness is diagonal."""
     c, s = np.cos(angle), np.sin(angle)
     bend = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
     shear = np.array([[c, s], [-s, c]])
@@ -179,16 +159,5 @@ def all_around(section: Section) -> Vector:
 
 
 def point_rigidity(section: Section) -> float:
-    """Return D of the isotropic plate with the same impedance at a point, N m.
-
-    An infinite plate answers a force e^{iωt} at a point with the velocity
-    iω/4π² ∫∫ k dk dφ / (D(φ) k⁴ − ρtω²) = 1/(16π √(ρt)) ∫ D(φ)^(−½) dφ, so D is that of the mean of 1/√D(φ).
-    """
+    """Return D of the isotropic plate with the same impedance at a point, N m: that of the mean of 1/√D(φ)."""
     return float(np.mean(all_around(section) ** -0.5) ** -2)
-
-
-def section_data(section: Section) -> dict[str, Any]:
-    """Return the section as plain data, for results."""
-    data = {of.name: getattr(section, of.name) for of in fields(Section)}
-    arrays = {name: data[name].tolist() for name in ("bending", "shear")}
-    return data | arrays | {"struck": asdict(section.struck)}

@@ -427,11 +427,6 @@ def _plates() -> dict[str, Target]:
             push,
             {"length": (1e-9, 1e6), "foundation": (1e-300, 1e300)},
         ),
-        "thermal_prestress": Target(
-            hl.thermal_prestress,
-            {"rise": -1.0, "expansion": 2e-5, "thickness": 2e-3, "material": STEEL},
-            lambda one: with_addition(one),
-        ),
         "Ply": Target(
             hl.Ply,
             {"material": STEEL, "thickness": 1e-3, "angle": 0.1},

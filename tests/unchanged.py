@@ -270,7 +270,6 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
             "weak spot": hl.Weakened((0.05, 0.08, 0.05, 0.08), 0.5),
             "stiffener": hl.Stiffener((0.02, 0.05), (0.18, 0.05), 10.0, 2.0, 0.1),
             "prestress": hl.Prestress(2e4, -1e4, 5e3),
-            "warm": hl.thermal_prestress(15.0, 23e-6, 3e-3, hl.ALUMINIUM_6061),
         }.items()
     }
     found |= {

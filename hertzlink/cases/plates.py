@@ -13,7 +13,7 @@ from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Length, Part, World, either, file_of, forms, made
 from plates.additions import PointMass
 from plates.builders import kirchhoff_plate, mindlin_panel, mindlin_plate
-from plates.infinite import infinite_plate
+from plates.half_plane import infinite_plate
 from plates.laminate import Laminate
 from plates.plate import Plate
 from plates.section import Section

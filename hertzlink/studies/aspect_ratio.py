@@ -27,7 +27,7 @@ from hertzlink.studies.table import Row, Rows
 from hertzlink.studies.verdicts import printed
 from hertzlink.studies.waves import returned
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
 
 row = Rows("aspect_ratio")
 BODIES = ("plate", "infinite plate", "half-space")

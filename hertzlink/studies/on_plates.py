@@ -4,7 +4,7 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.studies import waves
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
 
 SIDE, IMPACT_SPEED, MATERIAL = 0.914, 0.31, hl.ALUMINIUM_6061
 THICKNESSES = (2.29e-3, 3.18e-3, 4.83e-3)

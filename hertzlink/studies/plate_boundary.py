@@ -24,9 +24,8 @@ from hertzlink.studies.results import each, scalars, with_units
 from hertzlink.studies.table import WORDS, Named, Row, Rows, bracketed
 from hertzlink.studies.waves import contact_time
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.elements.theory import thick_wavelength
-from plates.section import point_rigidity
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
+from plates.section import point_rigidity, thick_wavelength
 from structures.bodies.elasticity import pressure_speed, shear_speed
 from structures.bodies.layers import HERTZ_COLLISION
 from structures.caution import collected

@@ -8,98 +8,75 @@ The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangle
 the beam matrix is that of a point; over a rectangle the integrals extend over that part only, wherever it ends.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from math import inf
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened, extent
-from plates.elements.field import PlateSampler, product_sampler
-from plates.elements.theory import Assembled, Supported, Touch, check_free, thin_wavelength
-from plates.section import Section
+from plates.elements.assembled import Assembled, PlateSampler, Touch, check_free, product_sampler
+from plates.section import Section, thin_wavelength
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.meshes.mesh_reading import Tag
 from structures.structure import Vector
 
+# Which of deflection and slope each kind of end holds.
 HELD = {"clamped": (0, 1), "simple": (0,), "soft simple": (0,), "symmetry": (1,), "free": ()}
-"""Which of deflection and slope each kind of end holds."""
-
+# Cells per shortest wavelength at the contact, and far from it, where only slower waves matter. On the thesis's plates
+# amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plate_meshes.py).
 FINEST, COARSEST = 12.0, 1.7
-"""Cells per shortest wavelength at the contact, and far from it, where only slower waves matter. On the thesis's plates
-amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plate_meshes.py)."""
-
-GROWTH = 0.3
-"""Increase of the size of a cell over its neighbour nearer to the contact."""
-
-GAUSS = np.polynomial.legendre.leggauss(4)
-"""Four points integrate products of cubic functions exactly."""
-
-SAME = 1e-9
-"""Places nearer to each other than this part of a side are one."""
-
-ORDERS = [(i, j) for i in range(3) for j in range(3)]
-
-Term = tuple[float, Vector, Vector]
-"""factor · x⊗y: a number, and the entries of two beam matrices."""
-
-Whole = NDArray[np.int64]
-
-Integrals = dict[tuple[int, int], Vector]
-"""Entries of P_ij by (i, j)."""
+GROWTH = 0.3  # Increase of the size of a cell over its neighbour nearer to the contact
+GAUSS = np.polynomial.legendre.leggauss(4)  # Four points integrate products of cubic functions exactly
+Term: TypeAlias = tuple[float, Vector, Vector]  # factor · x⊗y: a number, and the entries of two beam matrices
+Integrals: TypeAlias = dict[tuple[int, int], Vector]  # Entries of P_ij by (i, j)
 
 
 @dataclass(frozen=True)
 class Hermite:
-    """Kirchhoff's theory with Bogner–Fox–Schmit elements on rows and columns of rectangles: an `Element`."""
+    """Kirchhoff's theory with Bogner–Fox–Schmit elements on rows and columns of rectangles."""
 
     name: ClassVar[str] = "Kirchhoff"
     thin: ClassVar[bool] = True
     patch_radius: ClassVar[float] = 0.0
     unknowns: ClassVar[float] = 4.0
 
-    def described(self) -> dict[str, Any]:
-        """Return the parameters of its own, for results."""
-        return {}
-
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
-        """Return 2π (D/m)^¼ / √ω, m."""
         return thin_wavelength(section, rigidity, frequency)
 
     def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
-        """Return the lines where additions make the curvature jump."""
+        """Return the cells for waves of a length, m, with lines where additions make the curvature jump."""
         places = [extent(addition) for addition in additions]
         xs, ys = (tuple(place for both in places for place in both[axis]) for axis in (0, 1))
         return Cells(wavelength / FINEST, GROWTH, wavelength / COARSEST, geometric=True, lines=(xs, ys))
-
-    def objection(self, addition: Addition) -> str:
-        """Oblique stiffeners are refused."""
-        if isinstance(addition, Stiffener) and not (addition.along_x or addition.along_y):
-            return "must be parallel to a side; mindlin_plate, and panels of any shape, take others too"
-        return ""
-
-    def assemble(
-        self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
-    ) -> Assembled:
-        """Return the tensor product of the beams along x and y; raise a ValueError for other meshes."""
-        x, y = (_beam(mesh, supports, axis) for axis in (0, 1))
-        if mesh.mesh.t.shape[0] != 4 or mesh.mesh.nelements != (x.nodes.size - 1) * (y.nodes.size - 1):
-            raise ValueError("mesh: must consist of rows and columns of rectangles parallel to x and y")
-        check_free(x.size * y.size)
-        mass, stiffness = plate_matrices(x, y, section, additions)
-        return Assembled(mass, stiffness, partial(_contact, x, y), partial(_sampler, x, y, section))
 
     def flexibility(self, wall: Section) -> float:
         """Return 0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
         return 0.0
 
+    def assemble(
+        self, mesh: PlateMesh, section: Section, supports: Mapping[Tag, Support], additions: Sequence[Addition]
+    ) -> Assembled:
+        beams = []
+        for axis in (0, 1):
+            # The support of each end is that of the facets there; a side without one is free.
+            nodes = np.unique(mesh.mesh.p[axis])
+            sides = [np.flatnonzero((mesh.mesh.p[axis][mesh.mesh.facets] == end).all(axis=0)) for end in nodes[[0, -1]]]
+            names = [next((name for name in supports if np.isin(side, mesh.edges[name]).all()), None) for side in sides]
+            first, last = ("free" if name is None else supports[name] for name in names)
+            beams.append(Beam(nodes, first, last, mirrored=names[1] == MIRROR))
+        x, y = beams
+        check_free(x.size * y.size)
+        mass, stiffness = plate_matrices(x, y, section, additions)
+        return Assembled(mass, stiffness, partial(_contact, x, y), partial(_sampler, x, y, section))
 
-@dataclass(frozen=True, eq=False)
+
 class Beam:
     """Hermite beams along one side of a plate: a deflection and a slope at each node, less what the ends hold.
 
@@ -107,30 +84,19 @@ class Beam:
     A beam matrix is the vector of its entries at (row, column), in the order of compressed rows.
     """
 
-    nodes: Vector
-    start: Support
-    end: Support
-    mirrored: bool = False
-    kept: Whole = field(init=False)
-    row: Whole = field(init=False)
-    column: Whole = field(init=False)
-    _there: Whole = field(init=False)
-    _slot: Whole = field(init=False)
-    """Which entries of all cells' 4 × 4 are kept, and where they go."""
-
-    def __post_init__(self) -> None:
-        last = 2 * self.nodes.size - 2
-        held = set(_held(self.start)) | {last + kind for kind in _held(self.end)}
-        kept = np.setdiff1d(np.arange(last + 2), sorted(held))
+    def __init__(self, nodes: Vector, start: Support, end: Support, mirrored: bool = False) -> None:
+        self.nodes, self.start, self.end, self.mirrored = nodes, start, end, mirrored
+        last = 2 * nodes.size - 2
+        starts, ends = (() if isinstance(kind, ElasticEdge) else HELD[kind] for kind in (start, end))
+        self.kept = np.setdiff1d(np.arange(last + 2), [*starts, *(last + kind for kind in ends)])
         number = np.full(last + 2, -1)
-        number[kept] = np.arange(kept.size)
-        local = number[2 * np.arange(self.nodes.size - 1)[:, None] + np.arange(4)]
+        number[self.kept] = np.arange(self.size)
+        local = number[2 * np.arange(nodes.size - 1)[:, None] + np.arange(4)]
         rows, columns = (np.broadcast_to(one, (*local.shape, 4)).ravel() for one in (local[:, :, None], local[:, None]))
-        there = np.flatnonzero((rows >= 0) & (columns >= 0))
-        code, slot = np.unique(rows[there] * kept.size + columns[there], return_inverse=True)
-        entries = kept, *np.divmod(code, max(kept.size, 1)), there, slot
-        for name, values in zip(("kept", "row", "column", "_there", "_slot"), entries, strict=True):
-            object.__setattr__(self, name, values)
+        # Which entries of all cells' 4 × 4 are kept, and where they go.
+        self._there = np.flatnonzero((rows >= 0) & (columns >= 0))
+        code, self._slot = np.unique(rows[self._there] * self.size + columns[self._there], return_inverse=True)
+        self.row, self.column = np.divmod(code, max(self.size, 1))
 
     @property
     def size(self) -> int:
@@ -145,8 +111,15 @@ class Beam:
         points = (low + high)[:, None] / 2.0 + (high - low)[:, None] / 2.0 * place
         weights = (high - low)[:, None] / 2.0 * weight
         shapes = _hermite(left[:, None], (right - left)[:, None], points)
-        cells = ((order, np.einsum("qcp,rcp,cp->cqr", *(shapes[i] for i in order), weights)) for order in ORDERS)
-        return {ij: np.bincount(self._slot, one.ravel()[self._there], self.row.size).astype(float) for ij, one in cells}
+        parts = {}
+        for i, j in product(range(3), repeat=2):
+            blocks = np.einsum("qcp,rcp,cp->cqr", shapes[i], shapes[j], weights)
+            parts[i, j] = np.bincount(self._slot, blocks.ravel()[self._there], self.row.size).astype(float)
+        return parts
+
+    def matrix(self, entries: NDArray[Any]) -> sparse.csr_array:
+        """Return a beam matrix from its entries."""
+        return sparse.csr_array((entries, (self.row, self.column)), shape=(self.size, self.size))
 
     def at(self, position: float, derivative: int = 0) -> Vector:
         """Return the values of all kept shape functions, or of a derivative of theirs, at a position, m."""
@@ -154,7 +127,7 @@ class Beam:
         left, right = self.nodes[cell], self.nodes[cell + 1]
         values = np.zeros(2 * self.nodes.size)
         values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, np.asarray(position))[derivative]
-        return values[self.kept]
+        return np.asarray(values[self.kept])
 
     def reading(self) -> tuple[Vector, list[sparse.csr_array]]:
         """Return the nodes and midpoints of cells, m, mirror images included, and the matrices that read deflection,
@@ -163,10 +136,7 @@ class Beam:
         readings = [np.array([self.at(point, derivative) for point in points]) for derivative in range(3)]
         if self.mirrored:
             points = np.concatenate([points, 2.0 * points[-1] - points[-2::-1]])
-            signs = (1.0, -1.0, 1.0)
-            readings = [
-                np.concatenate([reading, sign * reading[-2::-1]]) for reading, sign in zip(readings, signs, strict=True)
-            ]
+            readings = [np.concatenate([one, (-1.0) ** i * one[-2::-1]]) for i, one in enumerate(readings)]
         return points, [sparse.csr_array(reading) for reading in readings]
 
     def point(self, position: float, derivative: int = 0) -> Vector:
@@ -182,26 +152,6 @@ class Beam:
             if isinstance(kind, ElasticEdge):
                 total += kind.translation * self.point(position) + kind.rotation * self.point(position, 1)
         return total
-
-
-def _beam(mesh: PlateMesh, supports: Supported, axis: int) -> Beam:
-    """Return the beam along x (0) or y (1) between two sides of a mesh of rows and columns."""
-    nodes = np.unique(mesh.mesh.p[axis])
-    start, end = (_end(mesh, supports, axis, place) for place in (nodes[0], nodes[-1]))
-    first, last = ("free" if name is None else supports[name] for name in (start, end))
-    return Beam(nodes, first, last, mirrored=end == MIRROR)
-
-
-def _end(mesh: PlateMesh, supports: Supported, axis: int, place: float) -> Tag | None:
-    """Return the name of the held edge that fills the side of a mesh at a place; None where the side is free."""
-    side = np.flatnonzero((mesh.mesh.p[axis][mesh.mesh.facets] == place).all(axis=0))
-    for name in supports:
-        held = np.isin(side, mesh.edges[name])
-        if held.all():
-            return name
-        if held.any():
-            raise ValueError(f"supports[{name!r}]: holds a part of a side; the element needs one support for each side")
-    return None
 
 
 def _contact(x: Beam, y: Beam, touch: Touch) -> Vector:
@@ -226,9 +176,16 @@ def plate_matrices(
         if isinstance(addition, PointMass):
             inertia.append((addition.mass, x.point(addition.x), y.point(addition.y)))
         elif isinstance(addition, Stiffener):
-            more_inertia, more_elastic = _stiffener(addition, x, y)
-            inertia.append(more_inertia)
-            elastic += more_elastic
+            # A beam along x bends by w_xx and twists by w_xy; its line has one y.
+            (x1, y1), (x2, y2) = sorted([addition.start, addition.end])
+            if addition.along_x:
+                line, value, slope = x.integrals(x1, x2), y.point(y1), y.point(y1, 1)
+                still, bent, twisted = (line[0, 0], value), (line[2, 2], value), (line[1, 1], slope)
+            else:
+                line, value, slope = y.integrals(y1, y2), x.point(x1), x.point(x1, 1)
+                still, bent, twisted = (value, line[0, 0]), (value, line[2, 2]), (slope, line[1, 1])
+            inertia.append((addition.mass_per_length, *still))
+            elastic += [(addition.bending_stiffness, *bent), (addition.torsion_stiffness, *twisted)]
         elif isinstance(addition, Weakened):
             left, right, bottom, top = addition.region
             lost = (addition.factor - 1.0) * section.bending
@@ -236,12 +193,19 @@ def plate_matrices(
         elif isinstance(addition, Prestress):
             elastic += [(addition.xx, along[1, 1], across[0, 0]), (addition.yy, along[0, 0], across[1, 1])]
             elastic += [(addition.xy, along[1, 0], across[0, 1]), (addition.xy, along[0, 1], across[1, 0])]
-    mass, stiffness = _assembled(x, y, inertia, elastic)
+
+    # All terms share one sparsity pattern: each sum is one dense product, entries of x by entries of y.
+    ones, numbers = ([beam.matrix(data(beam.row.size)) for beam in (x, y)] for data in (np.ones, np.arange))
+    of_x = sparse.kron(numbers[0], ones[1], format="csr")
+    of_y = sparse.kron(ones[0], numbers[1], format="csr").data.astype(int)
+    matrices = []
+    for terms in (inertia, elastic):
+        first = np.array([factor * entries for factor, entries, _ in terms])
+        products = first.T @ np.array([entries for _, _, entries in terms])
+        data = products[of_x.data.astype(int), of_y]
+        matrices.append(sparse.csr_array((data, of_x.indices, of_x.indptr), of_x.shape))
+    mass, stiffness = matrices
     return mass, stiffness
-
-
-def _held(kind: Support) -> tuple[int, ...]:
-    return () if isinstance(kind, ElasticEdge) else HELD[kind]
 
 
 def _hermite(left: Vector, length: Vector, points: Vector) -> list[Vector]:
@@ -268,37 +232,3 @@ def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
             (2.0 * d[1, 2], x[0, 1], y[2, 1]), (2.0 * d[1, 2], x[1, 0], y[1, 2]),
         ]  # fmt: skip
     return terms
-
-
-def _stiffener(stiffener: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
-    """Return inertia, and bending and twist, of a stiffener along x or along y: it bends and twists with the plate."""
-    (x1, y1), (x2, y2) = stiffener.start, stiffener.end
-    if stiffener.along_x:
-        line, value, slope = x.integrals(min(x1, x2), max(x1, x2)), y.point(y1), y.point(y1, 1)
-        ordered = [(line[0, 0], value), (line[2, 2], value), (line[1, 1], slope)]
-    else:
-        line, value, slope = y.integrals(min(y1, y2), max(y1, y2)), x.point(x1), x.point(x1, 1)
-        ordered = [(value, line[0, 0]), (value, line[2, 2]), (slope, line[1, 1])]
-    factors = (stiffener.mass_per_length, stiffener.bending_stiffness, stiffener.torsion_stiffness)
-    inertia, *elastic = [(factor, *pair) for factor, pair in zip(factors, ordered, strict=True)]
-    return inertia, elastic
-
-
-def _assembled(x: Beam, y: Beam, *sums: Sequence[Term]) -> list[sparse.csr_array]:
-    """Return Σ factor · x⊗y for each list of terms. All share one sparsity pattern.
-
-    Each sum is one dense product, entries of x by entries of y. The rest computes where the entries belong.
-    """
-    along, across = (np.bincount(beam.row, minlength=beam.size) for beam in (x, y))
-    starts = np.concatenate([[0], np.cumsum(np.outer(along, across))])
-    within_x, within_y = (np.arange(b.row.size) - (np.cumsum(n) - n)[b.row] for b, n in ((x, along), (y, across)))
-    place = starts[:-1].reshape(x.size, y.size)[x.row][:, y.row] + within_x[:, None] * across[y.row] + within_y
-    columns = np.empty(place.size, dtype=np.int32)
-    columns[place.ravel()] = (x.column[:, None] * y.size + y.column).ravel()
-    matrices, shape = [], (x.size * y.size,) * 2
-    for terms in sums:
-        data = np.empty(place.size)
-        left = np.array([factor * entries for factor, entries, _ in terms])
-        data[place.ravel()] = (left.T @ np.array([entries for _, _, entries in terms])).ravel()
-        matrices.append(sparse.csr_array((data, columns, starts.astype(np.int32)), shape))
-    return matrices

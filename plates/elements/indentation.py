@@ -19,35 +19,20 @@ from math import log, pi
 import numpy as np
 from scipy.special import j1
 
-from plates.laminate import LayeredSection, Ply, constants
+from plates.laminate import LayeredSection, Ply, constants, turned
 from plates.section import Section, all_around
-from structures.bodies.anisotropy import VOIGT_INDEX
 from structures.material import Material
 from structures.structure import Vector
 
-LAYER = -2.252968
-"""∫ B(x) − 12/x³ − 2.4/x [x < 1] dx from 0 on."""
-
-MEAN_OF_LOGARITHM = 0.3659315
-"""∫ (4 J₁²(x)/x² − [x < 1]) dx/x = ln 2 − γ + 1/4."""
-
-MEAN_OF_BENDING = -0.2373162
-"""∫ (4 J₁²(x)/x² − 1 + x²/4 [x < 1]) dx/x³ = −(ln 2 − γ)/4 − 5/24."""
-
-
-DEGREE = 4
-"""Degree of the elements through the thickness."""
-
-HALVED = 5
-"""Elements of the struck ply, each half as thick as the one below it."""
-
-DIRECTIONS = 12
-"""Directions of the waves over half a turn, where a ply is anisotropic."""
-
+LAYER = -2.252968  # ∫ B(x) − 12/x³ − 2.4/x [x < 1] dx from 0 on
+MEAN_OF_LOGARITHM = 0.3659315  # ∫ (4 J₁²(x)/x² − [x < 1]) dx/x = ln 2 − γ + 1/4
+MEAN_OF_BENDING = -0.2373162  # ∫ (4 J₁²(x)/x² − 1 + x²/4 [x < 1]) dx/x³ = −(ln 2 − γ)/4 − 5/24
+# Degree of the elements through the thickness; elements of the struck ply, each half as thick as the one below it.
+DEGREE, HALVED = 4, 5
+DIRECTIONS = 12  # Directions of the waves over half a turn, where a ply is anisotropic
+# The least kt, lower where shear is soft, and the greatest k times the struck ply's thickness. Longer waves see
+# Mindlin's theory, shorter ones a half-space.
 LONGEST, SHORTEST = 0.2, 20.0
-"""The least kt, lower where shear is soft, and the greatest k times the struck ply's thickness. Longer waves see
-Mindlin's theory, shorter ones a half-space."""
-
 PANELS = np.polynomial.legendre.leggauss(6)
 
 
@@ -70,7 +55,7 @@ def remaining_flexibility(section: Section, radius: float) -> float:
     2J₁(ka)/ka is the disc's mean. The stiffness of anisotropic walls is averaged over all directions.
     """
     if isinstance(section, LayeredSection):
-        return _of_layers(section, radius)
+        return _layered(section, radius)
     rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
     bend, thickness = bending_by_poisson(section) - radius**2 / 8.0, section.thickness
     ratio = log(thickness / radius)
@@ -85,7 +70,7 @@ def _rigidity(section: Section) -> float:
     return float(1.0 / (1.0 / all_around(section)).mean())
 
 
-def _of_layers(section: LayeredSection, radius: float) -> float:
+def _layered(section: LayeredSection, radius: float) -> float:
     """Return 1/2π ∫ (layers − half-space − plate · disc²) k dk, m/N."""
     bend = bending_by_poisson(section), radius
     wavenumber, layers = deflections(section)
@@ -163,29 +148,19 @@ def _along(plies: tuple[Ply, ...], wavenumber: Vector, direction: float) -> Vect
     shapes = np.linalg.inv(np.vander(nodes, increasing=True))
     value = np.vander(place, DEGREE + 1, increasing=True) @ shapes
     slope = np.vander(place, DEGREE, increasing=True) * np.arange(1, DEGREE + 1) @ shapes[1:]
+    masses, mixes, slopes = (
+        np.einsum("q,qa,qb->ab", weight, *pair) for pair in ((value, value), (value, slope), (slope, slope))
+    )
     cells = [(plies[0], plies[0].thickness * 2.0**-i) for i in (HALVED, *range(HALVED, 0, -1))]
     cells += [(ply, ply.thickness / 2.0) for ply in plies[1:] for _ in (0, 1)]
     size = 3 * (DEGREE * len(cells) + 1)
     parts = np.zeros((3, size, size))  # of k⁰, k¹, k²
     for i, (ply, thickness) in enumerate(cells):
         own = slice(3 * DEGREE * i, 3 * DEGREE * (i + 1) + 3)
-        stiff = _turned(constants(ply.material), ply.angle - direction)
-        by = {name: np.einsum("q,qa,qb->ab", weight, *pair) for name, pair in (
-            ("00", (value, value)), ("01", (value, slope)), ("11", (slope, slope))
-        )}  # fmt: skip
-        mixed = np.kron(by["01"], along.T @ stiff @ across)
-        parts[0, own, own] += np.kron(by["11"] / thickness, across.T @ stiff @ across)
+        stiff = turned(constants(ply.material), ply.angle - direction)
+        mixed = np.kron(mixes, along.T @ stiff @ across)
+        parts[0, own, own] += np.kron(slopes / thickness, across.T @ stiff @ across)
         parts[1, own, own] += mixed + mixed.T
-        parts[2, own, own] += np.kron(by["00"] * thickness, along.T @ stiff @ along)
+        parts[2, own, own] += np.kron(masses * thickness, along.T @ stiff @ along)
     force = np.eye(1, size, 2)[0]
     return np.array([np.linalg.solve(parts[0] + k * parts[1] + k**2 * parts[2], force)[2] for k in wavenumber])
-
-
-def _turned(stiffness: Vector, angle: float) -> Vector:
-    """Return elastic constants, 6 × 6, in axes from which the material's are turned about z by an angle, rad."""
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    full = stiffness[VOIGT_INDEX[:, :, None, None], VOIGT_INDEX]
-    full = np.einsum("ai,bj,ck,dl,ijkl->abcd", turn, turn, turn, turn, full)
-    rows, columns = [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]
-    return np.asarray(full[rows, columns][:, rows, columns])

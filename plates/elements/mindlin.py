@@ -1,28 +1,28 @@
-"""Matrices of Mindlin–Reissner plates on any flat mesh, and how their edges are held.
+"""Mindlin–Reissner plates on any flat mesh: mass, stiffness, and how edges are held.
 
 The deflection w and the slope s = (s_x, s_y) of the fibres across the wall, which is ∇w where there is no shear, are
-functions of one Space: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), mass
+sums of the same functions: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), mass
 ½ ∫ m ẇ² + J |ṡ|², all integrated in full (Mindlin, J. Appl. Mech. 18 (1951) 31). The high order of the functions
 prevents locking of thin plates. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
 Laminates of stiff and soft plies are two such walls with one w: 5 i, and (s_x, s_y) of each.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
+from math import pi
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from plates.additions import Addition, Stiffener, cell_lines
+from plates.additions import Addition, PointMass, Prestress, Stiffener, Weakened, cell_lines
+from plates.elements.assembled import Assembled, Touch, check_free, mesh_sampler
+from plates.elements.functions import DEGREE, Functions
 from plates.elements.indentation import bending_by_poisson, remaining_flexibility
-from plates.elements.shape_functions import Space
-from plates.elements.theory import Assembled, Supported, Touch, on_mesh, thick_wavelength
-from plates.section import Section
-from plates.shapes.mesh_geometry import QUARTER_TURN, cell_size, disc, tangents
+from plates.section import Section, thick_wavelength
+from plates.shapes.mesh_geometry import QUARTER_TURN, check_straight, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.caution import caution
@@ -30,54 +30,32 @@ from structures.meshes.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 from structures.units import readable
 
+# s is held in two directions d where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the larger one: the
+# directions then differ by a tenth of a degree or more.
 TWO_WAYS = 1e-6
-"""s is held in two directions d where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the larger one:
-the directions then differ by a tenth of a degree or more."""
-
-DEGREE = 4
-"""Degree of the polynomials. Degree 4 does not lock in practice down to a thickness of 0.0025 of the side."""
-
+# The largest cell at the contact, in units of the patch's radius. Cells of 4 radii change the compliance by 0.2 %,
+# cells of 8 radii by 3 %.
 COARSEST_PATCH = 5.0
-"""The largest cell at the contact, in units of the patch's radius. Cells of 4 radii change the compliance by 0.2 %,
-cells of 8 radii by 3 %."""
-
-GROWTH = 0.6
-"""Increase of the size of cells per distance from the contact."""
-
+GROWTH = 0.6  # Increase of the size of cells per distance from the contact
+# The coarsest cells, in units of the shortest wavelength. Cells half as large change amplitude ratios by less than 0.01
+# %.
 LONGEST = 1.6
-"""The coarsest cells, in units of the shortest wavelength. Cells half as large change amplitude ratios by less than
-0.01 %."""
-
-LINE = np.polynomial.legendre.leggauss(5)
-"""Points and weights on each part of a stiffener in one cell: exact for products of quartic functions."""
-
-ROUNDING = 1e-9
-"""Parts of a line, or of a side, that are below rounding."""
-
+# Points and weights on a line in a cell: exact for products of two functions.
+LINE = np.polynomial.legendre.leggauss(DEGREE + 1)
+# Points on a disc over which the contact is averaged, along its radius and around: the mean is good to 1e-6.
+RINGS, SPOKES = 10, 40
+ROUNDING = 1e-9  # Part of a line, or of a side, below which two points are one
 Matrix: TypeAlias = sparse.csr_array
-Blocks: TypeAlias = dict[tuple[int, int], Vector]
 
 
 @dataclass(frozen=True)
 class Mindlin:
-    """Mindlin's theory on triangles or quadrilaterals: an `Element`.
-
-    patch_radius: of the disc on which the contact force acts, m. degree: of the polynomials.
-    """
+    """Mindlin's theory on triangles or quadrilaterals; the contact force acts on a disc of a radius, m."""
 
     patch_radius: float
-    degree: int = DEGREE
     name: ClassVar[str] = "Mindlin"
     thin: ClassVar[bool] = False
-
-    @property
-    def unknowns(self) -> float:
-        """Three for each of the degree² functions of a quadrilateral cell."""
-        return 3.0 * self.degree**2
-
-    def described(self) -> dict[str, Any]:
-        """Return the parameters of its own, for results."""
-        return {"degree": self.degree}
+    unknowns: ClassVar[float] = 3.0 * DEGREE**2
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
         """Return the wavelength of the softest direction in shear, m."""
@@ -90,143 +68,177 @@ class Mindlin:
         finest = min(self.patch_radius, wavelength)
         return Cells(finest, GROWTH, LONGEST * wavelength, lines=cell_lines(additions))
 
-    def objection(self, addition: Addition) -> str:
-        """Nothing is refused."""
-        return ""
-
-    def assemble(
-        self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
-    ) -> Assembled:
-        """Return the plate on a mesh of triangles or quadrilaterals."""
-        functions = MindlinFunctions(mesh.mesh, section, self.degree)
-        force = partial(self._patch_force, mesh, functions)
-        return on_mesh(functions, mesh, section, supports, additions, force, functions.stiffener)
-
     def flexibility(self, wall: Section) -> float:
         """Return what bending and shear under the patch, and Hertz's half-space, leave out of the indentation, m/N."""
         return remaining_flexibility(wall, self.patch_radius)
 
-    def _patch_force(self, mesh: PlateMesh, functions: "MindlinFunctions", expansion: Matrix, touch: Touch) -> Vector:
-        """Return the force spread over the patch, and the displacement's mean over it."""
-        if (size := cell_size(mesh, touch.place)) > COARSEST_PATCH * self.patch_radius:
+    def assemble(
+        self, mesh: PlateMesh, section: Section, supports: Mapping[Tag, Support], additions: Sequence[Addition]
+    ) -> Assembled:
+        space = MindlinSpace(mesh.mesh, section)
+        mass, stiffness = space.matrices(additions)
+        for name, support in supports.items():
+            if support in ("simple", "soft simple") and mesh.mesh.t.shape[0] == 4:
+                check_straight(mesh.mesh, mesh.edges[name], name)
+            if isinstance(support, ElasticEdge):
+                stiffness = stiffness + space.springs(mesh.edges[name], support)
+        for i, addition in enumerate(additions):
+            try:
+                if isinstance(addition, PointMass):
+                    reading = space.deflection(np.array([[addition.x, addition.y]]))
+                    mass = mass + addition.mass * (reading.T @ reading)
+                elif isinstance(addition, Stiffener):
+                    more, stiffer = space.stiffener(addition)
+                    mass, stiffness = mass + more, stiffness + stiffer
+            except ValueError as error:
+                raise ValueError(f"additions[{i}] = {addition!r}: {error}") from error
+        motions = space.motions(mesh, supports)
+        check_free(motions.shape[1])
+        mass, stiffness = (sparse.csr_array(motions.T @ sparse.csr_array(m) @ motions) for m in (mass, stiffness))
+        sampler = partial(mesh_sampler, mesh.mesh, space, motions, section)
+        return Assembled(mass, stiffness, partial(self._patch_force, mesh, space, motions), sampler)
+
+    def _patch_force(self, mesh: PlateMesh, space: "MindlinSpace", motions: Matrix, touch: Touch) -> Vector:
+        """Return the force spread over the patch, which also reads the displacement's mean over it."""
+        corners = mesh.mesh.p[:, mesh.mesh.t[:, find_cells(mesh.mesh, touch.place[None])[0]]]
+        size = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
+        if size > COARSEST_PATCH * self.patch_radius:
             caution(
                 f"mesh: cells of {readable(size, 'm')} at the contact are too large for a patch of "
                 f"{readable(self.patch_radius, 'm')}; refine them to "
                 f"{readable(COARSEST_PATCH * self.patch_radius, 'm')}"
             )
-        points, weights = disc(touch.place, self.patch_radius, touch.mirrors)
-        bend = bending_by_poisson(touch.wall)
-        return np.asarray(functions.mean(points, weights, bend, -(self.patch_radius**2) / 8.0) @ expansion)
+        part, weights = np.polynomial.legendre.leggauss(RINGS)
+        reach = self.patch_radius * np.sqrt((part + 1.0) / 2.0)
+        angle = 2.0 * pi * (np.arange(SPOKES) + 0.5) / SPOKES
+        away = (reach[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)).reshape(-1, 2)
+        for inward in touch.mirrors:  # what lies beyond is brought back
+            away = away - 2.0 * np.minimum(away @ inward, 0.0)[:, None] * inward
+        mean = space.mean(
+            touch.place + away, np.repeat(weights / (2.0 * SPOKES), SPOKES),
+            bending_by_poisson(touch.wall), -(self.patch_radius**2) / 8.0,
+        )  # fmt: skip
+        return np.asarray(mean @ motions)
 
 
-class MindlinFunctions:
-    """Mindlin's w and s of one section on a mesh, as polynomials of a degree."""
+class MindlinSpace:
+    """w and s of one section on a mesh, `size` degrees of freedom, `each` of every function."""
 
-    def __init__(self, mesh: Any, section: Section, degree: int) -> None:
-        self.space, self.section, self.walls = Space(mesh, degree), section, section.walls
+    def __init__(self, mesh: Any, section: Section) -> None:
+        self.functions, self.section, self.walls = Functions(mesh), section, section.walls
         self.each = 1 + 2 * len(self.walls)
-        self.size = self.each * self.space.size
+        self.size = self.each * self.functions.size
+        # What picks w, and s of each wall, from the degrees of freedom of a function.
+        self._w = np.eye(1, self.each)
+        self._s = [np.eye(self.each)[1 + 2 * i : 3 + 2 * i] for i in range(len(self.walls))]
 
-    def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
-        """Return M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
-        values, (along_x, along_y), weight, points = self.space.inside()
-        inertia = (weight[:, None] * values) @ values.swapaxes(1, 2)
-        slopes = {"x": along_x, "y": along_y}
+    def matrices(self, additions: Sequence[Addition] = ()) -> tuple[Matrix, Matrix]:
+        """Return M and K of the wall, its weakened regions and its prestress."""
+        values, slopes, weight, (x, y) = self.functions.inside()
+        soft = weight.copy()
+        for addition in additions:
+            if isinstance(addition, Weakened):
+                left, right, bottom, top = addition.region
+                soft[(x > left) & (x < right) & (y > bottom) & (y < top)] *= addition.factor
+        integral, pairs = self.functions.integral, list(product((0, 1), repeat=2))
+        plain = integral(weight, values, values)
+        sloped = [integral(weight, slopes[a], values) for a in (0, 1)]
+        gradients = {(a, b): integral(weight, slopes[a], slopes[b]) for a, b in pairs}
+        bent = {(a, b): integral(soft, slopes[a], slopes[b]) for a, b in pairs}
 
-        def products(by: Vector) -> dict[str, Vector]:
-            return {a + b: (by[:, None] * slopes[a]) @ slopes[b].swapaxes(1, 2) for a in "xy" for b in "xy"}
-
-        stretched = products(weight)
-        curved = stretched if weakening is None else products(weight * weakening(points))
-        crossed = [(weight[:, None] * slopes[a]) @ values.swapaxes(1, 2) for a in "xy"]
-        total: Vector = np.sum([shear for _, shear, _ in self.walls], axis=0)
-        deflected = sum(total[i, j] * stretched["xy"[i] + "xy"[j]] for i in (0, 1) for j in (0, 1))
-        mass, stiffness = {(0, 0): self.section.mass * inertia}, {(0, 0): np.asarray(deflected)}
-        for wall, (bending, shear, part) in enumerate(self.walls):
-            s = 1 + 2 * wall
-            bent = _bending(bending, curved)
-            for i in (0, 1):
-                stiffness[0, s + i] = -(shear[0, i] * crossed[0] + shear[1, i] * crossed[1])
-                stiffness[s + i, 0] = stiffness[0, s + i].swapaxes(1, 2)
-                mass[s + i, s + i] = part * self.section.rotary_inertia * inertia
-                for j in (0, 1):
-                    stiffness[s + i, s + j] = bent[1 + i, 1 + j] + shear[i, j] * inertia
-        return self._assembled(self.space.cell_dofs, mass), self._assembled(self.space.cell_dofs, stiffness)
-
-    def tension(self, forces: Vector) -> Matrix:
-        """Return the stiffness of constant forces in the plane, N/m: they act on ∇w."""
-        _, slopes, weight, _ = self.space.inside()
-        pairs = [(i, j) for i in (0, 1) for j in (0, 1)]
-        block = sum((forces[i, j] * weight)[:, None] * slopes[i] @ slopes[j].swapaxes(1, 2) for i, j in pairs)
-        return self._assembled(self.space.cell_dofs, {(0, 0): np.asarray(block)})
-
-    def _assembled(self, dofs: Numbers, blocks: Blocks) -> Matrix:
-        """Return the matrix of blocks for (row, column) of w, s_x and s_y, each cells × functions × functions."""
-        rows, columns, entries = [], [], []
-        for (i, j), block in blocks.items():
-            row, column = np.broadcast_arrays(self.each * dofs[:, :, None] + i, self.each * dofs[:, None, :] + j)
-            rows.append(row.ravel())
-            columns.append(column.ravel())
-            entries.append(block.ravel())
-        places = np.concatenate(rows), np.concatenate(columns)
-        matrix = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(self.size, self.size)))
-        matrix.eliminate_zeros()
-        return matrix
+        # ∇w = Σ ∂_a G_a, and κ = Σ ∂_a κ_a of each wall.
+        w, gradient = self._w, [np.eye(2)[:, [a]] * self._w for a in (0, 1)]
+        inertia, elastic = [(plain, self.section.mass * w.T @ w)], []
+        for (bending, shear, part), s in zip(self.walls, self._s, strict=True):
+            inertia.append((plain, part * self.section.rotary_inertia * s.T @ s))
+            elastic.append((plain, s.T @ shear @ s))
+            curvature = _curvature(s)
+            for a in (0, 1):
+                mixed = gradient[a].T @ shear @ s
+                elastic += [(-sloped[a], mixed), (-integral(weight, values, slopes[a]), mixed.T)]
+            for a, b in pairs:
+                elastic.append((gradients[a, b], gradient[a].T @ shear @ gradient[b]))
+                elastic.append((bent[a, b], curvature[a].T @ bending @ curvature[b]))
+        for addition in additions:
+            if isinstance(addition, Prestress):
+                elastic += [(gradients[a, b], addition.forces[a, b] * w.T @ w) for a, b in pairs]
+        return self.functions.matrix(inertia), self.functions.matrix(elastic)
 
     def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
         """Return the stiffness of springs along facets: ½ ∫ translation w² + rotation (s·n)² over their length."""
-        mesh = self.space.mesh
-        samples = self.space.along(facets)
-        normal = tangents(mesh, facets) @ QUARTER_TURN
-        overlap = (samples.weight[:, None] * samples.values) @ samples.values.swapaxes(1, 2)
-        blocks: Blocks = {(0, 0): edge.translation * overlap}
-        for i in (0, 1):
-            for j in (0, 1):
-                turned = edge.rotation * (normal[:, i] * normal[:, j])[:, None, None] * overlap
-                for s, (_, _, part) in enumerate(self.walls):
-                    blocks[1 + 2 * s + i, 1 + 2 * s + j] = part * turned
-        return self._assembled(self.space.cell_dofs[mesh.f2t[0, facets]], blocks)
+        mesh = self.functions.mesh
+        start, end = mesh.p[:, mesh.facets[:, facets]].transpose(1, 2, 0)
+        place, weights = LINE
+        points = start[:, None] + 0.5 * (1.0 + place[:, None]) * (end - start)[:, None]
+        reading = self.functions.at(points.reshape(-1, 2), np.repeat(mesh.f2t[0, facets], place.size))
+        weight = sparse.diags_array((0.5 * weights * np.linalg.norm(end - start, axis=1)[:, None]).ravel())
+        normal = np.repeat(tangents(mesh, facets) @ QUARTER_TURN, place.size, axis=0)
+        value = sparse.kron(reading.value, self._w)
+        total = edge.translation * (value.T @ weight @ value)
+        for (_, _, part), s in zip(self.walls, self._s, strict=True):
+            turned = sum(sparse.diags_array(normal[:, i]) @ sparse.kron(reading.value, s[i : i + 1]) for i in (0, 1))
+            total = total + part * edge.rotation * (turned.T @ weight @ turned)
+        return sparse.csr_array(total)
 
-    def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
-        """Return the size × n: the motions that the supports leave; at held edges s has components along and across the
-        edge.
+    def motions(self, mesh: PlateMesh, supports: Mapping[Tag, Support]) -> Matrix:
+        """Return the motions that the supports leave, size × n; at held edges s has components along and across.
 
         On simple edges that are polygons of curves, w vanishes on the curve: w = −(its distance) s·n on the facets.
         """
-        space = self.space
-        still = np.zeros(space.size, dtype=bool)
-        held = np.zeros((space.size, 2, 2))  # the sum of d dᵀ over the directions d in which s is held
-        follows = np.zeros((space.size, 2))  # w over s_x and s_y where it is not free
+        count = self.functions.size
+        still = np.zeros(count, dtype=bool)
+        held = np.zeros((count, 2, 2))  # the sum of d dᵀ over the directions d in which s is held
+        follows = np.zeros((count, 2))  # w over s_x and s_y where it is not free
         for name, support in supports.items():
             if isinstance(support, ElasticEdge) or support == "free":
                 continue
-            dofs, bend = space.on(edges[name])
+            numbers, bend = self.functions.on(mesh.edges[name])
             if support in ("simple", "soft simple"):
-                follows[dofs] = -bend.beyond[:, :, None] * bend.outward
+                follows[numbers] = -bend.beyond[:, :, None] * bend.outward
             if support != "symmetry":
-                still[dofs] = True
+                still[numbers] = True
             ways = {"clamped": (bend.along, bend.outward), "simple": (bend.along,), "symmetry": (bend.outward,)}
             for direction in ways.get(support, ()):
-                np.add.at(held, dofs, direction[..., :, None] * direction[..., None, :])
-        return _remaining(still, held, follows, len(self.walls))
+                np.add.at(held, numbers, direction[..., :, None] * direction[..., None, :])
+
+        strength, axes = np.linalg.eigh(held)
+        free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
+        axes[free.all(axis=1)] = np.eye(2)
+        moves, each = np.flatnonzero(~still), self.each
+        rows, columns, entries = [each * moves], [each * moves], [np.ones(moves.size)]
+        for s, axis in product(range(1, each, 2), (0, 1)):
+            turns = np.flatnonzero(free[:, axis])
+            into = axes[turns, :, axis]
+            # Where w follows, it follows the slope of the last wall.
+            after = np.where(still[turns] & (s == each - 2), (follows[turns] * into).sum(axis=1), 0.0)
+            rows += [each * turns + s, each * turns + s + 1, each * turns]
+            columns += [each * turns + s + axis] * 3
+            entries += [into[:, 0], into[:, 1], after]
+        remaining, column = np.unique(np.concatenate(columns), return_inverse=True)
+        places, shape = (np.concatenate(rows), column), (self.size, remaining.size)
+        matrix = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape))
+        matrix.eliminate_zeros()
+        return matrix
 
     def deflection(self, points: Vector) -> Matrix:
-        """Return what reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
-        return sparse.csr_array(sparse.kron(self.space.at(points).value, np.eye(1, self.each)))
+        """Return what reads w at points, p × 2; a ValueError where one lies outside."""
+        return sparse.csr_array(sparse.kron(self.functions.at(points).value, self._w))
 
     def stiffener(self, stiffener: Stiffener) -> tuple[Matrix, Matrix]:
-        """Return M and K, size × size, of a beam on the last wall: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it."""
+        """Return M and K of a beam on the last wall: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it."""
         start, end = np.array(stiffener.start, dtype=float), np.array(stiffener.end, dtype=float)
         step, length = end - start, stiffener.length
-        (x, y), stops = step / length, _crossings(self.space.mesh, start, step)
+        # From where it passes into a cell to where it leaves it.
+        stops = _crossings(self.functions.mesh, start, step)
         place, weights = LINE
         size = np.diff(stops)[:, None]
         part = (stops[:-1, None] + 0.5 * (1.0 + place) * size).ravel()
         weight = sparse.diags_array((0.5 * weights * size * length).ravel())
-        reading = self.space.at(start + part[:, None] * step)
+        reading = self.functions.at(start + part[:, None] * step)
+        (x, y), (s_x, s_y) = step / length, self._s[-1][:, None]
         slope = x * reading.slope_x + y * reading.slope_y
-        bent, twisted = (sparse.kron(slope, [[*(self.each - 2) * [0.0], *into]]) for into in ((x, y), (-y, x)))
-        value = sparse.kron(reading.value, np.eye(1, self.each))
+        value, bent = sparse.kron(reading.value, self._w), sparse.kron(slope, x * s_x + y * s_y)
+        twisted = sparse.kron(slope, x * s_y - y * s_x)
         stiffness = stiffener.bending_stiffness * (bent.T @ weight @ bent)
         stiffness = stiffness + stiffener.torsion_stiffness * (twisted.T @ weight @ twisted)
         return sparse.csr_array(stiffener.mass_per_length * (value.T @ weight @ value)), sparse.csr_array(stiffness)
@@ -237,62 +249,30 @@ class MindlinFunctions:
 
         The last wall hardly shears, so its s is the slope of w, which the disc's mean bends.
         """
-        reading, mean = self.space.at(points), np.zeros(self.size)
-        mean[0 :: self.each] = weights @ reading.value
-        for place, bend in ((1, first), (self.each - 2, last)):
-            mean[place :: self.each] += bend * (weights @ reading.slope_x)
-            mean[place + 1 :: self.each] += bend * (weights @ reading.slope_y)
-        return mean
+        reading = self.functions.at(points)
+        mean = np.outer(weights @ reading.value, self._w)
+        for s, bend in ((self._s[0], first), (self._s[-1], last)):
+            mean += bend * (np.outer(weights @ reading.slope_x, s[0]) + np.outer(weights @ reading.slope_y, s[1]))
+        return np.asarray(mean.ravel())
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
         """Return what reads w, and κ in three rows, at places of the reference cell, 2 × places, cell by cell."""
-        reading = self.space.sampled(places)
+        reading = self.functions.sampled(places)
         # The moments are those of all walls, so their curvatures count by their parts of the bending stiffness.
-        x, y = np.zeros((3, self.each)), np.zeros((3, self.each))
-        for s, (_, _, part) in enumerate(self.walls):
-            x[0, 1 + 2 * s] = x[2, 2 + 2 * s] = y[1, 2 + 2 * s] = y[2, 1 + 2 * s] = part
-        along_x, along_y = sparse.kron(reading.slope_x, x), sparse.kron(reading.slope_y, y)
-        deflection = sparse.kron(reading.value, np.eye(1, self.each), format="csr")
-        return sparse.csr_array(deflection), sparse.csr_array(along_x + along_y)
+        parts = [[part * k for k in _curvature(s)] for (_, _, part), s in zip(self.walls, self._s, strict=True)]
+        x, y = np.sum(parts, axis=0)
+        bent = sparse.kron(reading.slope_x, x) + sparse.kron(reading.slope_y, y)
+        return sparse.csr_array(sparse.kron(reading.value, self._w)), sparse.csr_array(bent)
 
 
-def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
-    """Return the blocks of ∫ κᵀ B κ: the strain of s_x is (∂x, 0, ∂y), that of s_y (0, ∂y, ∂x)."""
-    strains = {1: ((0, "x"), (2, "y")), 2: ((1, "y"), (2, "x"))}
-    return {
-        (i, j): np.asarray(sum(bending[m, n] * products[a + b] for m, a in strains[i] for n, b in strains[j]))
-        for i in (1, 2)
-        for j in (1, 2)
-    }
-
-
-def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector, walls: int) -> Matrix:
-    """Return motions that remain where w follows the last wall's s. held: the sum of d dᵀ over the directions d in
-    which s is held."""
-    strength, axes = np.linalg.eigh(held)
-    free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
-    axes[free.all(axis=1)] = np.eye(2)
-    moves = np.flatnonzero(~still)
-    each = 1 + 2 * walls
-    rows, columns, entries = [each * moves], [each * moves], [np.ones(moves.size)]
-    for s, axis in product(range(1, each, 2), (0, 1)):
-        turns = np.flatnonzero(free[:, axis])
-        into = axes[turns, :, axis]
-        after = np.where(still[turns] & (s == each - 2), (follows[turns] * into).sum(axis=1), 0.0)
-        rows += [each * turns + s, each * turns + s + 1, each * turns]
-        columns += [each * turns + s + axis] * 3
-        entries += [into[:, 0], into[:, 1], after]
-    remaining, column = np.unique(np.concatenate(columns), return_inverse=True)
-    places = np.concatenate(rows), column
-    matrix = sparse.csr_array(
-        sparse.coo_array((np.concatenate(entries), places), shape=(each * still.size, remaining.size))
-    )
-    matrix.eliminate_zeros()
-    return matrix
+def _curvature(s: Vector) -> tuple[Vector, Vector]:
+    """Return κ_x and κ_y of κ = κ_x ∂x + κ_y ∂y: (s_x, 0, s_y) and (0, s_y, s_x)."""
+    none = np.zeros_like(s[0])
+    return np.stack([s[0], none, s[1]]), np.stack([none, s[1], s[0]])
 
 
 def _crossings(mesh: Any, start: Vector, step: Vector) -> Vector:
-    """The parts of the way from start, ascending from 0 to 1, at which it passes from cell to cell."""
+    """Return the parts of the way from start, ascending from 0 to 1, at which it passes from cell to cell."""
     first_ends, last_ends = mesh.p[:, mesh.facets].transpose(1, 2, 0)
     side = last_ends - first_ends
     turn = step[0] * side[:, 1] - step[1] * side[:, 0]

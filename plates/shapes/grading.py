@@ -9,15 +9,11 @@ import numpy as np
 from plates.shapes.shape import Cells
 from structures.structure import Vector
 
+# Lines nearer to each other than this part of the finest cell are merged. Cells of a thousandth of it cost six digits
+# of the solution, of a hundred-thousandth all.
 SAME = 1e-2
-"""Lines nearer to each other than this part of the finest cell are merged. Cells of a thousandth of it cost six digits
-of the solution, of a hundred-thousandth all."""
-
-ROUNDING = 1e-9
-"""Cells by which a count may exceed a whole number without another cell being added."""
-
-SAMPLES = 200
-"""Points per cell at which ∫ dx/size is inverted by interpolation."""
+ROUNDING = 1e-9  # Cells by which a count may exceed a whole number without another cell being added
+SAMPLES = 200  # Points per cell at which ∫ dx/size is inverted by interpolation
 
 
 def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequence[float] = ()) -> Vector:
@@ -27,28 +23,18 @@ def graded(side: float, positions: Sequence[float], cells: Cells, lines: Sequenc
     There is a node at each position, halfway between neighbours, and at the lines, as far as they lie within. Where
     these cut a stretch short, all its cells shrink by the same factor.
     """
+    middles = [0.5 * (low + high) for low, high in pairwise(sorted(positions))]
+    stops = np.unique(np.concatenate([[0.0, *positions, *middles, side], np.asarray(lines, dtype=float)]))
+    stops = stops[(stops >= 0.0) & (stops <= side)]
+    stops = stops[np.append(True, np.diff(stops) > SAME * cells.finest)]
+    stops[-1] = side  # perhaps merged with its neighbour
+
     part = _geometric if cells.geometric else _smooth
     nodes = [0.0]
-    for start, end in pairwise(stops(side, positions, cells.finest, lines)):
-        nodes += [*part(start, end, nearest(positions, start, end), cells)[1:-1], end]
+    for start, end in pairwise(stops.tolist()):
+        position = min(positions, key=lambda place: abs(start + end - 2.0 * place), default=start)
+        nodes += [*part(start, end, position, cells)[1:-1], end]
     return np.array(nodes)
-
-
-def stops(side: float, positions: Sequence[float], finest: float, lines: Sequence[float] = ()) -> list[float]:
-    """Return places from 0 to `side`: the positions, the middles between them, and the lines; those that nearly
-    coincide merged."""
-    middles = [0.5 * (low + high) for low, high in pairwise(sorted(positions))]
-    places = np.unique(np.concatenate([[0.0, *positions, *middles, side], np.asarray(lines, dtype=float)]))
-    places = places[(places >= 0.0) & (places <= side)]
-    places = places[np.append(True, np.diff(places) > SAME * finest)]
-    # The last stop may have been merged with its neighbour; it is the side's end all the same.
-    places[-1] = side
-    return [float(place) for place in places]
-
-
-def nearest(positions: Sequence[float], left: float, right: float) -> float:
-    """Return the position that is nearest to a stretch between two stops; its start where there is none."""
-    return min(positions, key=lambda position: abs(left + right - 2.0 * position), default=left)
 
 
 def _geometric(start: float, end: float, position: float, cells: Cells) -> Vector:
@@ -58,34 +44,21 @@ def _geometric(start: float, end: float, position: float, cells: Cells) -> Vecto
     """
     direction = 1.0 if start + end >= 2.0 * position else -1.0
     near, far = sorted((max(0.0, direction * (start - position)), max(0.0, direction * (end - position))))
-    first, last = _count(near, cells), _count(far, cells)
-    number = max(1, ceil(last - first - ROUNDING))
-    between = _distance(np.linspace(first, last, number + 1)[1:-1], cells)
+    # Cells that grow before they are the coarsest, and how far these reach.
+    ratio, finest, coarsest = 1.0 + cells.growth, cells.finest, cells.coarsest
+    growing, reach = log(coarsest / finest) / log(ratio), (coarsest - finest) / cells.growth
+
+    def count(distance: float) -> float:
+        """Return how many cells, parts of them included, lie within a distance of the position."""
+        if distance <= reach:
+            return log(1.0 + distance * cells.growth / finest) / log(ratio)
+        return growing + (distance - reach) / coarsest
+
+    first, last = count(near), count(far)
+    number = np.linspace(first, last, max(1, ceil(last - first - ROUNDING)) + 1)[1:-1]
+    inner = finest * (ratio ** np.minimum(number, growing) - 1.0) / cells.growth
+    between = np.where(number <= growing, inner, reach + (number - growing) * coarsest)
     return np.array([start, *np.sort(position + direction * between), end])
-
-
-def _count(distance: float, cells: Cells) -> float:
-    """Return how many cells, parts of them included, lie within a distance of the position."""
-    ratio = 1.0 + cells.growth
-    growing, reach = _growing(cells)
-    if distance <= reach:
-        return log(1.0 + distance * (ratio - 1.0) / cells.finest) / log(ratio)
-    return growing + (distance - reach) / cells.coarsest
-
-
-def _distance(count: Vector, cells: Cells) -> Vector:
-    """Return the distance within which `count` cells lie."""
-    ratio = 1.0 + cells.growth
-    growing, reach = _growing(cells)
-    near = cells.finest * (ratio ** np.minimum(count, growing) - 1.0) / (ratio - 1.0)
-    return np.asarray(np.where(count <= growing, near, reach + (count - growing) * cells.coarsest))
-
-
-def _growing(cells: Cells) -> tuple[float, float]:
-    """Return how many cells grow before they are the coarsest, and how far these reach."""
-    ratio = 1.0 + cells.growth
-    growing = log(cells.coarsest / cells.finest) / log(ratio)
-    return growing, (cells.coarsest - cells.finest) / (ratio - 1.0)
 
 
 def _smooth(start: float, end: float, position: float, cells: Cells) -> Vector:

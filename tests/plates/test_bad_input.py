@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -46,13 +45,7 @@ BOTH = [
     ({"supports": "free"}, "supports = 'free'"),
     ({"highest_frequency": 0.0}, "highest_frequency = 0"),
     ({"cells": (1, 2, 3)}, "cells = "),
-    ({"cells": (0, 2)}, r"cells\[0\] = 0"),
-    (
-        {"additions": ["rib"]},
-        r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened or a Prestress",
-    ),
-    ({"cells": 5}, "cells = "),
-    ({"cells": (1,)}, "cells = "),
+    ({"additions": ["rib"]}, r"additions\[0\] = 'rib': must be a PointMass, a Stiffener, a Weakened or a Prestress"),
     ({"cells": "ab"}, "cells = "),
 ]
 """Changes of the arguments that both builders of rectangles refuse."""
@@ -65,13 +58,8 @@ BOTH = [
         (THICK, {"shear_correction": 0.0}, r"shear_correction = 0\.0"),
         (THICK, {"patch_radius": float("nan")}, "patch_radius = nan"),
         (HALF_PLANE, {"thickness": 0.0}, r"thickness = 0\.0: must be a positive number of m"),
-        ((partial(replace, PLATE), {}), {"material": {}}, r"material = \{\}: must be a Material, a Laminate or None"),
         (HALF_PLANE, {"thickness": None}, "thickness = None"),
-        (
-            HALF_PLANE,
-            {"highest_frequency": 1e-4},
-            r"highest_frequency = 0\.0001: must lie between 0\.001 and 1e\+12",
-        ),
+        (HALF_PLANE, {"highest_frequency": 1e-4}, r"highest_frequency = 0\.0001: must lie between 0\.001 and 1e\+12"),
         (HALF_PLANE, {"material": "PTFE"}, "material = 'PTFE': must be a Material"),
         (HALF_PLANE, {"edge": "clampd"}, r"edge = 'clampd'.*did you mean 'clamped'"),
         (HALF_PLANE, {"edge": None}, "edge = None"),
@@ -105,7 +93,6 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.PointMass(float("inf"), 0.1, 1.0), "x = inf: must be a finite number of m"),
         (lambda: hl.Stiffener((0.1, 0.1), (0.1, 0.1), 1.0), "end = .*must lie elsewhere than the start"),
         (lambda: hl.Stiffener(0.1, (0.1, 0.1), 1.0), r"start = 0\.1: must be \(x, y\), in m"),
-        (lambda: hl.Stiffener((0.1, "a"), (0.1, 0.1), 1.0), r"start\[1\] = 'a'"),
         (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), -1.0), r"bending_stiffness = -1\.0: must be zero or a positive"),
         (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), 1.0, mass_per_length=-2.0), r"mass_per_length = -2\.0"),
         (lambda: hl.Weakened((0.1, 0.2, 0.3), 0.5), r"region = .*must be \(left, right, bottom, top\)"),
@@ -116,36 +103,17 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: added(hl.PointMass(1.1, 0.1, 1.0)),
             r"additions\[0\] = .*must lie on the plate, between x = 0 and 1, y = 0 and 0\.7 m",
         ),
-        (
-            lambda: added(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)),
-            r"additions\[1\] = .*parallel .*panels",
-        ),
-        (
-            lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)),
-            r"additions\[1\] = .*overlaps an earlier",
-        ),
-        (
-            lambda: added("mass"),
-            r"additions\[0\] = 'mass': must be a PointMass, a Stiffener, a Weakened or a Prestress",
-        ),
+        (lambda: added(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)), r"additions\[1\] = .*parallel .*panels"),
+        (lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)), r"additions\[1\] = .*overlaps an earlier"),
         (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
-        (lambda: sheet(youngs_modulus_across=0.0), r"youngs_modulus_across = 0\.0: must be a positive number of Pa"),
-        (lambda: sheet(shear_modulus=-1.0), r"shear_modulus = -1\.0: must be"),
-        (lambda: sheet(density=float("nan")), "density = nan"),
         (lambda: sheet(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between ±√.* = ±3\.742"),
         (lambda: hl.Ply(CARBON, 1e-3, 45.0), r"angle = 45\.0: must lie between -2π and 2π, in rad"),
         (lambda: hl.Ply(CARBON, 0.0), r"thickness = 0\.0: must be a positive number of m"),
         (lambda: hl.Ply("carbon", 1e-3), "material = 'carbon': must be a Material or an OrthotropicMaterial"),
         (lambda: hl.Laminate([]), r"plies = \[\]: must be a list of one Ply or more"),
         (lambda: hl.Laminate([CARBON]), "plies = .*must be a list of one Ply"),
-        (
-            lambda: hl.Laminate([hl.Ply(CARBON, 1e-3)], surface=CARBON),
-            "surface = .*must be a Material",
-        ),
-        (
-            lambda: hl.Laminate([hl.Ply(sheet(shear_modulus_across=2e9), 1e-3)]),
-            r"shear_modulus_across.*ν = 1\.5",
-        ),
+        (lambda: hl.Laminate([hl.Ply(CARBON, 1e-3)], surface=CARBON), "surface = .*must be a Material"),
+        (lambda: hl.Laminate([hl.Ply(sheet(shear_modulus_across=2e9), 1e-3)]), r"shear_modulus_across.*ν = 1\.5"),
         (
             lambda: hl.mindlin_plate(0.2, 0.1, None, LAMINATE, hl.Supports(), shear_correction=0.8),
             r"shear_correction = 0\.8: a laminate has its own shear stiffness",
@@ -175,37 +143,16 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
             lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, hl.homogeneous_section(3e-3, MATERIAL), hl.Supports()),
             r"thickness = 0\.005: must be None or the section's own, 0\.003 m",
         ),
-        (lambda: hl.homogeneous_section(0.0, MATERIAL), r"thickness = 0\.0"),
-        (lambda: hl.homogeneous_section(2e-3, MATERIAL, -1.0), r"shear_correction = -1\.0"),
-        (lambda: replace(PLATE, shape="x"), "shape = 'x': must be an Outline or another Shape"),
         (
             lambda: hl.kirchhoff_plate(0.1, 0.1, 1e-3, MATERIAL, hl.Supports(), cells=(10**6, 10**6)),
             "cells = .*at most",
         ),
-        (
-            lambda: hl.kirchhoff_plate(0.1, 0.1, 1e-3, MATERIAL, hl.Supports(), cells=[[1.0], 2]),
-            r"cells\[0\] = \[1.0\]",
-        ),
         (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
-        (lambda: hl.circle(0.1, centre=np.array([0.3])), r"centre = array.*: must be \(x, y\)"),
-        (lambda: hl.Outline([(0.0, 0.0)] * 10**6), "corners: 1000000 corners, must be at most 2000"),
-        (lambda: hl.Outline(np.array(np.nan)), r"corners = array\(nan\): must be three corners"),
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, [0.1, -1.0]).contact_time, "inelasticity = -1.0"),
-        (lambda: hl.Stiffener(np.array(np.nan), (0.1, 0.0), 1.0), r"start = array\(nan\): must be"),
-        (lambda: replace(PLATE, supports={"left": np.ones(2)}), r"left.* = array.*"),
-        (lambda: hl.Ply(STEEL, 1e300), r"thickness = 1e\+300: must lie between"),
-        (lambda: replace(WALL, mass=0.0), r"mass = 0\.0"),
         (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
-        (
-            lambda: replace(WALL, bending=-np.eye(3)),
-            "symmetric and positive definite",
-        ),
-        (
-            lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)),
-            "symmetric and positive",
-        ),
+        (lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),
         (lambda: replace(WALL, shear=np.full((2, 2), np.nan)), "shear = .*finite"),
     ],
 )

@@ -14,6 +14,11 @@ ALUMINIUM = hl.ALUMINIUM_6061
 SMALL, LARGE = (hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in (4.76e-3, 9.53e-3))
 
 
+CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
+LAMINATE = hl.Laminate([hl.Ply(CARBON, 1e-3, 0.3), hl.Ply(CARBON, 1e-3, 1.2)])
+CHAIN = hl.Chain([SMALL] * 20, SMALL, impact_speed=0.31)
+
+
 def ratio(bead: hl.Sphere, wall: hl.Structure, until: float) -> float:
     chain = hl.Chain([bead] * 20, bead, impact_speed=0.31)
     return float(hl.amplitude_ratio(hl.CoSimulation(chain, wall).run(until), sensor=7))
@@ -154,16 +159,6 @@ def test_the_series_that_plates_share_are_the_quadrature(edge: str, poisson_rati
     assert conductance(near_and_far, edge, poisson_ratio) == pytest.approx(expected, rel=1e-11, abs=1e-15)
 
 
-def test_conductance_is_positive_and_settles() -> None:
-    distance = np.concatenate([np.linspace(0.01, 30.0, 500), [300.0, 3000.0]])
-    for edge in EDGES:
-        for nu in (-0.3, 0.0, 0.33, 0.49):
-            found = conductance(distance, edge, nu)
-            assert found.min() > 0.0
-            assert abs(found[distance > 10.0] - 1.0).max() < 0.3
-            assert found[-2:] == pytest.approx(1.0, abs=0.05)
-
-
 def test_energy_is_kept() -> None:
     bead, plate = SMALL, hl.half_plane(2.29e-3, ALUMINIUM, "free", 0.01, 0.8e-3)
     assert plate.damping is None
@@ -182,6 +177,54 @@ def test_it_can_be_reduced_and_says_how_it_was_made() -> None:
         ratio(SMALL, plate, 2e-3)
 
 
-def test_the_default_record_holds_the_waves_of_19_mm_beads() -> None:
-    """Which take 3.5 ms."""
-    assert hl.half_plane(2e-3, ALUMINIUM, "free", 0.05).valid_until == 4e-3
+# The infinite plate: against finite plates before the first echo, and its energy.
+
+
+def test_a_run_equals_that_on_a_large_plate() -> None:
+    """The thesis's plate at its centre: the contact of a small bead is over before the edges answer."""
+    plate = hl.kirchhoff_plate(0.914, 0.914, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
+    runs = [
+        hl.CoSimulation(CHAIN, one).run(0.8e-3)
+        for one in (hl.infinite_plate(2.29e-3, hl.ALUMINIUM_6061), hl.reduce(plate.at(0.457, 0.457), 0.8e-3))
+    ]
+    infinite, finite = (hl.amplitude_ratio(run, sensor=7).item() for run in runs)
+    assert infinite == pytest.approx(finite, rel=1e-3)
+    # The first wave has come and gone by then; what small beads do later, waves of over 40 kHz still move.
+    forces = [run.contact_force.isel(contact=-1).sel(time=slice(0.0, 0.22e-3)).values for run in runs]
+    assert forces[0] == pytest.approx(forces[1], abs=1e-3 * forces[1].max())
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("laminate", [LAMINATE, hl.Laminate([hl.Ply(CARBON, 2e-3, 0.7)])], ids=["two plies", "one ply"])
+def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.Laminate) -> None:
+    """With D₁₆ and D₂₆, reduced for B: the displacement on a large plate is I/Z, until the echo."""
+    plate = hl.kirchhoff_plate(0.7, 0.7, None, laminate, hl.Supports(), highest_frequency=25e3)
+    pulse, window, after = 100e-6, 1e-6, []
+    moving = hl.stepping.MovingStructure(hl.reduce(plate.at(0.35, 0.35), until=1.8e-4, tolerance=1e-3))
+    state = moving.start()
+    for step in range(170):
+        time = (step + 0.5) * window
+        force = 1.0 - np.cos(2.0 * pi * time / pulse) if time < pulse else 0.0
+        state, surface = moving.advance(state, force, window)
+        if time > pulse:
+            after.append(surface)
+    impedance = hl.infinite_plate(None, laminate).damping[0, 0]
+    assert impedance == pytest.approx(plate.point_impedance, rel=1e-12)
+    assert np.array(after) * impedance / pulse == pytest.approx(np.ones(len(after)), abs=5e-4)
+
+
+@pytest.mark.thorough
+def test_work_is_what_the_dashpot_takes() -> None:
+    """Z Σ (Δw)²/H over all windows, by hand from the motion; compiled and window by window."""
+    plate = hl.infinite_plate(3e-3, hl.ALUMINIUM_6061)
+    compiled = hl.CoSimulation(CHAIN, plate).run(0.6e-3)
+    impedance = plate.damping[0, 0]
+    steps, window = np.diff(compiled.surface_displacement.values), float(compiled.time[1])
+    taken = impedance * (steps**2).sum() / window
+    assert taken == pytest.approx(float(compiled.interface_work[-1]), rel=1e-9)
+    assert taken > 0.1 * float(compiled.impact_energy)
+    assert abs(hl.energy_error(compiled)) < 1e-5
+    other = hl.CoSimulation(CHAIN, plate, scheme=hl.Aitken(tolerance=1e-12)).run(0.6e-3)
+    assert other.surface_displacement.values == pytest.approx(
+        compiled.surface_displacement.values, abs=1e-7 * abs(compiled.surface_displacement.values).max()
+    )

@@ -50,18 +50,11 @@ def test_two_metals_bend_about_their_own_neutral_line() -> None:
     rigidity = sum(e * (t**3 / 12.0 + t * (z - neutral) ** 2) for e, t, z in parts) / (1.0 - 0.3**2)
     assert laminate.section().bending[0, 0] == pytest.approx(rigidity, rel=1e-12)
     assert laminate.section().bending[2, 2] == pytest.approx(rigidity * 0.35, rel=1e-12)
-    assert abs(laminate.stiffnesses.coupling).max() > 1e3
+    assert abs(laminate.stiffnesses[1]).max() > 1e3
     assert laminate.section().struck == STEEL
     turned = hl.Laminate(laminate.plies[::-1])
     assert turned.section().bending == pytest.approx(laminate.section().bending, rel=1e-12)
     assert turned.section().struck == BRASS
-
-
-def test_symmetric_laminates_do_not_stretch_when_they_bend() -> None:
-    laminate = hl.Laminate([hl.Ply(CARBON, 1e-3, angle) for angle in (0.3, 1.2, 1.2, 0.3)])
-    extension, coupling, bending = laminate.stiffnesses
-    assert abs(coupling).max() < 1e-12 * extension.max() * laminate.thickness
-    assert laminate.section().bending == pytest.approx(bending, rel=1e-12)
 
 
 def test_one_ply_towards_its_fibres_and_across() -> None:
@@ -95,13 +88,6 @@ def test_what_the_contact_sees(ply: hl.OrthotropicMaterial, modulus: float) -> N
     assert hl.Laminate([hl.Ply(ply, 1e-3, 0.3)]).struck.contact_modulus == pytest.approx(modulus, rel=1e-3)
 
 
-def test_the_surface_may_be_given() -> None:
-    one = hl.Laminate([hl.Ply(CARBON, 1e-3)], surface=hl.NYLON)
-    plate = hl.kirchhoff_plate(0.2, 0.1, None, one, hl.Supports(), cells=(3, 3))
-    assert plate.at(0.1, 0.05).surface.material == hl.NYLON
-    assert plate.thickness == 1e-3
-
-
 def test_shear_makes_carbon_softer_to_a_tap() -> None:
     """Plies shear easily, so a plate that may shear takes more of the wave: docs/trust.md."""
     wall = hl.Laminate([hl.Ply(CROSS, 0.5e-3, angle) for angle in (0.0, pi / 2.0, pi / 2.0, 0.0)])
@@ -112,15 +98,6 @@ def test_shear_makes_carbon_softer_to_a_tap() -> None:
         run = hl.CoSimulation(chain, hl.reduce(body, until=5e-4)).run(5e-4)
         ratios.append(hl.amplitude_ratio(run, 8).item())
     assert ratios == pytest.approx([0.489, 0.470], abs=2e-3)
-
-
-def test_impedance_of_a_laminate_lies_between_those_along_and_across() -> None:
-    """And does not know where x points; a cross-ply and its turned self are equal."""
-    turned = [hl.Laminate([hl.Ply(CARBON, 1e-3, angle), hl.Ply(CARBON, 2e-3, angle + 1.0)]) for angle in (0.0, 0.9)]
-    one, other = (hl.kirchhoff_plate(1.0, 1.0, None, laminate, hl.Supports()) for laminate in turned)
-    assert one.point_impedance == pytest.approx(other.point_impedance, rel=1e-12)
-    towards = stiffness_towards(one.section, np.linspace(0.0, pi, 100))
-    assert towards.min() < one.rigidity < towards.max()
 
 
 OBLIQUE = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3 * tan(0.3) + 0.2), (0.0, 0.2)]
@@ -142,9 +119,3 @@ def test_symmetry_edges_refuse_a_wall_that_is_not_its_own_mirror_image(make: Any
         make(hl.Laminate([hl.Ply(CARBON, 1e-3, angle)]))
     with pytest.raises(ValueError, match=rf"supports\['{edge}'\] = 'symmetry': a wall with D₁₆ or D₂₆"):
         make(hl.Laminate([hl.Ply(CARBON, 1e-3, along + 0.3)]))
-
-
-def test_bounds_of_the_critical_distance_need_one_material() -> None:
-    plate = hl.kirchhoff_plate(0.3, 0.2, None, hl.Laminate([hl.Ply(CARBON, 1e-3)]), hl.Supports())
-    with pytest.raises(ValueError, match=r"plate\.material = .*must be a Material, with one speed"):
-        hl.critical_distance_bounds(hl.Sphere(1e-3, STEEL), plate, 0.3)

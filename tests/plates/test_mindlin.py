@@ -126,41 +126,6 @@ def test_patch_radius_does_not_matter() -> None:
     assert np.all(abs(np.diff(totals)) < 0.05 * abs(np.diff(own)))
 
 
-@pytest.mark.thorough
-def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
-    """A thin plate: I/(8 √(Dρt)) until the first echo, within 1 %, as in Kirchhoff's theory."""
-    supports = hl.Supports("clamped", "clamped", "free", "free")
-    plate = hl.mindlin_plate(0.8, 0.8, 1e-3, hl.ALUMINIUM_6061, supports, highest_frequency=20e3)
-    structure = hl.reduce(plate.at(0.4, 0.4), until=4e-4, tolerance=1e-3)
-    impedance = 8.0 * (plate.section.bending[0, 0] * plate.section.mass) ** 0.5
-    assert after_a_pulse(structure) * impedance == pytest.approx(1.0, abs=1e-2)
-
-
-def after_a_pulse(structure: hl.Structure) -> np.ndarray:
-    """Displacement per impulse, m/N s, from the end of a raised cosine of 180 µs on, until 360 µs."""
-    moving, pulse, window, after = hl.stepping.MovingStructure(structure), 180e-6, 0.9e-6, []
-    state = moving.start()
-    for step in range(400):
-        time = (step + 0.5) * window
-        force = 1.0 - np.cos(2.0 * np.pi * time / pulse) if time < pulse else 0.0
-        state, surface = moving.advance(state, force, window)
-        if time > pulse:
-            after.append(surface)
-    return np.array(after) / pulse
-
-
-def test_symmetry_is_used_and_changes_nothing() -> None:
-    """A quarter, by the middle lines or by edges of symmetry, and the whole plate respond equally."""
-    supports = hl.Supports("clamped", "clamped", "simple", "simple")
-    plate = hl.mindlin_plate(0.2, 0.2, 4e-3, MATERIAL, supports)
-    quarter, whole = plate.at(0.1, 0.1), plate.at(0.1 + 2e-7, 0.1 + 2e-7)
-    edges = hl.Supports("clamped", "symmetry", "simple", "symmetry")
-    by_edges = hl.mindlin_plate(0.1, 0.1, 4e-3, MATERIAL, edges).at(0.1, 0.1)
-    assert quarter.size < 0.3 * whole.size
-    answers = [one.contact @ one.matrices.shifted_solve(2e4)(one.contact) for one in (quarter, whole, by_edges)]
-    assert answers[1:] == pytest.approx([answers[0]] * 2, rel=1e-5)
-
-
 def test_elastic_edges() -> None:
     """Stiff springs are supports; a plate on soft ones bobs as a rigid body, ω² = k · length / mass."""
     for edge, kind in ((hl.ElasticEdge(1e13, 1e13), "across"), (hl.ElasticEdge(1e13), "soft simple")):
@@ -171,29 +136,6 @@ def test_elastic_edges() -> None:
     bobbing = (2.0 * 10.0 / (1000.0 * 0.1)) ** 0.5
     lowest = parameters(plate.at(0.5, 0.45), 3, 1.0)
     assert np.abs(lowest - bobbing).min() < 1e-4 * bobbing
-
-
-def test_uniform_mesh_serves_all_contacts() -> None:
-    plate = square(0.02, "CSFF", 5)
-    one, other = plate.at(0.3, 0.4), plate.at(0.7, 0.2)
-    assert one.stiffness is other.stiffness
-    assert one.field is not None
-    assert one.contact.sum() != other.contact.sum()
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "message"),
-    [
-        (0.4, 0.1, r"x = 0\.4: must lie on the plate, between 0 and 0\.3 m"),
-        (0.0, 0.1, r"x, y = 0, 0\.1: lies on a clamped edge"),
-        (0.1, 1e-4, r"patch_radius = 0\.001: the patch .* reaches beyond an edge 0\.0001 m away"),
-        (float("inf"), 0.1, "x = inf"),
-    ],
-)
-def test_bad_contacts(x: float, y: float, message: str) -> None:
-    plate = hl.mindlin_plate(0.3, 0.2, 2e-3, MATERIAL, hl.Supports("clamped"), highest_frequency=2e3)
-    with pytest.raises(ValueError, match=message):
-        plate.at(x, y)
 
 
 @pytest.mark.thorough

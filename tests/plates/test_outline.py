@@ -48,14 +48,6 @@ def test_mesh_fits_the_outline() -> None:
     assert 0.02 < sizes.max() < 0.1
 
 
-def test_direction_of_corners_is_indifferent() -> None:
-    pytest.importorskip("gmsh")
-    size = Cells(0.02, 0.5, 0.1)
-    one = hl.Outline(SQUARE).mesh(0.1, 0.1, size).mesh
-    other = hl.Outline(SQUARE[::-1]).mesh(0.1, 0.1, size).mesh
-    assert area(one) == pytest.approx(area(other), rel=1e-9)
-
-
 def test_cells_are_no_larger_than_the_outline() -> None:
     """gmsh ends the process at sizes of 1e300."""
     pytest.importorskip("gmsh")
@@ -97,9 +89,9 @@ def test_without_gmsh(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"corners": [(0.0, 0.0), (1.0, 0.0), 3.0]}, r"corners\[2\] = 3\.0: must be \(x, y\)"),
         ({"corners": [(0.0, 0.0), (float("nan"), 0.0), (1.0, 1.0)]}, r"corners\[1\]\[0\] = nan"),
         ({"corners": [*SQUARE, SQUARE[0]]}, r"corners\[0\] and corners\[4\] coincide at \(0, 0\)"),
-        ({"corners": [SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]]}, "the side from corner 0 meets that from corners"),
-        ({"corners": [(0.0, 0.0), (0.3, 0.0), (0.1, 0.0), (0.1, 0.2)]}, "runs back over"),
-        ({"corners": [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.1, 0.0), (0.0, 0.3)]}, "must not cross"),
+        ({"corners": [SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]]}, r"corners\[0\]: .* meets that from corners\[2\]"),
+        ({"corners": [(0.0, 0.0), (0.3, 0.0), (0.1, 0.0), (0.1, 0.2)]}, "sides must not touch"),
+        ({"corners": [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.1, 0.0), (0.0, 0.3)]}, "sides must not touch"),
         ({"holes": [[(0.2, 0.1), (0.4, 0.1), (0.2, 0.2)]]}, "meets that from holes"),
         ({"holes": [[(0.5, 0.1), (0.6, 0.1), (0.5, 0.2)]]}, r"holes\[0\]: lies outside"),
         ({"holes": [HOLE, [(0.14, 0.12), (0.16, 0.12), (0.15, 0.14)]]}, r"holes\[1\]: lies in holes\[0\]"),

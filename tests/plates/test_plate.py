@@ -19,25 +19,6 @@ def test_struck_anywhere_on_a_shared_mesh() -> None:
     assert one.contact @ field == pytest.approx(0.123**3 * 0.271**2)
 
 
-def test_rigid_motions_cost_nothing() -> None:
-    structure = hl.kirchhoff_plate(0.4, 0.3, 2e-3, hl.ALUMINIUM_6061, hl.Supports(), cells=(4, 3)).at(0.1, 0.1)
-    lift = np.kron(np.tile([1.0, 0.0], 5), np.tile([1.0, 0.0], 4))
-    assert abs(structure.stiffness @ lift).max() < 1e-9 * structure.stiffness.max()
-    assert lift @ structure.mass @ lift == pytest.approx(0.4 * 0.3 * 2e-3 * hl.ALUMINIUM_6061.density)
-
-
-def test_symmetry_is_used_and_changes_nothing() -> None:
-    """On the centre line half the plate is kept; slightly off it the whole: the same answer to a force."""
-    half, whole = PLATE.at(0.1, 0.457), PLATE.at(0.1, 0.457 + 1e-7)
-    assert half.size < 0.6 * whole.size
-    s = 2.0 * np.pi * 5e3
-    assert _receptance(half, s) == pytest.approx(_receptance(whole, s), rel=1e-5)
-
-
-def _receptance(structure: hl.Structure, shift: float) -> float:
-    return float(structure.contact @ structure.matrices.shifted_solve(shift)(structure.contact))
-
-
 def test_point_impedance_of_the_thesis_plate() -> None:
     """8 √(D ρ t) with D = E t³ / 12(1 − ν²), by hand."""
     rigidity = 68.9e9 * 2.29e-3**3 / (12.0 * (1.0 - 0.33**2))
@@ -50,16 +31,6 @@ def test_bounds_of_the_critical_distance(diameter: float, expected: tuple[float,
     bead = hl.Sphere(diameter / 2.0, hl.STEEL_440C)
     bounds = np.array(hl.critical_distance_bounds(bead, PLATE, impact_speed=0.31)) * 1e3
     assert bounds == pytest.approx(expected, abs=0.06)
-
-
-def test_bounds_with_the_velocity_of_the_thesis() -> None:
-    """Equation 6.42 as printed (factor 1.37) takes 0.682 times the striker's speed: 30.0 and 85.5 mm.
-
-    With the factor rounded to 1.37; unrounded it is 1.3729.
-    """
-    bead = hl.Sphere(9.53e-3 / 2.0, hl.STEEL_440C)
-    bounds = np.array(hl.critical_distance_bounds(bead, PLATE, impact_speed=0.682 * 0.31)) * 1e3
-    assert bounds * 1.37 / 1.3729 == pytest.approx([30.0, 85.5], abs=0.06)
 
 
 @pytest.mark.parametrize(
@@ -80,10 +51,6 @@ def test_contact_off_the_plate(x: float, y: float, message: str) -> None:
 def test_a_thick_plate_is_warned_of() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="Kirchhoff's theory is for thin plates"):
         hl.kirchhoff_plate(0.1, 0.1, 0.05, hl.PTFE, CLAMPED)
-
-
-def test_a_free_edge_may_be_struck() -> None:
-    assert PLATE.at(0.4, 0.0).contact.any()
 
 
 def test_texts_are_short() -> None:
@@ -109,18 +76,10 @@ def test_texts_are_short() -> None:
     assert "rim on springs" in html
 
 
-def test_theory_of_impact_takes_thin_plates() -> None:
-    """Mindlin's plates are refused."""
-    bead, rim = hl.Sphere(2.38e-3, hl.STEEL_440C), hl.Outline(hl.circle(0.2), edges="rim")
-    thick = hl.mindlin_panel(rim, PLATE.thickness, PLATE.material)
-    with pytest.raises(ValueError, match="must be thin, as kirchhoff_plate makes"):
-        hl.critical_distance_law(bead, thick, 0.31)
-
-
 def test_one_form_of_input_for_all_plates() -> None:
     """What a result holds of a plate: the same entries in every theory, and those of the shape."""
     origins = [make(0.2, 0.1, 2e-3, hl.PTFE, CLAMPED, cells=(4, 2)).at(0.1, 0.05).origin
                for make in (hl.kirchhoff_plate, hl.mindlin_plate)]  # fmt: skip
-    assert set(origins[1]) - set(origins[0]) == {"degree", "shear_correction"}
+    assert set(origins[1]) - set(origins[0]) == {"shear_correction"}
     for name in ("length", "width", "cells", "thickness", "material", "supports", "highest_frequency", "at"):
         assert origins[0][name] == origins[1][name]

@@ -1,7 +1,5 @@
 """Panels of any shape against Bessel's circles, one theory against the other, outlines against files; bad input."""
 
-import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,7 @@ from skfem import MeshQuad, MeshTri
 from skfem.io.meshio import to_meshio
 
 import hertzlink as hl
-from plates.elements.mindlin import MindlinFunctions
+from plates.elements.mindlin import MindlinSpace
 from structures.linear_algebra.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
@@ -64,12 +62,6 @@ CIRCLES = {
 
 def exact_circle(edge: str) -> list[float]:
     return [circle_roots(edge, order, guess) for order, guess in CIRCLES[edge]]
-
-
-def test_closed_forms_of_circles() -> None:
-    """The first of each as Leissa, NASA SP-160, tables 2.1 to 2.6, gives it for ν = 0.3 or 0.33."""
-    firsts = [exact_circle(edge)[0] for edge in ("clamped", "simple", "free")]
-    assert firsts == pytest.approx([10.216, 4.935, 5.358], rel=1e-3)
 
 
 @pytest.mark.parametrize("edge", CIRCLES)
@@ -180,24 +172,6 @@ def test_turning_the_model_changes_nothing(turn: float) -> None:
     assert answers[1] == pytest.approx(answers[0], rel=1e-6)
 
 
-def test_turning_a_laminate() -> None:
-    """D₁₆ and D₂₆ of an orthotropic wall turned by an angle: as the wall as it is, on the mesh turned back."""
-    angle, wall = 0.5, hl.homogeneous_section(0.02, MATERIAL)
-    stiff = np.array([[900.0, 40.0, 0.0], [40.0, 100.0, 0.0], [0.0, 0.0, 50.0]])
-    straight = replace(wall, bending=stiff, shear=np.diag([9e6, 4e6]))
-    c, s = np.cos(angle), np.sin(angle)
-    # Curvatures along the wall's axes from those along x and y.
-    into = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
-    rotation = np.array([[c, s], [-s, c]])
-    turned = replace(wall, bending=into.T @ stiff @ into, shear=rotation.T @ straight.shear @ rotation)
-    assert abs(turned.bending[0, 2]) > 50.0
-    one = hl.mindlin_panel(grid(4), 0.02, turned, SUPPORTS)
-    other = hl.mindlin_panel(grid(4, -angle), 0.02, straight, SUPPORTS)
-    place = rotation @ [0.6, 0.45]
-    frequencies = [parameters(one.at(0.6, 0.45), 5, 1.0), parameters(other.at(*place), 5, 1.0)]
-    assert frequencies[1] == pytest.approx(frequencies[0], rel=1e-9)
-
-
 def test_quadrilaterals_in_any_order() -> None:
     """Cells that begin at any corner fit together: as `mindlin_plate`."""
     panel = hl.mindlin_panel(grid(4, quads=True), 0.1, MATERIAL, {"left": "clamped", "top": "simple"})
@@ -228,36 +202,6 @@ def test_outline_and_file(tmp_path: Path) -> None:
         assert found(read, 4, (0.5, 0.5)) == pytest.approx(found(panel, 4, (0.5, 0.5)), rel=1e-9)
 
 
-def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
-    """I/(8 √(Dρt)) until the first echo, within 1 %, on triangles."""
-    pytest.importorskip("gmsh")
-    outline = hl.Outline(hl.circle(0.15))
-    panel = hl.mindlin_panel(outline, 1e-3, hl.ALUMINIUM_6061, highest_frequency=20e3)
-    structure = hl.reduce(panel.at(0.0, 0.0), until=2.5e-4, tolerance=1e-3)
-    moving, pulse, window, after = hl.stepping.MovingStructure(structure), 150e-6, 1e-6, []
-    state = moving.start()
-    for step in range(250):
-        time = (step + 0.5) * window
-        force = 1.0 - np.cos(2.0 * np.pi * time / pulse) if time < pulse else 0.0
-        state, surface = moving.advance(state, force, window)
-        if time > pulse:
-            after.append(surface)
-    impedance = 8.0 * (panel.section.bending[0, 0] * panel.section.mass) ** 0.5
-    assert np.array(after) / pulse * impedance == pytest.approx(np.ones(len(after)), abs=1e-2)
-
-
-def test_symmetric_half() -> None:
-    """Struck on its edge of symmetry, half a panel is the whole one."""
-    whole = hl.mindlin_plate(1.0, 1.0, 0.02, MATERIAL, hl.Supports("clamped", "clamped"), cells=(4, 8)).at(0.5, 0.5)
-    file = grid(4, quads=True)
-    file.points[:, 1] *= 0.5
-    half = hl.mindlin_panel(file, 0.02, MATERIAL, {"left": "clamped", "right": "clamped", "top": "symmetry"}).at(
-        0.5, 0.5
-    )
-    answers = [one.contact @ one.matrices.shifted_solve(100.0)(one.contact) for one in (half, whole)]
-    assert answers[0] == pytest.approx(answers[1], rel=1e-9)
-
-
 def test_additions() -> None:
     """Closed forms: a mass on a rigid free plate; a whole plate weakened; a bar that bends as its stiffener does."""
     free = hl.mindlin_panel(grid(2), 0.05, MATERIAL).at(0.5, 0.5)
@@ -281,10 +225,10 @@ def test_stiffener(turn: float) -> None:
     one, other = plain.at(*rotation @ [0.5, 0.5]), ribbed.at(*rotation @ [0.5, 0.5])
     along = rotation @ [0.8, 0.6]
     mesh = ribbed.shape.mesh(0.5, 0.5, ribbed._cells).mesh
-    theory = MindlinFunctions(mesh, ribbed.section, ribbed.element.degree)
-    nodes = np.asarray(theory.space.mesh.mapping().F(theory.space.element.doflocs.T))
-    places = np.zeros((theory.space.size, 2))
-    places[theory.space.cell_dofs] = nodes.transpose(1, 2, 0)
+    space = MindlinSpace(mesh, ribbed.section)
+    nodes = np.asarray(mesh.mapping().F(space.functions.element.doflocs.T))
+    places = np.zeros((space.functions.size, 2))
+    places[space.functions.of_cells] = nodes.transpose(1, 2, 0)
     reach = places @ along
     bent, twisted, lifted = (np.zeros(one.size) for _ in range(3))
     bent[0::3] = reach**2 / 2.0
@@ -298,7 +242,7 @@ def test_stiffener(turn: float) -> None:
     assert lifted @ (other.mass - one.mass) @ lifted == pytest.approx(7.0 * 1.0)
     # Any motion: the line is integrated cell by cell.
     any_motion, part = np.random.default_rng(1).normal(size=one.size), (np.arange(20000) + 0.5) / 20000
-    deflected = theory.deflection(np.array(ends[0]) + part[:, None] * (np.array(ends[1]) - ends[0])) @ any_motion
+    deflected = space.deflection(np.array(ends[0]) + part[:, None] * (np.array(ends[1]) - ends[0])) @ any_motion
     assert any_motion @ (other.mass - one.mass) @ any_motion == pytest.approx(7.0 * np.mean(deflected**2), rel=1e-5)
 
 
@@ -349,7 +293,7 @@ def changed(**changes: Any) -> meshio.Mesh:
     [
         (changed(times=1e3), r"in millimetres\? Give scale=1e-3"),
         (changed(point=(4, (2.0, 2.0, 0.0))), "both cells of a side lie on the same side"),
-        (changed(point=(4, (0.5, 0.5, 0.1))), r"is not flat, its box is 1 × 1 × 0\.1 m; must lie in a plane"),
+        (changed(point=(4, (0.5, 0.5, 0.1))), r"its box is 1 × 1 × 0\.1 m; must be flat, in the plane of x and y"),
         (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite numbers"),
         (changed(kind="tetra"), r"has cells of type 'tetra'; a panel's mesh is flat, see solid"),
         (changed(lines=True), "has neither triangles nor quadrilaterals"),
@@ -360,31 +304,6 @@ def changed(**changes: Any) -> meshio.Mesh:
 def test_bad_meshes(mesh: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.mindlin_panel(mesh, 0.02, MATERIAL)
-
-
-def test_a_plate_thinner_than_a_5000th_of_its_side_may_be_in_millimetres() -> None:
-    hl.mindlin_panel(grid(2), 2.2e-4, MATERIAL)
-    with pytest.raises(ValueError, match=r"in millimetres\? Give scale=1e-3"):
-        hl.mindlin_panel(grid(2), 1.8e-4, MATERIAL)
-
-
-def test_a_large_mesh_from_a_file_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    with warnings.catch_warnings():
-        warnings.filterwarnings("error", "mesh: its")
-        hl.mindlin_panel(grid(2), 0.02, MATERIAL).at(0.5, 0.5)
-    monkeypatch.setattr("plates.plate.MANY", 20)
-    with pytest.warns(hl.HertzlinkWarning, match=r"mesh: its \d+ degrees of freedom take minutes and gigabytes"):
-        hl.mindlin_panel(grid(2), 0.02, MATERIAL).at(0.5, 0.5)
-
-
-def test_unused_points_are_dropped() -> None:
-    mesh = grid(2)
-    mesh.points = np.vstack([mesh.points, [[5.0, 5.0, 0.0]]])
-    with pytest.warns(hl.HertzlinkWarning, match="1 of 10 points belong to no cell"):
-        panel = hl.mindlin_panel(mesh, 0.02, MATERIAL, {"left": "clamped"})
-    assert found(panel, 3, (0.5, 0.5)) == pytest.approx(
-        found(hl.mindlin_panel(grid(2), 0.02, MATERIAL, {"left": "clamped"}), 3, (0.5, 0.5)), rel=1e-9
-    )
 
 
 @pytest.mark.parametrize(
@@ -433,18 +352,6 @@ def test_cells_too_large_for_the_patch(recwarn: pytest.WarningsRecorder) -> None
         hl.mindlin_panel(FLAT, 0.1, MATERIAL).at(0.5, 0.5)
 
 
-@pytest.mark.parametrize("one", [hl.PointMass(3.0, 0.5, 1.0), hl.Stiffener((0.5, 0.5), (1.5, 0.5), 1.0)])
-def test_additions_off_the_plate(one: Any) -> None:
-    with pytest.raises(ValueError, match=r"additions\[0\] = .*must lie on the plate, between x = 0 and 1"):
-        hl.mindlin_panel(FLAT, 0.02, MATERIAL, additions=[one]).at(0.5, 0.5)
-
-
-@pytest.mark.parametrize("region", [(1.2, 1.5, 0.2, 0.4), (0.8, 1.4, 0.2, 0.4), (80.0, 120.0, 80.0, 120.0)])
-def test_weakened_regions_off_the_panel(region: tuple[float, ...]) -> None:
-    with pytest.raises(ValueError, match=r"additions\[0\] = Weakened.*: must lie on the plate, between x = 0 and 1"):
-        hl.mindlin_panel(grid(2), 0.02, MATERIAL, additions=[hl.Weakened(region, 0.5)]).at(0.5, 0.5)
-
-
 def test_a_round_edge_of_quadrilaterals_cannot_be_simple() -> None:
     """It would be clamped; a straight edge of the same half ring may be simple, and the rim clamped."""
     disc = to_meshio(MeshQuad.init_tensor(np.linspace(0.5, 1.0, 5), np.linspace(0.0, 2.0, 9)))
@@ -456,65 +363,6 @@ def test_a_round_edge_of_quadrilaterals_cannot_be_simple() -> None:
         with pytest.raises(ValueError, match=r"supports\['rim'\]: a curve of quadrilaterals cannot be simple"):
             hl.mindlin_panel(disc, 0.05, MATERIAL, {"rim": kind}).at(*place)
     assert hl.mindlin_panel(disc, 0.05, MATERIAL, {"rim": "clamped", "end": "simple"}).at(*place).size > 0
-
-
-def test_cells_on_the_same_side_of_their_side() -> None:
-    points = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.05, 0.02, 0.0]])
-    folded = meshio.Mesh(points, [("triangle", np.array([[0, 1, 2], [0, 1, 3]]))])
-    with pytest.raises(ValueError, match="both cells of a side lie on the same side of it"):
-        hl.mindlin_panel(folded, 1e-3, MATERIAL)
-
-
-def in_plane(axes: tuple[int, int]) -> meshio.Mesh:
-    mesh = grid(4)
-    points = np.zeros_like(mesh.points)
-    points[:, axes] = mesh.points[:, :2]
-    return meshio.Mesh(points, mesh.cells, cell_sets=mesh.cell_sets)
-
-
-def turned_out_of_plane(mesh: meshio.Mesh, angle: float) -> meshio.Mesh:
-    """About the x axis."""
-    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
-    return meshio.Mesh(mesh.points @ turn.T + [0.0, 0.3, 2.0], mesh.cells, cell_sets=mesh.cell_sets)
-
-
-@pytest.mark.parametrize(
-    ("mesh", "message"),
-    [
-        (in_plane((0, 2)), r"x axis is \(1, 0, 0\) of the mesh, and its y axis \(0, 0, 1\)"),
-        (in_plane((1, 2)), r"x axis is \(0, 1, 0\) of the mesh, and its y axis \(0, 0, 1\)"),
-        (turned_out_of_plane(grid(4), 0.5), r"normal \(0, -0\.479, 0\.878\); .* its y axis \(0, 0\.878, 0\.479\)"),
-    ],
-)
-def test_plates_in_other_planes(mesh: meshio.Mesh, message: str) -> None:
-    """The plate's axes are said; its edges keep their names, and its answer is that in the plane of x and y."""
-    with pytest.warns(hl.HertzlinkWarning, match=message):
-        panel = hl.mindlin_panel(mesh, 0.02, MATERIAL, SUPPORTS)
-    left, right, low, high = panel.shape.box
-    assert (right - left, high - low, panel.shape.area) == pytest.approx((1.0, 1.0, 1.0))
-    plain = hl.mindlin_panel(grid(4), 0.02, MATERIAL, SUPPORTS)
-    assert found(panel, 3, (left + 0.6, low + 0.45)) == pytest.approx(found(plain, 3, (0.6, 0.45)), rel=1e-9)
-
-
-def test_points_of_two_coordinates() -> None:
-    mesh = grid(2)
-    flat = meshio.Mesh(mesh.points[:, :2], mesh.cells, cell_sets=mesh.cell_sets)
-    panel = hl.mindlin_panel(flat, 0.02, MATERIAL, SUPPORTS)
-    plain = hl.mindlin_panel(mesh, 0.02, MATERIAL, SUPPORTS)
-    assert found(panel, 3, (0.5, 0.5)) == pytest.approx(found(plain, 3, (0.5, 0.5)), rel=1e-12)
-
-
-@pytest.mark.parametrize("quads", [False, True])
-def test_area_and_sides(quads: bool) -> None:
-    panel = hl.mindlin_panel(grid(3, 0.3, quads), 0.02, MATERIAL)
-    assert panel.shape.area == pytest.approx(1.0)
-    assert panel.at(0.3, 0.6).origin["edges"]["left"] == "3 sides, 1 m"
-
-
-def test_cells_that_are_numbered_clockwise() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="1 of 8 cells are numbered clockwise, the others not"):
-        panel = hl.mindlin_panel(changed(turned=[0]), 0.02, MATERIAL)
-    assert found(panel, 5, (0.5, 0.5)) == pytest.approx(found(hl.mindlin_panel(FLAT, 0.02, MATERIAL), 5, (0.5, 0.5)))
 
 
 def test_triangles_and_quadrilaterals() -> None:

@@ -107,16 +107,6 @@ def test_a_stress_beyond_yield_is_told(
         recwarn.clear()
 
 
-def test_plies_share_the_stress_so_the_struck_one_tells_nothing(recwarn: pytest.WarningsRecorder) -> None:
-    """A coat that yields at 20 MPa on steel under 50 MPa bears less than 1 MPa, as 3 GPa are to 193 GPa."""
-    coat = hl.Material(3e9, 0.3, 1200.0, "coat", 20e6)
-    plies = [hl.Ply(one, thick) for one, thick in ((coat, 2e-4), (hl.STEEL_316, 2e-3), (coat, 2e-4))]
-    held = hl.Supports(*["clamped"] * 4)
-    stress = hl.Prestress(xx=50e6 * 2e-3)
-    hl.kirchhoff_plate(SIDE, SIDE, None, hl.Laminate(plies), held, additions=[stress])
-    assert not [one for one in recwarn if "yield" in str(one.message)]
-
-
 def test_the_ply_that_yields_is_told(recwarn: pytest.WarningsRecorder) -> None:
     """Steel between aluminium bears 3·193/(193 + 2·68.9) = 1.75 times the mean stress: 204 MPa at 117, 208 at 119."""
     metals = [hl.Material(e, 0.3, 2700.0, name, y) for e, name, y in ((193e9, "steel", 205e6), (68.9e9, "soft", 2e9))]
@@ -129,36 +119,6 @@ def test_the_ply_that_yields_is_told(recwarn: pytest.WarningsRecorder) -> None:
         assert len(found) == told
         assert all("stresses steel to 208 MPa, beyond its yield strength of 205 MPa" in one for one in found)
         recwarn.clear()
-
-
-def test_no_prestress_is_the_plain_plate() -> None:
-    at = SIDE / 2.0, SIDE / 2.0
-    for kind in ("kirchhoff", "mindlin", "panel"):
-        plate = square(kind, highest_frequency=2e4)
-        one, other = plate.at(*at), hl.Plate(
-            plate.shape, plate.section, plate.supports, plate.element, plate.highest_frequency
-        ).at(*at)  # fmt: skip
-        assert (one.stiffness != other.stiffness).nnz == 0
-
-
-def test_turned_panel() -> None:
-    """A panel turned by 30° under turned forces has the same frequencies."""
-    c, s = np.cos(pi / 6.0), np.sin(pi / 6.0)
-    turn = np.array([[c, -s], [s, c]])
-    forces = turn @ np.diag(FORCES) @ turn.T
-    corners = [tuple(turn @ np.array(one) * SIDE) for one in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    prestress = hl.Prestress(forces[0, 0], forces[1, 1], forces[0, 1])
-    panel = hl.mindlin_panel(
-        hl.Outline(corners, edges="rim"), THICKNESS, ALUMINIUM, {"rim": "simple"}, highest_frequency=2e4,
-        additions=[prestress],
-    )  # fmt: skip
-    assert frequencies(panel, 4) == pytest.approx(exact(FORCES, 4), rel=1e-3)
-
-
-def test_thermal_prestress() -> None:
-    warm = hl.thermal_prestress(2.0, 23e-6, THICKNESS, ALUMINIUM)
-    assert warm.xx == warm.yy == pytest.approx(-70e9 * 23e-6 * 2.0 * THICKNESS / 0.7)
-    assert warm.xy == 0.0
 
 
 def test_energy_is_conserved() -> None:
@@ -174,9 +134,6 @@ def test_energy_is_conserved() -> None:
     [
         (lambda: hl.Prestress("a"), "xx = 'a'"),
         (lambda: hl.Prestress(yy=inf), "yy = inf"),
-        (lambda: hl.thermal_prestress(1.0, -1e-5, 1e-3, ALUMINIUM), "expansion = -1e-05"),
-        (lambda: hl.thermal_prestress(1.0, 1e-5, 0.0, ALUMINIUM), "thickness = 0.0"),
-        (lambda: hl.thermal_prestress(1.0, 1e-5, 1e-3, 7.0), "material = 7.0"),
         (lambda: square("kirchhoff", -5.0 * EULER).at(0.1, 0.1), "buckles under this prestress"),
         (lambda: square("kirchhoff", -5.0, held="free").at(0.1, 0.1), "buckles under this prestress"),
         (lambda: square("kirchhoff", 0.0, 0.0, 5.0, held="symmetry"), "a shear force along this edge"),

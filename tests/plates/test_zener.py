@@ -8,8 +8,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import beta
 
 import hertzlink as hl
-from hertzlink.studies.plate_boundary import group_speed, rayleigh_speed
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
 
 SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
 DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.1e-3), (2.29e-3, 3.18e-3, 4.83e-3)
@@ -111,19 +110,6 @@ def test_inelasticity_of_the_thesis(diameter: float, printed: tuple[float, ...],
         assert round(thesis_inelasticity(diameter, thickness), places) == number
 
 
-def test_inelasticity_of_the_thesis_on_its_thickest_plate() -> None:
-    """1.16 for D = 19.1 mm; 0.29 for 9.53 mm, cut to "0.2" in print."""
-    assert round(thesis_inelasticity(DIAMETERS[2], THICKNESSES[2]), 2) == 1.16
-    assert round(thesis_inelasticity(DIAMETERS[1], THICKNESSES[2]), 2) == 0.29
-
-
-def test_inelasticity_by_the_table() -> None:
-    """Table 2.1 and the striker's 0.31 m/s, recomputed independently: 8 % less than what the thesis prints."""
-    bead = hl.Sphere(DIAMETERS[0] / 2.0, hl.STEEL_440C)
-    found = [hl.theory.PlateImpact(bead, plate_of(thickness), 0.31).inelasticity for thickness in THICKNESSES]
-    assert found == pytest.approx([0.295, 0.153, 0.0663], rel=2e-3)
-
-
 @pytest.mark.parametrize(
     ("diameter", "thickness", "inelasticity", "printed"),
     [
@@ -139,29 +125,6 @@ def test_contact_times_of_the_thesis(diameter: float, thickness: float, inelasti
     ends = np.array([inelasticity - 0.005, inelasticity + 0.005])
     first, last = hl.theory.PlateImpact(bead, plate, THESIS_IMPACT.striker_speed, inelasticity=ends).contact_time
     assert first < printed < last
-
-
-def test_contact_times_of_the_thesis_to_their_digits() -> None:
-    """87.81, 59.1, 164.4 and 1435.2 µs, with the third digit that the thesis's λ lost in print."""
-    times = [
-        hl.theory.PlateImpact(hl.Sphere(diameter / 2.0, THESIS_IMPACT.material), PLATE, 0.31, inelasticity).contact_time
-        * 1e6
-        for diameter, inelasticity in zip(DIAMETERS[1:] * 2, (1.28, 1.158, 0.29, 5.1548), strict=True)
-    ]
-    assert times == pytest.approx([87.81, 164.4, 59.1, 1435.2], rel=2e-4)
-
-
-@pytest.mark.parametrize(("diameter", "printed"), [(4.76e-3, 27.7e-6), (9.53e-3, 55.6e-6), (19.1e-3, 111.44e-6)])
-def test_elastic_contact_times_of_the_thesis(diameter: float, printed: float) -> None:
-    bead = hl.Sphere(diameter / 2.0, THESIS_IMPACT.material)
-    assert hl.theory.PlateImpact(bead, PLATE, THESIS_IMPACT.striker_speed, 0.0).contact_time == pytest.approx(
-        printed, rel=3e-3
-    )
-
-
-def test_restitution_of_the_thesis() -> None:
-    """Section 6.2.3: e = 0.00019 for D = 19.1 mm on 2.29 mm."""
-    assert round(hl.theory.zener_restitution(thesis_inelasticity(DIAMETERS[2], THICKNESSES[0])), 5) == 0.00019
 
 
 @pytest.mark.thorough
@@ -195,10 +158,7 @@ def test_amplitude_ratio() -> None:
     assert hl.theory.primary_amplitude_ratio(hl.theory.zener_restitution(number)) == pytest.approx(
         np.exp(1.2 * np.log(hl.theory.zener_restitution(number)))
     )
-    for material, speed in (
-        (hl.STEEL_440C, 0.31),
-        (THESIS_IMPACT.material, THESIS_IMPACT.bead_speed),
-    ):
+    for material, speed in ((hl.STEEL_440C, 0.31), (THESIS_IMPACT.material, THESIS_IMPACT.bead_speed)):
         impact = hl.theory.PlateImpact(hl.Sphere(2.5 * PLATE.thickness, material), PLATE, speed)
         assert 0.014 < impact.amplitude_ratio < 0.022
 
@@ -215,28 +175,6 @@ def test_equation_6_39(part: float, factor: float) -> None:
     printed = 1.414 * (1.0 + restitution**-0.2) * number * spheres**0.4 + factor * time * (spheres + walls) ** 0.4
     found = hl.theory.PlateImpact(BEAD, PLATE, part * speed).time_of_flight(number, speed) / BEAD.size
     assert found == pytest.approx(printed * steel.density**0.4 * speed**-0.2, rel=4e-4)
-
-
-def test_normalised_time_of_flight_depends_on_the_aspect_ratio_only() -> None:
-    large = hl.Sphere(3.0 * BEAD.radius, BEAD.material), plate_of(3.0 * PLATE.thickness)
-    once, scaled = (
-        hl.theory.PlateImpact(bead, plate, 0.31).time_of_flight(13) / bead.size
-        for bead, plate in ((BEAD, PLATE), large)
-    )
-    assert scaled == pytest.approx(once, rel=1e-12)
-    slow = hl.theory.PlateImpact(BEAD, PLATE, np.array([0.31, 0.1])).time_of_flight(13) / BEAD.size
-    assert slow[0] == pytest.approx(once)
-    assert slow[1] > slow[0]
-
-
-def test_bounds_with_exact_wave_speeds() -> None:
-    """The thesis's 0.57 is the exact Rayleigh speed but for 0.3 %; 0.2 is A0's group speed near 12 kHz in 2.29 mm."""
-    printed = np.array(hl.critical_distance_bounds(BEAD, PLATE, 0.31))
-    speeds = group_speed(PLATE.material, PLATE.thickness, 12e3), rayleigh_speed(PLATE.material)
-    exact = np.array(hl.critical_distance_bounds(BEAD, PLATE, 0.31, wave_speeds=speeds))
-    assert exact == pytest.approx(printed, rel=0.01)
-    time = hl.theory.PlateImpact(BEAD, PLATE, 0.31, inelasticity=0.0).contact_time
-    assert exact == pytest.approx(np.array(speeds) * time / 2.0, rel=1e-10)
 
 
 def test_arrays_keep_their_shape() -> None:
@@ -264,14 +202,8 @@ def test_arrays_keep_their_shape() -> None:
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, np.array([0.3, -0.3])).contact_time, r"impact_speed = -0\.3"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3, inelasticity=-1.0).contact_time, r"inelasticity = -1\.0"),
         (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3).time_of_flight(0), "beads = 0"),
-        (
-            lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3).time_of_flight(13, float("nan")),
-            "striker_speed = nan",
-        ),
-        (
-            lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.0).time_of_flight(13, 0.3),
-            r"impact_speed = 0\.0",
-        ),
+        (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.3).time_of_flight(13, float("nan")), "striker_speed = nan"),
+        (lambda: hl.theory.PlateImpact(BEAD, PLATE, 0.0).time_of_flight(13, 0.3), r"impact_speed = 0\.0"),
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, wave_speeds=(1e3,)), "must be two speeds"),  # type: ignore[arg-type]
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, wave_speeds=(1e3, -1.0)), r"wave_speeds = -1\.0"),
     ],

@@ -70,7 +70,6 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.reduce(hl.half_space(STEEL), 600), r"reduce until = 600: .* s, .* mean \S+ µs or ms\?"),
     (lambda: hl.Prestress(20), r"Prestress xx = 20: is read as 20 N/m, .* mean \S+ N/mm, or a stress in MPa\?"),
     (lambda: hl.Prestress(0.0, -20.0, 1.0), r"Prestress yy = -20: .* MPa\?"),
-    (lambda: hl.thermal_prestress(5.0, 23e-6, 1, STEEL), r"thermal_prestress thickness = 1: .* mm\?"),
     (
         lambda: hl.beam(0.5, 300.0, 1.6, STEEL, at=0.2, foundation=1e15),
         r"beam foundation = 1e\+15 N/m²: is 1e\+06 GPa, more than 10 times the beam's own modulus",

@@ -7,7 +7,7 @@ from printed import check
 
 import hertzlink as hl
 from hertzlink.studies import aspect_ratio
-from plates.theory.impact import THESIS_IMPACT
+from plates.impact import THESIS_IMPACT
 
 THOROUGH_FIXTURES = ("data",)
 

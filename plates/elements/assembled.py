@@ -1,40 +1,65 @@
-"""Displacement and surface stress of plates from their degrees of freedom, at the points of quadratic cells.
+"""What an element makes of a mesh: matrices, contact vectors, and the fields of displacement and stress.
 
 The struck face is on top. A pushed plate moves down, so the displacement along z is −w. The stress is that of bending
-at the struck face of a homogeneous wall, 6 M/t² at z = t/2; at the lower face it has the opposite sign.
+at the struck face of a homogeneous wall, 6 M/t² at z = t/2; at the lower face it has the opposite sign. Fields are read
+at the points of quadratic cells.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy import sparse
 
 from plates.section import Section
-from structures.field import Grid
+from structures.field import Grid, Sampler
 from structures.meshes.mesh_reading import Numbers
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array
-
+# The reference triangle as three quadrilaterals.
 THREE_QUADS = np.array([
     [[0, 0], [1 / 2, 0], [1 / 3, 1 / 3], [0, 1 / 2]],
     [[1, 0], [1 / 2, 1 / 2], [1 / 3, 1 / 3], [1 / 2, 0]],
     [[0, 1], [0, 1 / 2], [1 / 3, 1 / 3], [1 / 2, 1 / 2]],
 ])  # fmt: skip
-"""The reference triangle as three quadrilaterals."""
-
+# The reference square as four.
 FOUR_QUADS = np.array([
     [[x, y], [x + 0.5, y], [x + 0.5, y + 0.5], [x, y + 0.5]] for x in (0.0, 0.5) for y in (0.0, 0.5)
 ])  # fmt: skip
-"""The reference square as four."""
-
+# Places of the points of a quadratic quadrilateral, in VTK's order.
 NINE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5], [0.5, 0.5]])
-"""Places of the points of a quadratic quadrilateral, in VTK's order."""
+SAME = 1e-7  # Points nearer to each other than this part of the plate's size are merged
 
-SAME = 1e-7
-"""Points nearer to each other than this part of the plate's size are merged."""
+
+class Touch(NamedTuple):
+    """One contact: its place (x, y), m; the lines of symmetry through it, by the unit vectors that point away from them
+    into the mesh; the wall with the material that is struck."""
+
+    place: Vector
+    mirrors: Sequence[Vector]
+    wall: Section
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """A plate on a mesh, in the n motions that its supports leave.
+
+    mass, stiffness: n × n. contact: returns the n numbers that spread a unit force at a Touch and read the displacement
+    there. sampler: returns what reads displacement and stress; takes the stiffness of the whole plate.
+    """
+
+    mass: Matrix
+    stiffness: Matrix
+    contact: Callable[[Touch], Vector]
+    sampler: Callable[[Matrix], Sampler]
+
+
+def check_free(count: int) -> None:
+    """Raise a ValueError where the supports leave no degree of freedom."""
+    if count == 0:
+        raise ValueError("cells, mesh: too few cells, the supports hold every degree of freedom; use smaller ones")
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,29 +96,35 @@ class PlateSampler:
         return [self.stiffness]
 
 
-def mesh_sampler(mesh: Any, functions: Any, expansion: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
-    """Return the sampler of a plate on a mesh of scikit-fem. expansion: all freedoms from those of a Structure."""
-    corners = mesh.t.shape[0]
-    quads = THREE_QUADS if corners == 3 else FOUR_QUADS
-    places, local = np.unique(np.round(_bilinear(quads), 12), axis=0, return_inverse=True)
+def mesh_sampler(mesh: Any, space: Any, motions: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
+    """Return the sampler of a plate on a mesh. motions: all degrees of freedom from those of a Structure."""
+    triangles = mesh.t.shape[0] == 3
+    quads = THREE_QUADS if triangles else FOUR_QUADS
+    (x, y), (corners_x, corners_y) = NINE.T, quads.transpose(2, 1, 0)
+    shares = np.stack([(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
+    nine = np.stack([shares.T @ corners_x, shares.T @ corners_y], axis=-1).swapaxes(0, 1)
+    places, local = np.unique(np.round(nine.reshape(-1, 2), 12), axis=0, return_inverse=True)
+
     x, y = places.T
-    shares = np.stack([1.0 - x - y, x, y] if corners == 3 else [(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
+    shares = np.stack([1.0 - x - y, x, y] if triangles else [(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
     points = np.einsum("jic,iq->cqj", mesh.p[:, mesh.t], shares).reshape(-1, 2)
     scale = SAME * np.ptp(points, axis=0).max()
     # The offset keeps the lattice off round numbers, on which many points lie.
     _, first, number = np.unique(np.floor(points / scale + 0.12345), axis=0, return_index=True, return_inverse=True)
     number = number.ravel()
     cells = number.reshape(mesh.nelements, -1)[:, local.reshape(len(quads), 9)].reshape(-1, 9)
-    deflection, curvature = functions.sampled(places.T)
+
+    # Cells are anticlockwise.
+    at = points[first][cells[:, [0, 1, 3]]]
+    one, other = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+    inverted = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
+    cells = np.where(inverted[:, None], cells[:, [0, 3, 2, 1, 7, 6, 5, 4, 8]], cells)
+
+    deflection, curvature = space.sampled(places.T)
     mean = sparse.csr_array((1.0 / np.bincount(number)[number], (number, np.arange(number.size))))
     spread = sparse.kron(mean, sparse.eye_array(3), format="csr")
     return PlateSampler(
-        points[first],
-        _upright(points[first], cells),
-        deflection[first] @ expansion,
-        spread @ curvature @ expansion,
-        section,
-        stiffness,
+        points[first], cells, deflection[first] @ motions, spread @ curvature @ motions, section, stiffness
     )
 
 
@@ -118,18 +149,3 @@ def product_sampler(
     ], axis=-1).reshape(-1, 9)  # fmt: skip
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return PlateSampler(points, cells, sparse.csr_array(sparse.kron(f, g)), curvature, section, stiffness)
-
-
-def _bilinear(quads: Vector) -> Vector:
-    """Return the nine points of quadrilaterals, … × 2."""
-    x, y = NINE.T
-    shares = np.stack([(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
-    return np.asarray(np.einsum("qik,in->qnk", quads, shares).reshape(-1, 2))
-
-
-def _upright(points: Vector, cells: Numbers) -> Numbers:
-    """Return the cells anticlockwise."""
-    at = points[cells[:, [0, 1, 3]]]
-    first_side, second_side = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
-    inverted = first_side[:, 0] * second_side[:, 1] < first_side[:, 1] * second_side[:, 0]
-    return np.where(inverted[:, None], cells[:, [0, 3, 2, 1, 7, 6, 5, 4, 8]], cells)

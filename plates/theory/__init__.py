@@ -1,1 +1,0 @@
-"""Closed forms of impacts on plates and of waves in them."""
