@@ -141,7 +141,8 @@ def _table() -> xr.DataArray:
     table = pd.read_csv(str(files("plates") / TABLE), index_col=[0, 1, 2]).rename_axis(["edge", "ratio", "parameter"])
     difference = table.iloc[:, 1:].sub(table.iloc[:, 0], axis=0)
     difference.columns = difference.columns.astype(float).rename("distance")
-    return xr.DataArray(difference.stack().to_xarray())
+    array: xr.DataArray = difference.stack().to_xarray()
+    return array
 
 
 @lru_cache(maxsize=64)  # several tolerances read one curve

@@ -166,17 +166,6 @@ def test_energy_is_kept() -> None:
     assert abs(hl.energy_error(run)) < 1e-5
 
 
-def test_it_can_be_reduced_and_says_how_it_was_made() -> None:
-    plate = hl.half_plane(3e-3, ALUMINIUM, "simple", 0.02, until=0.8e-3)
-    assert plate.origin["kind"] == "half-plane"
-    assert plate.origin["edge"] == "simple"
-    reduced = hl.reduce(plate, 0.8e-3)
-    assert reduced.size < plate.size / 2
-    assert ratio(SMALL, reduced, 0.8e-3) == pytest.approx(ratio(SMALL, plate, 0.8e-3), abs=1e-6)
-    with pytest.raises(ValueError, match=r"until = 0\.002"):
-        ratio(SMALL, plate, 2e-3)
-
-
 # The infinite plate: against finite plates before the first echo, and its energy.
 
 

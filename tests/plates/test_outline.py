@@ -106,14 +106,6 @@ def test_bad_outlines(given: dict[str, Any], message: str) -> None:
         hl.Outline(**({"corners": SQUARE} | given))
 
 
-@pytest.mark.parametrize(
-    "changes", [{"radius": 0.0}, {"radius": float("nan")}, {"corners": 2}, {"centre": (0.0, np.inf)}]
-)
-def test_bad_circles(changes: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match=next(iter(changes))):
-        hl.circle(**({"radius": 0.1} | changes))
-
-
 @pytest.mark.parametrize("place", [(0.15, 0.13), (0.4, 0.1)])
 def test_contact_in_a_hole_or_outside(place: tuple[float, float]) -> None:
     with pytest.raises(ValueError, match="lies outside of the outline, or in a hole"):

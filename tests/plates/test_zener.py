@@ -163,20 +163,6 @@ def test_amplitude_ratio() -> None:
         assert 0.014 < impact.amplitude_ratio < 0.022
 
 
-@pytest.mark.parametrize(("part", "factor"), [(1.0, 0.790), (0.682, 0.853)])
-def test_equation_6_39(part: float, factor: float) -> None:
-    """With the mended e^{−1/5}, and the factor of the contact's time that belongs to each speed."""
-    speed, number = 0.31, 13
-    steel, wall = hl.STEEL_440C, hl.ALUMINIUM_6061
-    spheres = (1.0 - steel.poisson_ratio**2) / steel.youngs_modulus
-    walls = (1.0 - wall.poisson_ratio**2) / wall.youngs_modulus
-    parameter = hl.theory.PlateImpact(BEAD, PLATE, part * speed).inelasticity
-    restitution, time = integrated(parameter)
-    printed = 1.414 * (1.0 + restitution**-0.2) * number * spheres**0.4 + factor * time * (spheres + walls) ** 0.4
-    found = hl.theory.PlateImpact(BEAD, PLATE, part * speed).time_of_flight(number, speed) / BEAD.size
-    assert found == pytest.approx(printed * steel.density**0.4 * speed**-0.2, rel=4e-4)
-
-
 def test_arrays_keep_their_shape() -> None:
     number = np.array([[0.0, 0.3, 2.0], [4.0, 6.0, 60.0]])
     for of in (hl.theory.zener_restitution, hl.theory.zener_contact_time):
