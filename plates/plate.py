@@ -1,7 +1,7 @@
 """Plates: a Plate holds shape, wall, supports and element; `plate.at(x, y)` is the structure struck there."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from math import ceil, sqrt
 from typing import Any
@@ -300,9 +300,14 @@ class Plate:
     def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
         """Return how the plate was made and where it is struck, as plain data."""
         unknown = {"shape"} if self.material is not None else {"shape", "material"}
+        held = asdict(self.supports) if isinstance(self.supports, Supports) else {
+            name: asdict(support) if isinstance(support, ElasticEdge) else support
+            for name, support in self._edges.items()
+        }  # fmt: skip
         return {
             **{name: value for name, value in self.origin.items() if name not in unknown},
             **self.shape.described(),
+            "supports": held,
             "thickness": self.thickness,
             "section": self.section.data,
             "patch_radius": self.element.patch_radius or None,

@@ -71,6 +71,7 @@ def test_texts_are_short() -> None:
     panel = hl.mindlin_panel(rim, 2e-3, hl.PTFE, {"rim": hl.ElasticEdge(1e5)}, additions=[mass])
     described = "<Mindlin panel, polygon of 96 corners, 0.2001 × 0.2001 m, 2 mm of PTFE; rim on springs; 1 addition>"
     assert repr(panel) == described
+    assert panel.data([])["supports"] == {"rim": {"translation": 1e5, "rotation": 0.0}}
     html = panel._repr_html_()
     assert html.startswith("<table>")
     assert "rim on springs" in html
