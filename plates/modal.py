@@ -150,7 +150,7 @@ class ModalPlate:
 
     @cached_property
     def _origin(self) -> dict[str, Any]:
-        return self.plate.data([])
+        return self.plate.data([Contact(0.0, 0.0, "front")])
 
     @property
     def _cut_off(self) -> float:

@@ -40,8 +40,8 @@ LINES = {"line": 2, "line3": 2}
 class FlatMesh:
     """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a plate of a thickness in m.
 
-    scale, merge, tags: as of `mindlin_panel`. A mesh in another plane than that of x and y is turned into it; triangles
-    and quadrilaterals together become triangles. Raises ValueError for a mesh that cannot be a plate.
+    scale, merge, tags: as of `mindlin_panel`. It lies in the plane of x and y; triangles and quadrilaterals together
+    become triangles. Raises ValueError for a mesh that cannot be a plate.
     """
 
     kind, fixed = "panel", True

@@ -112,6 +112,8 @@ def test_thickness_and_material_scale_frequencies_and_motion() -> None:
     modal = hl.ModalPlate(plate_of(0.2, 0.15, edges), UNTIL)
     usual, other = modal.at(*place), modal.at(*place, 3e-3, foil)
     assert (other.surface.material, other.origin["thickness"]) == (foil, 3e-3)
+    assert other.origin["at"] == list(place)
+    assert "face" not in other.origin
     assert ratio(other) != pytest.approx(ratio(usual), abs=1e-2)
     thick = replace(plate_of(0.2, 0.15, edges, frequency=200e3), section=hl.homogeneous_section(3e-3, foil))
     assert ratio(other) == pytest.approx(ratio(hl.reduce(thick.at(*place), UNTIL, 1e-3, 1200)), abs=1e-4)
