@@ -9,7 +9,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
 from scipy.stats import chi2
@@ -22,12 +21,11 @@ from coupling.results.ar_and_tof import of_signals
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.reading import Reading
 from coupling.results.sensor_trace import interpolated_over_gaps, noise_level
-from coupling.sweeps.processes import Outcome, Work, in_processes
-from coupling.sweeps.progress import one_bar, silent
-from coupling.sweeps.store import Failure, Point, describe_point, open_store
-from coupling.sweeps.sweep import outcomes_of
+from coupling.sweeps.points import Outcome, Task, run_points
+from coupling.sweeps.store import Failure, Point, Store
+from coupling.sweeps.sweep import outcomes_kept
 from structures.caution import collected
-from structures.checks import count_of, function, instance, short, whole
+from structures.checks import count_of, function, instance, short
 from structures.units import NUMBER, factor, in_si
 
 TABLE = "points.csv"
@@ -133,8 +131,8 @@ def map_taps(
     function("read", read, 1, "a function of a file's path")
     if answer is not None:
         function("answer", answer, 2, "a function of a signal and its point")
-    kept = None if store is None else open_store(store, answer or read, 0.0, read)
-    return mapped_taps(grid, Taps(answer or read, 0.0, read, kept, answer is not None), jobs)
+    kept = None if store is None else Store(store, answer or read, read)
+    return mapped_taps(grid, Taps(answer or read, 0.0, read, kept, asked=answer is not None), jobs)
 
 
 def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], Any] | None = None) -> Grid:
@@ -223,7 +221,7 @@ def _checked(points: Any) -> list[Point]:
 
 
 @dataclass(frozen=True)
-class Taps(Work):
+class Taps(Task):
     """The work at each point: `measure` reads a file, and `build` answers, or AR and TOF are read."""
 
     build: Callable[..., Any]
@@ -236,7 +234,7 @@ class Taps(Work):
         others = {name: value for name, value in point.items() if name not in ("files", "key", "sums")}
         answers: list[xr.Dataset] = []
         refused: list[ValueError] = []
-        with collected() as messages, silent():
+        with collected() as messages:
             for name in point["files"]:
                 try:
                     if not Path(name).is_file():
@@ -259,9 +257,9 @@ class Taps(Work):
         answer = instance("answer(...)", self.build(signal, others), Identification, "an Identification")
         return answer.to_dataset()[[*OF_UNKNOWNS, "verdict", "unit", "unit_size"]]
 
-    def finish(self, point: Point, elsewhere: bool, wait: bool = False) -> Outcome:
+    def outcome(self, point: Point) -> Outcome:
         """Return a failure at a point also without a store: no point may cost the others."""
-        return self.attempt(point, elsewhere) if self.store is None else super().finish(point, elsewhere, wait)
+        return self.attempt(point) if self.store is None else super().outcome(point)
 
 
 def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
@@ -329,11 +327,11 @@ def mapped_taps(grid: Grid, work: Taps, jobs: int | None = None, key: str = "") 
     points = grid.points
     if work.store is not None:
         points = [{**point, "key": key, "sums": [_sum_of(Path(name)) for name in point["files"]]} for point in points]
-    texts = [describe_point(point) if work.store else str(k) for k, point in enumerate(points)]
-    most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    with one_bar("map", 0):
-        outcomes = outcomes_of(work.store, points, texts, lambda batches: in_processes(work, batches, most))
-    data = _combined(grid, [outcomes.get(k) for k in range(len(points))])
+    if work.store is None:
+        outcomes = run_points(work, points, jobs, label="map")
+    else:
+        outcomes = outcomes_kept(work, work.store, points, jobs, label="map")
+    data = _combined(grid, outcomes)
     warn(findings_of(data))
     return data
 

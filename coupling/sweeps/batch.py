@@ -1,29 +1,26 @@
-"""Thousands of runs in memory, on all cores: of chains, or of chains on linear structures."""
+"""Thousands of runs in memory, in threads: of chains, or of chains on linear structures."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from functools import partial
-from math import ceil
 from threading import local
 from typing import Any, NamedTuple, TypeAlias
 
 import joblib
 import numpy as np
 import xarray as xr
-from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import StructureWindows, fill, is_compiled
 from coupling.interface import Interface
-from coupling.plan import Adaptive, Plan, warn_if_coarse
+from coupling.plan import Adaptive, warn_if_coarse
 from coupling.recording.frames import Frames, Kept, kept_at
 from coupling.results.findings import gathered, kind, one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
-from coupling.sweeps.processes import ENVIRONMENT_ERRORS, in_parallel
+from coupling.sweeps.points import ENVIRONMENT_ERRORS
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
@@ -39,18 +36,15 @@ Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 FRAMES_PER_CONTACT = 32
 """Saved times in the shortest contact, or more: half an interval off its peak, a half-sine is lower by 0.1 %."""
 
-MOST_SAVED = 2e8
+LARGEST_RESULT = 2e8
 """Upper limit for runs × saved times × contacts and beads: 1.6 GB."""
 
-PARTS_OF_PROCESS = 4
-"""Parts of the runs for each process: the first that ends takes the next."""
-
-AT_ONCE, NUMBERS_AT_ONCE, MORE_KEPT = 128, 2e6, 8
-"""Runs that a thread builds, runs and checks together, and the numbers that they may keep until then: 16 MB. Checks
-need some more contacts and bodies than are kept."""
-
-MEASURED_AT_ONCE = 2e7
+LARGEST_MEASURED = 2e7
 """The same for the runs that are measured together: 160 MB."""
+
+LARGEST_GROUP, LARGEST_GROUP_NUMBERS, GROUPS_PER_THREAD = 128, 2e6, 4
+"""Runs that a thread builds, runs and checks together, the numbers that they may keep until then (16 MB), and how many
+groups each thread gets at least."""
 
 
 @one_thread
@@ -63,12 +57,11 @@ def batch(
     dt: float | None = None,
     threads: int | None = None,
     measure: Measure | None = None,
-    jobs: int = 1,
     **parameters: Any,
 ) -> xr.Dataset:
     """Run many chains of equally many beads in threads, and keep the forces at the sensors, or measures of them.
 
-    The result of a run does not depend on the other runs, nor on the numbers of threads and processes.
+    The result of a run does not depend on the other runs, nor on the number of threads.
 
     Parameters
     ----------
@@ -89,14 +82,10 @@ def batch(
     dt : float, optional
         Time step of chains, s; by default each chain has its own. A CoSimulation has its own.
     threads : int, optional
-        Number of threads of a process; by default one for each core, with several processes one.
+        Number of threads; by default one for each core.
     measure : callable, optional
         Takes the Dataset of some hundred runs and returns the Dataset or DataArray to keep, with the dimension "run",
         such as ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only these runs are in memory at a time.
-    jobs : int
-        Number of processes. The threads of one process wait for each other where Python builds and checks a run;
-        processes do not, but each needs some seconds to begin, so they pay from thousands of runs. Within
-        ``joblib.parallel_config("dask")`` they are the workers of a cluster.
     **parameters : array_like
         The arguments of the function, each one value for all runs or a list or array with a value for each run.
 
@@ -151,7 +140,7 @@ def batch(
         raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
     rows = int(until / interval * (1.0 + 1e-9)) + 1
     size = rows * float(len(selection.contacts) + len(selection.bodies))
-    if size * (family.number if measure is None else 1) > MOST_SAVED:
+    if size * (family.number if measure is None else 1) > LARGEST_RESULT:
         raise ValueError(
             f"until = {until!r}, save_every = {interval!r}: {size * family.number:.3g} numbers are too many to keep; "
             "give sensors, measure, or a longer save_every"
@@ -163,64 +152,28 @@ def batch(
     before = check_before([simulation.chain for simulation in first], until)
     warn(before)
     before = [*said, *before]
-    cores, jobs = joblib.cpu_count(), whole("jobs", jobs)
-    many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
-    if jobs > 1:
-        many = min(many, ceil(family.number / (PARTS_OF_PROCESS * jobs)))
-    at_once = min(cores if jobs == 1 else 1, cores) if threads is None else min(whole("threads", threads), cores)
-    begins = range(0, family.number, many)
-    parts = (_Part(family.cut(begin, begin + many), until, interval, rows, selection, before) for begin in begins)
-    outcomes = list(_in_processes(parts, at_once, measure, min(jobs, len(begins))))
-    done = [run for _, ends in outcomes for run in ends]
-    return _together(family, [data for data, _ in outcomes], done, until, before)
-
-
-class Records(NamedTuple):
-    """What many runs leave as arrays: contact forces, N, and velocities, m/s, runs × times × contacts or bodies, NaN of
-    a run that fails; static forces, N, centres, m, and impact energies, J; all findings, and why some runs failed.
-    """
-
-    force: Vector
-    velocity: Vector
-    static: Vector
-    centre: Vector
-    energy: Vector
-    findings: list[str]
-    failures: list[str]
+    count = joblib.cpu_count() if threads is None else min(whole("threads", threads), joblib.cpu_count())
+    together = family.number if measure is None else max(1, int(LARGEST_MEASURED / size))
+    parts, ends = list[xr.Dataset](), list[_End]()
+    for begin in range(0, family.number, together):
+        part = Records(family.cut(begin, begin + together), until, interval, selection, before)
+        part.fill(count)
+        ends += part.ends
+        parts.append(part.dataset() if measure is None else _measured(measure, part.dataset()))
+    return _joined(family, parts, ends, until, before)
 
 
 def records(
     build: Callable[..., CoSimulation], until: float, interval: float, kept: Kept, beads: int, columns: dict[str, Any]
-) -> Records:
+) -> "Records":
     """Return the runs of a function one after the other, without labels and checks of its arguments, which take as long
     as a run."""
-    number, rows = len(next(iter(columns.values()))), int(until / interval * (1.0 + 1e-9)) + 1
-    part = _Part(_Family(number, beads, {}, build, columns), until, interval, rows, kept, ())
-    runs, done = part.done(1)
-    failures = [str(run.failure) for run in done if run.failure]
-    findings = [finding for run in done for finding in run.findings]
-    return Records(runs.force, runs.velocity, runs.static, runs.centre, runs.energy, findings, failures)
+    runs = Records(_Family(len(next(iter(columns.values()))), beads, {}, build, columns), until, interval, kept, ())
+    runs.fill(1)
+    return runs
 
 
-def _in_processes(
-    parts: "Iterator[_Part]", threads: int, measure: Measure | None, jobs: int
-) -> Iterator[tuple[xr.Dataset, "list[_Done]"]]:
-    """Yield the runs of each part, in this process or in others."""
-    if jobs == 1:
-        yield from (part.run(threads, measure) for part in parts)
-        return
-    try:
-        yield from in_parallel(jobs, (joblib.delayed(part.run)(threads, measure) for part in parts))
-    except TerminatedWorkerError as error:
-        raise RuntimeError("a process of the batch died; perhaps memory ran out; take fewer jobs") from error
-    except BrokenProcessPool:
-        raise ValueError(
-            f"jobs = {jobs!r}: other processes cannot load the function or what it holds; define it in a module that "
-            "they can import, or take jobs=1"
-        ) from None
-
-
-class _Done(NamedTuple):
+class _End(NamedTuple):
     """The end of a run: why it failed, None where it did not, and its findings."""
 
     failure: Failure | None
@@ -256,13 +209,9 @@ class _Family(NamedTuple):
             return self.known[i]
         built = self.build(**{name: values[i] for name, values in self.parameters.items()})
         simulation = _simulation("runs(...)", built, None, None)
-        if self.beads and _beads(simulation) != self.beads:
+        if self.beads and len(simulation.chain.chain.beads) != self.beads:
             raise ValueError(f"runs(...): has another number of beads than the {self.beads} of the first run")
         return simulation
-
-
-def _beads(simulation: CoSimulation) -> int:
-    return len(simulation.chain.chain.beads)
 
 
 def _family(runs: Runs, structure: Structure | None, dt: float | None, parameters: Mapping[str, Any]) -> _Family:
@@ -271,43 +220,34 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
             raise ValueError(f"{', '.join(parameters)}: parameters need a function in the place of runs")
         entries = listed("runs", runs, object, "one Chain or CoSimulation or more")
         simulations = [_simulation("runs", entry, structure, dt) for entry in entries]
-        lengths = set(map(_beads, simulations))
+        lengths = {len(simulation.chain.chain.beads) for simulation in simulations}
         if len(lengths) > 1:
             raise ValueError(f"runs: hold {sorted(lengths)} beads; must have equally many")
         return _Family(len(simulations), lengths.pop(), dict(enumerate(simulations)), None, {})
     for name, value in (("structure", structure), ("dt", dt)):
         if value is not None:
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
-    values = _columns(runs, parameters)
-    count = len(next(iter(values.values())))
-    family = _Family(count, 0, {}, runs, values)
-    place, first = _first(family)
-    family = family._replace(beads=_beads(first), known={place: first})
-    numbers = (column for column in values.values() if all(isinstance(value, int | float) for value in column))
+    columns = _columns(runs, parameters)
+    family = _Family(len(next(iter(columns.values()))), 0, {}, runs, columns)
+    # The first run that can be built, which tells the number of beads, and those at the ends of each parameter.
+    numbers = [column for column in columns.values() if all(isinstance(value, int | float) for value in column)]
     ends = {column.index(end) for column in numbers for end in (min(column), max(column))}
-    family.known.update((i, made) for i in sorted(ends) if isinstance(made := _made(family, i), CoSimulation))
+    errors = list[Exception]()
+    for place in range(family.number):
+        if family.known and place not in ends:
+            continue
+        try:
+            simulation = family.make(place)
+        except ENVIRONMENT_ERRORS:
+            raise
+        except Exception as error:  # noqa: BLE001 - the user's own code may raise any error
+            errors.append(error)
+            continue
+        family.known[place] = simulation
+        family = family._replace(beads=len(simulation.chain.chain.beads))
+    if not family.known:
+        raise errors[0]
     return family
-
-
-def _first(family: "_Family") -> tuple[int, CoSimulation]:
-    """Return the first run that can be built, and its place; if none can, raise the error of the very first."""
-    reasons = list[Exception]()
-    for i in range(family.number):
-        made = _made(family, i)
-        if isinstance(made, CoSimulation):
-            return i, made
-        reasons.append(made)
-    raise reasons[0]
-
-
-def _made(family: "_Family", i: int) -> CoSimulation | Exception:
-    """Return a run, or why it cannot be built."""
-    try:
-        return family.make(i)
-    except ENVIRONMENT_ERRORS:
-        raise
-    except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Rows.do`
-        return error
 
 
 def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
@@ -317,34 +257,29 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[s
     check_build(build, parameters, "runs", "parameters")
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
-    columns = {name: _column(name, value) for name, value in parameters.items()}
-    lengths = {name: len(column) for name, column in columns.items() if column is not None}
-    if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise ValueError(f"parameters: have different numbers of values ({shown}); must have one for each run")
-    count = next(iter(lengths.values()), 1)
-    return {name: [parameters[name]] * count if column is None else column for name, column in columns.items()}
-
-
-def _column(name: str, given: Any) -> list[Any] | None:
-    """Return the values of a parameter as they are, None for one value; raise a ValueError for what is neither."""
-    if isinstance(given, Mapping | Set):
-        raise ValueError(f"{name} = {short(given)}: has no order; must be one value, or a list with one for each run")
-    single = isinstance(given, str) or not isinstance(given, Iterable)
-    if isinstance(given, np.ndarray | xr.DataArray):
-        if given.ndim > 1:
-            raise ValueError(f"{name}: has the shape {given.shape}; must be one value, or a list with one for each run")
-        values, single = np.ravel(given).tolist(), given.ndim == 0
-    else:
-        values = [given] if single else list(given)
-    if not values:
-        raise ValueError(f"{name}: is empty; must be one value, or a list with one for each run")
-    for place, value in enumerate(values):
-        if isinstance(value, list):
-            raise ValueError(f"{name}[{place}] = {short(value)}: must be one value of a run; a tuple is one")
-        if isinstance(value, float | np.floating) and not np.isfinite(value):
-            raise ValueError(f"{name}: is {value} for run {place}; must be finite")
-    return None if single else values
+    one_for_all = "must be one value, or a list with one for each run"
+    columns = dict[str, list[Any]]()
+    for name, given in parameters.items():
+        if isinstance(given, Mapping | Set):
+            raise ValueError(f"{name} = {short(given)}: has no order; {one_for_all}")
+        if getattr(given, "ndim", 1) > 1:
+            raise ValueError(f"{name}: has the shape {given.shape}; {one_for_all}")
+        values = given.tolist() if isinstance(given, np.ndarray | xr.DataArray) else given
+        if isinstance(values, str) or not isinstance(values, Iterable):
+            continue
+        columns[name] = list(values)
+        if not columns[name]:
+            raise ValueError(f"{name}: is empty; {one_for_all}")
+        for place, value in enumerate(columns[name]):
+            if isinstance(value, list):
+                raise ValueError(f"{name}[{place}] = {short(value)}: must be one value of a run; a tuple is one")
+            if isinstance(value, float | np.floating) and not np.isfinite(value):
+                raise ValueError(f"{name}: is {value} for run {place}; must be finite")
+    if len({len(column) for column in columns.values()}) > 1:
+        lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
+        raise ValueError(f"parameters: have different numbers of values ({lengths}); must have one for each run")
+    count = len(next(iter(columns.values()), [None]))
+    return {name: columns.get(name) or [given] * count for name, given in parameters.items()}
 
 
 def _simulation(name: str, run: Any, structure: Structure | None, dt: float | None) -> CoSimulation:
@@ -360,7 +295,7 @@ def _simulation(name: str, run: Any, structure: Structure | None, dt: float | No
     return simulation
 
 
-def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
+def _plan(simulation: CoSimulation, until: float, interval: float) -> Any:
     """Return the plan of a run, with all checks of its times."""
     plan = simulation.plan(until, interval)
     if not is_compiled(simulation.interface, simulation.scheme):
@@ -369,48 +304,6 @@ def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
             "linear structures that are small; use reduce, or sweep"
         )
     return plan
-
-
-class _Part(NamedTuple):
-    """Some runs, which are in memory together."""
-
-    family: _Family
-    until: float
-    interval: float
-    rows: int
-    kept: Kept
-    known: Sequence[str]
-
-    def run(self, threads: int, measure: Measure | None) -> tuple[xr.Dataset, list[_Done]]:
-        """Return what is kept of the runs, and how each ended."""
-        rows, done = self.done(threads)
-        data = rows.dataset()
-        return data if measure is None else _measured(measure, data), done
-
-    def done(self, threads: int) -> "tuple[_Rows, list[_Done]]":
-        """Return all runs, and how each ended; after an error those that have not begun are not run."""
-        rows, number = _Rows(self), self.family.number
-        size = self.rows * (len(self.kept.contacts) + len(self.kept.bodies) + MORE_KEPT)
-        many = max(1, min(AT_ONCE, int(NUMBERS_AT_ONCE / size), number // (PARTS_OF_PROCESS * threads)))
-        left = iter([range(begin, min(begin + many, number)) for begin in range(0, number, many)])
-        done = dict[int, _Done]()
-
-        def some() -> None:
-            for numbers in left:
-                done.update(rows.do(numbers))
-
-        if threads == 1:
-            some()
-        else:
-            with ThreadPoolExecutor(threads) as pool:
-                tasks = [pool.submit(some) for _ in range(threads)]
-                try:
-                    wait(tasks, return_when=FIRST_EXCEPTION)
-                finally:
-                    deque(left, maxlen=0)
-            for task in tasks:
-                task.result()
-        return rows, [done[i] for i in range(number)]
 
 
 class _Ready(NamedTuple):
@@ -424,25 +317,69 @@ class _Ready(NamedTuple):
     findings: list[str]
 
 
-class _Rows:
-    """The kept values of the runs of a part."""
+class Records:
+    """Runs that are in memory together: contact forces, N, and velocities, m/s, runs × times × contacts or bodies, NaN
+    of a run that fails; static forces, N, centres, m, and impact energies, J.
 
-    def __init__(self, part: _Part) -> None:
-        self.part, self.windows, self.last = part, StructureWindows(), local()
-        count, contacts, bodies = part.family.number, len(part.kept.contacts), len(part.kept.bodies)
-        self.force = np.full((count, part.rows, contacts), np.nan)
-        self.velocity = np.full((count, part.rows, bodies), np.nan)
+    before: findings that the user knows already. ends: how the runs ended.
+    """
+
+    def __init__(self, family: _Family, until: float, interval: float, kept: Kept, before: Sequence[str]) -> None:
+        self.family, self.until, self.interval, self.kept, self.before = family, until, interval, kept, before
+        count, rows = family.number, int(until / interval * (1.0 + 1e-9)) + 1
+        contacts, bodies = len(kept.contacts), len(kept.bodies)
+        self.force = np.full((count, rows, contacts), np.nan)
+        self.velocity = np.full((count, rows, bodies), np.nan)
         self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
         self.energy, self.yields = np.full(count, np.nan), False
+        self.windows, self.of_thread, self.ends = StructureWindows(), local(), list[_End]()
 
-    def do(self, numbers: Sequence[int]) -> dict[int, _Done]:
-        """Return how some runs ended; their errors are returned, those of the environment are raised.
+    @property
+    def columns(self) -> tuple[Vector, ...]:
+        """The arrays, in the order above."""
+        return self.force, self.velocity, self.static, self.centre, self.energy
 
-        All are built, then all are run, then all are checked: so the processor finds its code in its caches, and the
-        checks see the runs of a chain at once.
-        """
+    @property
+    def failures(self) -> list[str]:
+        """Why some runs failed."""
+        return [str(end.failure) for end in self.ends if end.failure]
+
+    @property
+    def findings(self) -> list[str]:
+        """All findings."""
+        return [finding for end in self.ends for finding in end.findings]
+
+    def fill(self, threads: int) -> None:
+        """Run all; after an error of the environment the rest is not run."""
+        number = self.family.number
+        # The checks need some more contacts and bodies than are kept.
+        size = self.force.shape[1] * (self.force.shape[2] + self.velocity.shape[2] + 8)
+        many = min(LARGEST_GROUP, int(LARGEST_GROUP_NUMBERS / size), number // (GROUPS_PER_THREAD * threads))
+        groups = iter([range(number)[begin : begin + max(1, many)] for begin in range(0, number, max(1, many))])
+        ends = dict[int, _End]()
+
+        def work() -> None:
+            for group in groups:
+                ends.update(self._group(group))
+
+        if threads == 1:
+            work()
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                tasks = [pool.submit(work) for _ in range(threads)]
+                try:
+                    wait(tasks, return_when=FIRST_EXCEPTION)
+                finally:
+                    deque(groups, maxlen=0)
+            for task in tasks:
+                task.result()
+        self.ends = [ends[i] for i in range(number)]
+
+    def _group(self, numbers: Sequence[int]) -> dict[int, _End]:
+        """Build some runs, then run all, then check all: so the processor finds its code in its caches, and the checks
+        see the runs of a chain at once. Errors of runs are returned, those of the environment are raised."""
         messages, findings = {i: list[str]() for i in numbers}, {i: list[str]() for i in numbers}
-        earlier = set(map(kind, self.part.known))
+        earlier = set(map(kind, self.before))
         failures, alike = dict[int, Failure](), dict[Any, list[_Ready]]()
 
         def tried(runs: Sequence[int], step: Callable[..., Any], *arguments: Any) -> Any:
@@ -467,34 +404,33 @@ class _Rows:
                 alike.setdefault(run.alike, []).append(run)
         for runs in alike.values():
             findings.update(tried([run.number for run in runs], self._checked, runs) or {})
-        return {i: _Done(failures.get(i), [*dict.fromkeys(findings[i] + messages[i])]) for i in numbers}
+        return {i: _End(failures.get(i), [*dict.fromkeys(findings[i] + messages[i])]) for i in numbers}
 
     def _ready(self, i: int, place: int) -> "_Ready":
-        """Build a run. place: among those that are done together."""
-        family, until, interval, _, selection, earlier = self.part
-        simulation = family.make(i).for_run(until)
+        """Build a run. place: its place in the group."""
+        simulation = self.family.make(i).for_run(self.until)
         interface = simulation.interface
-        plan = _plan(simulation, until, interval)
-        findings = check_before(interface.chains, until) if family.build else []
+        plan = _plan(simulation, self.until, self.interval)
+        findings = check_before(interface.chains, self.until) if self.family.build else []
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
         alike = id(interface.chains[0].model), plan.rows, len(interface.structures)
         # This thread's last frames in this place serve again if they were of the same chain.
-        last: dict[int, Any] = vars(self.last).setdefault("runs", {})
+        last: dict[int, Any] = vars(self.of_thread).setdefault("runs", {})
         if place in last and last[place][0] == alike:
             frames = last[place][2].clear()
         else:
-            frames = Frames(interface, plan.rows, selection)
+            frames = Frames(interface, plan.rows, self.kept)
             # With the chain: another one could get its number when it is gone.
             last[place] = alike, interface.chains[0], frames
         filled = partial(fill, frames, interface, simulation.scheme, simulation.window, plan, self.windows)
-        return _Ready(i, alike, interface, frames, filled, [finding for finding in findings if finding not in earlier])
+        return _Ready(i, alike, interface, frames, filled, [line for line in findings if line not in self.before])
 
     def _checked(self, runs: "Sequence[_Ready]") -> dict[int, list[str]]:
         """Check runs of one chain, fill their rows, and return the findings of each."""
         interfaces, frames = [run.interface for run in runs], [run.frames for run in runs]
         with collected():  # what it returns, of all runs
-            after = checked(interfaces, frames, self.part.interval)
-        numbers, (contacts, bodies), chain = [run.number for run in runs], self.part.kept, interfaces[0].chains[0]
+            after = checked(interfaces, frames, self.interval)
+        numbers, (contacts, bodies), chain = [run.number for run in runs], self.kept, interfaces[0].chains[0]
         self.yields = self.yields or bool(chain.yielding)
         self.static[numbers] = chain.static_force[contacts]
         self.centre[numbers] = chain.once("centres", lambda: chain.chain.centres)[bodies]
@@ -511,10 +447,9 @@ class _Rows:
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
             "impact_energy": ("run", self.energy, {"units": "J"}),
         }
-        family, selection, interval = self.part.family, self.part.kept, self.part.interval
-        coordinates |= {name: ("run", axis_labels(values)) for name, values in family.parameters.items()}
-        data = forces_of_runs(selection, interval, self.force, self.velocity, coordinates)
-        return data.assign_attrs(beads=family.beads, **({"yielding": 1} if self.yields else {}))
+        coordinates |= {name: ("run", axis_labels(values)) for name, values in self.family.parameters.items()}
+        data = forces_of_runs(self.kept, self.interval, self.force, self.velocity, coordinates)
+        return data.assign_attrs(beads=self.family.beads, **({"yielding": 1} if self.yields else {}))
 
 
 def forces_of_runs(
@@ -544,13 +479,11 @@ def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def _together(
-    family: _Family, parts: list[xr.Dataset], done: list[_Done], until: float, before: list[str]
-) -> xr.Dataset:
+def _joined(family: _Family, parts: list[xr.Dataset], ends: list[_End], until: float, before: list[str]) -> xr.Dataset:
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
     inputs = {"first": next(iter(family.known.values())).describe(), "count": family.number, "until": until}
-    findings = gathered({f"run {i}": run.findings for i, run in enumerate(done) if run.findings}, len(done), "runs")
-    reasons = [str(run.failure or "") for run in done]
+    findings = gathered({f"run {i}": run.findings for i, run in enumerate(ends) if run.findings}, len(ends), "runs")
+    reasons = [str(run.failure or "") for run in ends]
     failed, of = sum(map(bool, reasons)), count_of(len(reasons), "run")
     if failed == len(reasons):
         raise RuntimeError(f"all {count_of(failed, 'run')} failed; the first with {reasons[0]}")

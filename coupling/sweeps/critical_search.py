@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from itertools import groupby, pairwise, product
+from itertools import pairwise, product
 from math import inf
 from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
@@ -17,8 +16,7 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.critical_distance import FEWEST, LABEL, crossed_level, far_value, last_crossing
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
-from coupling.sweeps.processes import Batch, Work, in_processes, shown
-from coupling.sweeps.progress import Progress
+from coupling.sweeps.points import Task, run_points, shown
 from coupling.sweeps.store import Point
 from coupling.sweeps.sweep import axis_labels, axis_values, check_build
 from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
@@ -140,8 +138,8 @@ def critical_distance_search(
     bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
     values = axis_values(axes, OF_RUNS | OWN_DIMENSIONS) if axes else {}
     check_build(build, {"distance": scan, **values})
-    work = Work(build, until, partial(_measured, sensor=sensor))
-    search = _Search(work, values, joblib.cpu_count() if jobs is None else whole("jobs", jobs))
+    task = Task(build, until, partial(_measured, sensor=sensor))
+    search = _Search(task, values, None if jobs is None else whole("jobs", jobs))
     if known is not None:
         search.recall(instance("known", known, xr.Dataset, "the Dataset of an earlier critical_distance_search"))
         for name, value in (("until", until), ("sensor", sensor)):
@@ -195,8 +193,8 @@ def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
 class _Search:
     """The samples of all curves, one for each combination of the axes' values, and the runs that produce them."""
 
-    def __init__(self, work: Work, values: dict[str, list[Any]], jobs: int) -> None:
-        self.work, self.values, self.jobs = work, values, jobs
+    def __init__(self, task: Task, values: dict[str, list[Any]], jobs: int | None) -> None:
+        self.task, self.values, self.jobs = task, values, jobs
         self.points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
         self.curves: list[Curve] = [{} for _ in self.points]
         self.together = len(values[list(values)[-1]]) if values else 1
@@ -227,21 +225,16 @@ class _Search:
     def sample(self, wanted: list[tuple[int, float]]) -> None:
         """Run curves at distances; those that share the distance and all but the last axis, in one process."""
         ordered = sorted(set(wanted), key=lambda place: (place[0] // self.together, place[1], place[0]))
-        groups = groupby(enumerate(ordered), lambda item: (item[1][0] // self.together, item[1][1]))
-        batches: list[Batch] = [
-            {place: self._point(curve, distance) for place, (curve, distance) in group} for _, group in groups
-        ]
-        with Progress(len(ordered), label="critical distance") as progress:
-            for place, run in in_processes(self.work, batches, self.jobs):
-                curve, distance = ordered[place]
-                assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
-                self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
-                if lines := findings_of(run):
-                    self.found[shown(self._point(curve, distance))] = lines
-                if not self.labels:
-                    self.attrs = run.attrs
-                    self.labels = {str(name): run[name].attrs for name in run.data_vars}
-                progress.advance()
+        points = [self._point(*place) for place in ordered]
+        runs = run_points(self.task, points, self.jobs, self.together, "critical distance")
+        for (curve, distance), point, run in zip(ordered, points, runs, strict=True):
+            assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
+            self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
+            if lines := findings_of(run):
+                self.found[shown(point)] = lines
+            if not self.labels:
+                self.attrs = run.attrs
+                self.labels = {str(name): run[name].attrs for name in run.data_vars}
 
     def _point(self, curve: int, distance: float) -> Point:
         return {**self.points[curve], "distance": distance}

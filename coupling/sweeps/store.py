@@ -1,50 +1,37 @@
-"""A folder that keeps each finished point of a sweep: files are written completely or not at all, and checked when
-read.
+"""A folder that keeps each finished point of a sweep in a netCDF file, so that a sweep can be stopped and continued.
+
+The name of a file is a checksum of all that determines its numbers: the point, the record's length, the source code of
+the builder and of what it calls, the data that these use from outside, and hertzlink's own sources.
 """
 
-import dataclasses
+import dis
 import inspect
 import json
 import os
-import re
-import reprlib
-from collections.abc import Callable, Mapping
+import sys
+import sysconfig
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
+from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
+import joblib
 import numpy as np
 import xarray as xr
 
-from coupling.files import plain
-from coupling.files.loading import path_of
-from coupling.files.locks import Lock, NoLocks
-from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
-from coupling.results.provenance import differences, versions
-from coupling.sweeps.outside import outside_of
+from structures.caution import HOME, OWN_CODE
 from structures.checks import short
 
 Point = Mapping[str, Any]
-
-FORMAT, VERSION = "hertzlink sweep", 2
-
-MANIFEST = "sweep.json"
-"""Describes what the points of a folder have in common."""
-
-OWN_FILES = re.compile(r"[0-9a-f]{32}\.point|sweep\.json|\..*")
-"""Files of a store: a point, the manifest; hidden files belong to the system or are incomplete."""
-
-HEAD = b"hertzlink point 1\n"
-"""First line of a point's file. The SHA-256 of all that follows stands in the second; then comes plain data."""
-
-SUM = 65
-"""Length of the line with the sum, bytes."""
 
 ERROR_VARIABLE = "error"
 """Variable of a sweep that reports which points failed."""
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class Failure:
     """A point that could not be run: the type and the text of the error."""
 
@@ -55,247 +42,153 @@ class Failure:
         return f"{self.kind}: {self.message}"
 
 
-TYPES = plain.own_types(Failure)
-
-
-@dataclasses.dataclass(frozen=True)
 class Store:
-    """Finished points, found by their own description: if axes grow, earlier points are still found.
+    """The finished points of the sweeps of one builder in a folder, which is made if its parent exists.
 
-    Several sweeps may share a store, also at the same time: a file appears in one step, and who runs a point claims it.
-    findings: what the user should know of the points that are there.
+    Sweeps may share a folder, also at the same time: a file appears complete or not at all.
+
+    Parameters
+    ----------
+    folder : str or PathLike
+        Path of the folder.
+    *inputs : object
+        What determines the numbers beside a point: the builder, the length of the record, the measure.
+
+    Raises
+    ------
+    ValueError
+        For a folder that cannot be made or written, and for functions whose source cannot be read.
     """
 
-    folder: Path
-    findings: tuple[str, ...] = ()
-
-    def holds(self, point: Point) -> bool:
-        """Return whether the point has been run, or failed."""
-        return self._path(point, ".point").exists()
-
-    def claim(self, point: Point, wait: bool = False) -> Lock | None:
-        """Return the right to run a point, to be released; None if another process has it. wait: until it is free.
-
-        A claim ends with its process. After it was taken, the point may have been run: `holds` says so.
-        """
-        lock = Lock(self._path(point, ".lock", hidden=True))
+    def __init__(self, folder: str | os.PathLike[str], *inputs: Any) -> None:
+        self.folder = Path(folder)
         try:
-            return lock if lock.take(wait) else None
-        except NoLocks as error:
-            raise ValueError(
-                f"store: {self.folder}: {error.strerror}, so two sweeps would run the same points; give another "
-                "folder, such as one on a local disk"
-            ) from error
+            self.folder.mkdir(exist_ok=True)
         except OSError as error:
-            raise ValueError(f"store: {self.folder} cannot be written; {error.strerror}") from error
+            raise ValueError(f"store = {str(folder)!r}: must be a writable folder; {error.strerror}") from error
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            raise ValueError(f"store = {str(folder)!r}: must be a writable folder; it is perhaps read-only")
+        self.inputs = [own_sources(), *map(identity, inputs)]
+
+    def path(self, point: Point) -> Path:
+        """Return the path of a point's file."""
+        text = json.dumps([self.inputs, identity(dict(point))], sort_keys=True)
+        return self.folder / f"{sha256(text.encode()).hexdigest()[:32]}.nc"
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
-        """Return the outcome of a point, None if it has not been run; raise a ValueError for a damaged or foreign
-        file."""
-        path = self._path(point, ".point")
-        if not path.exists():
+        """Return the outcome of a point, None if it has not been run; a ValueError names a file that cannot be read."""
+        path = self.path(point)
+        try:
+            with path.open("rb"):
+                data = xr.load_dataset(path, engine="h5netcdf")
+        except FileNotFoundError:
             return None
-        described, outcome = _read(path)
-        if described != describe_point(point):
-            raise ValueError(
-                f"store: {path} holds a different point than its name says; delete it to run the point again"
-            )
-        return outcome
-
-    def failure(self, point: Point) -> Failure | None:
-        """Return why a point failed; None if it did not fail or has not been run; raises ValueError as `load`."""
-        outcome = self.load(point)
-        return outcome if isinstance(outcome, Failure) else None
+        except PermissionError as error:
+            raise ValueError(f"store: {path} cannot be read ({error.strerror})") from error
+        except (OSError, ValueError, LookupError) as error:
+            raise ValueError(f"store: {path} is damaged ({error}); delete it, and its point is run again") from error
+        failure = data.attrs.pop("failure", None)
+        return Failure(*failure) if failure is not None else data
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> None:
-        """Write the outcome of a point; raises ValueError for a Dataset that is no plain data."""
-        if not isinstance(outcome, Failure) and (ERROR_VARIABLE in outcome.variables or ERROR_VARIABLE in outcome.dims):
-            raise ValueError(
-                f"measure: must not return {ERROR_VARIABLE!r}, the variable in which a sweep reports failed points"
-            )
-        record = describe_point(point), outcome if isinstance(outcome, Failure) else _as_record(outcome)
+        """Write the outcome of a point; a ValueError says why a netCDF file cannot hold it."""
+        if isinstance(outcome, Failure):
+            data = xr.Dataset(attrs={"failure": [outcome.kind, outcome.message]})
+        else:
+            data = outcome
+        path = self.path(point)
+        part = path.with_name(f".{path.stem}.{os.getpid()}.part")
         try:
-            content = plain.to_bytes(record, TYPES)
-        except plain.NotPlain as error:
-            raise ValueError(f"measure: its result {error}; return numbers and text only") from None
-        write_whole(self._path(point, ".point"), HEAD + sha256(content).hexdigest().encode() + b"\n" + content)
-
-    def forget(self, point: Point) -> None:
-        """Delete the record of a failed point."""
-        self._path(point, ".point").unlink(missing_ok=True)
-
-    def _path(self, point: Point, suffix: str, hidden: bool = False) -> Path:
-        return self.folder / ("." * hidden + sha256(describe_point(point).encode()).hexdigest()[:32] + suffix)
+            data.to_netcdf(part, engine="h5netcdf")
+            os.replace(part, path)
+        except TypeError as error:
+            raise ValueError(f"measure: returned what a netCDF file cannot hold ({error})") from error
+        finally:
+            part.unlink(missing_ok=True)
 
 
-def open_store(
-    path: str | os.PathLike[str], build: Callable[..., Any], until: float, measure: Callable[..., Any] | None
-) -> Store:
-    """Return the store in a folder. The folder is created if necessary, in a parent folder that exists.
+@cache
+def own_sources() -> str:
+    """Return a checksum of hertzlink's sources: results of other sources do not mix, on a cluster either."""
+    digest = sha256()
+    for source in sorted(path for room in OWN_CODE for path in Path(room).rglob("*.py")):
+        digest.update(f"{source.relative_to(HOME)}\n".encode() + source.read_bytes())
+    return digest.hexdigest()
 
-    Its manifest holds what fixes the numbers, except the point: the names of build and measure, what they use from
-    outside, until (s), and the version of hertzlink. Raises ValueError if these differ, for a folder that holds
-    anything else or cannot be written, and for functions without a name of their own. If the code of build or measure
-    differs, that is a finding of the store.
+
+def identity(value: Any, seen: tuple[int, ...] = ()) -> Any:
+    """Return plain data that changes with a value: for a function its source, and the identity of all that it names.
+
+    Raises ValueError for a function without source, and for an object that cannot be pickled.
     """
-    folder = path_of("store", path, "path of a folder")
-    manifest = {
-        "format": FORMAT,
-        "version": VERSION,
-        "build": _named("build", build),
-        "until": until,
-        "measure": None if measure is None else _named("measure", measure),
-        "hertzlink": versions()["hertzlink"],
-    }
-    manifest |= outside_of([build] if measure is None else [build, measure])._asdict()
-    try:
-        if not folder.parent.is_dir():
-            raise ValueError(f"store = {str(path)!r}: must be a writable folder; {folder.parent} is not a folder")
-        folder.mkdir(exist_ok=True)
-        names = sorted(os.listdir(folder))
-        for name in names:
-            if not OWN_FILES.fullmatch(name):
-                raise ValueError(
-                    f"store: {folder / name} does not belong to a sweep; use a separate folder for the store"
-                )
-        if MANIFEST not in names:
-            if any(not name.startswith(".") for name in names):
-                raise ValueError(
-                    f"store: {folder / MANIFEST} is missing, although there are points; use another folder"
-                )
-            text = json.dumps({**manifest, "sha256": _digest(manifest)}, indent=1, ensure_ascii=False)
-            write_whole(folder / MANIFEST, (text + "\n").encode())
-    except OSError as error:
-        raise ValueError(f"store = {str(path)!r}: must be a writable folder; {error.strerror}") from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise ValueError(f"store = {str(path)!r}: must be a writable folder; it is perhaps read-only")
-    findings = _compare(folder / MANIFEST, manifest)
-    # Of a killed sweep; younger ones may belong to another sweep that is running.
-    for part in folder.glob(f".*{PART}"):
-        remove_if_old(part)
-    return Store(folder, findings)
-
-
-def describe_point(point: Point) -> str:
-    """Return a point as a unique text, the same in every process; raises ValueError as `describe`."""
-    plain = {name: describe(name, value) for name, value in point.items()}
-    return json.dumps(plain, sort_keys=True, ensure_ascii=False)
-
-
-def describe(name: str, value: object) -> Any:
-    """Return a value as plain data that identifies it; for an object its class and the arguments that build it.
-
-    Raises ValueError for an object whose state cannot be described, such as a function or a Structure.
-    """
-    if value is None or isinstance(value, bool | np.bool_):
-        return None if value is None else bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value)
-    if isinstance(value, str):
-        return str(value)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if id(value) in seen:
+        return "as before"
+    again = partial(identity, seen=(*seen, id(value)))
     if isinstance(value, list | tuple):
-        return [describe(name, item) for item in value]
-    if isinstance(value, np.ndarray):
-        return describe(name, value.tolist())
-    if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
-        return {str(key): describe(name, item) for key, item in value.items()}
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        built = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-        plain = {key: describe(name, item) for key, item in built.items()}
-        return {"class": f"{type(value).__module__}.{type(value).__qualname__}", **plain}
-    raise ValueError(
-        f"{name} = {reprlib.repr(value)}: must be a number, a text, a list or a dataclass of these (such as a "
-        "Material) if a store is used; let build make it from such values"
-    )
-
-
-def _named(name: str, function: Callable[..., Any]) -> str:
-    qualified = getattr(function, "__qualname__", "<lambda>")
-    if "<lambda>" in qualified or inspect.ismethod(function):
-        raise ValueError(f"{name} = {reprlib.repr(function)}: must have a name (def) if a store is used")
-    return f"{function.__module__}.{qualified}"
-
-
-def _compare(path: Path, manifest: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the findings where only the code has changed; raise a ValueError for all else that has."""
-    stored = _read_json(path)
-    if stored.get("format") == FORMAT:
-        _same(path, "version", stored.get("version"), VERSION)
-    if stored.pop("sha256", None) != _digest(stored) or stored.keys() != manifest.keys():
-        raise ValueError(f"store: {path} is not of a sweep, or damaged; give another folder")
-    for name in [name for name in manifest if name not in ("data", "code")]:
-        _same(path, name, stored[name], manifest[name])
-    for name in sorted(stored["data"].keys() & manifest["data"].keys()):
-        before, now = stored["data"][name], manifest["data"][name]
-        change = None if before == now else next(differences(json.loads(before), json.loads(now), name), None)
-        if change is not None:
-            raise ValueError(f"store: {path} was made with other data: {change}; use another folder")
-    if None in (stored["code"], manifest["code"]) or stored["code"] == manifest["code"]:
-        return ()
-    return (
-        f"store: the code of build or measure is not that with which {path.parent} was begun, and its points stay as "
-        "they are; use another folder if the change matters to them",
-    )
-
-
-def _same(path: Path, name: str, stored: Any, now: Any) -> None:
-    if stored != now:
-        raise ValueError(f"store: {path} has {name} = {short(stored)}, now it is {short(now)}; use another folder")
-
-
-def _read_json(path: Path) -> dict[str, Any]:
+        return [again(item) for item in value]
+    if isinstance(value, Mapping):
+        return {str(key): again(item) for key, item in value.items()}
+    if isinstance(value, partial):
+        return again([value.func, value.args, value.keywords])
+    if isinstance(value, MethodType):
+        return again([value.__func__, value.__self__])
+    if isinstance(value, ModuleType):
+        return _source(value) if _is_users(value.__name__) else value.__name__
+    if isinstance(value, type):
+        return _source(value) if _is_users(value.__module__) else f"{value.__module__}.{value.__qualname__}"
+    # A function that keeps results (functools.cache) or is compiled (numba.njit) wraps the user's.
+    function = inspect.unwrap(value) if callable(value) else None
+    if isinstance(function, FunctionType):
+        if not _is_users(function.__module__):
+            return f"{function.__module__}.{function.__qualname__}"
+        outside = {name: again(used) for name, used in sorted(_used_by(function).items())}
+        return [_source(function), outside]
+    if is_dataclass(value):
+        return again([type(value), {field.name: getattr(value, field.name) for field in fields(value) if field.init}])
+    if _is_users(type(value).__module__) and hasattr(value, "__dict__"):
+        return again([type(value), vars(value)])
     try:
-        record = json.loads(read_regular(path).decode())
-        if isinstance(record, dict):
-            return record
-    except (OSError, RecursionError, ValueError):
-        pass
-    raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, or give another folder")
+        return str(joblib.hash(value))
+    except (AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"store: cannot tell whether {short(value)} changes ({error})") from error
 
 
-def _digest(record: Mapping[str, Any]) -> str:
-    return sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+def _used_by(function: FunctionType) -> dict[str, Any]:
+    """Return what a function uses beside its arguments: its defaults, and what its code names of outer variables."""
+    used = {name: function.__globals__[name] for name in _names(function.__code__) if name in function.__globals__}
+    return {
+        **used,
+        **inspect.getclosurevars(function).nonlocals,
+        "defaults": [function.__defaults__, function.__kwdefaults__],
+    }
 
 
-def _as_record(run: xr.Dataset) -> dict[str, Any]:
-    """Return a Dataset as plain data."""
-    variables = {name: _as_parts(variable) for name, variable in run.variables.items()}
-    return {"variables": variables, "coordinates": list(run.coords), "attrs": dict(run.attrs)}
+def _names(code: CodeType) -> Iterator[str]:
+    """Yield the global names that code loads, inner functions included."""
+    yield from (one.argval for one in dis.get_instructions(code) if one.opname in ("LOAD_GLOBAL", "LOAD_NAME"))
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from _names(inner)
 
 
-def _as_parts(variable: xr.Variable) -> tuple[Any, ...]:
-    """Return the dimensions, numbers and attributes; text of any length as a list."""
-    values = np.asarray(variable.values)
-    is_text = values.dtype == object and all(isinstance(text, str) for text in values.flat)
-    content = (values.shape, list(values.flat)) if is_text else values
-    return tuple(variable.dims), content, dict(variable.attrs)
-
-
-def _as_dataset(record: Any) -> xr.Dataset:
-    def parts(name: Any) -> tuple[Any, ...]:
-        dimensions, content, attrs = record["variables"][name]
-        if isinstance(content, tuple):
-            content = np.array(content[1], object).reshape(content[0])
-        return dimensions, content, attrs
-
-    coordinates = set(record["coordinates"])
-    data = {name: parts(name) for name in record["variables"] if name not in coordinates}
-    return xr.Dataset(data, {name: parts(name) for name in record["coordinates"]}, record["attrs"])
-
-
-def _read(path: Path) -> tuple[str, xr.Dataset | Failure]:
-    """Return the description of a point and its outcome."""
+def _source(what: Any) -> str:
     try:
-        data = read_regular(path)
-    except OSError as error:
-        raise ValueError(f"store: {path} cannot be read; {error.strerror}") from error
-    content = data[len(HEAD) + SUM :]
-    if data != HEAD + sha256(content).hexdigest().encode() + b"\n" + content:
-        raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, and its point is run again")
-    try:
-        described, outcome = plain.from_bytes(content, TYPES)
-        return described, outcome if isinstance(outcome, Failure) else _as_dataset(outcome)
-    except (AttributeError, LookupError, TypeError, ValueError) as error:
-        raise ValueError(f"store: {path} {error}; take it away, and its point is run again") from None
+        return inspect.getsource(what)
+    except (OSError, TypeError) as error:
+        raise ValueError(
+            f"store: the source of {short(what)} cannot be read, so nobody could tell whether it changes; "
+            "write it into a file"
+        ) from error
+
+
+def _is_users(module: str) -> bool:
+    """Return whether a module is neither Python's nor hertzlink's, nor installed."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    if file is None:
+        return module == "__main__"
+    installed = any(Path(file).is_relative_to(folder) for folder in {*sysconfig.get_paths().values()})
+    return not installed and not file.startswith(OWN_CODE)

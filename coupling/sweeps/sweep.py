@@ -1,31 +1,24 @@
-"""Many runs over any axes, in processes or on a cluster, combined in one Dataset; a store can keep finished points."""
+"""Many runs over any axes, in processes or on a cluster, combined in one Dataset; a store keeps finished points."""
 
 import inspect
 import logging
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
-from itertools import groupby, product
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from itertools import product
+from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
-from coupling.sweeps.cluster import check_cluster, on_cluster
-from coupling.sweeps.processes import Batch, Outcome, Work, in_processes, shown
-from coupling.sweeps.progress import Progress, Stopped
-from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, describe_point, open_store
+from coupling.sweeps.points import Outcome, Task, run_points, shown
+from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store
 from structures.caution import caution
 from structures.checks import count_of, function, instance, listed, positive, short, whole
 from structures.structure import Vector
-
-if TYPE_CHECKING:
-    from distributed import Client
-    from distributed.deploy.cluster import Cluster
 
 log = logging.getLogger("hertzlink.sweep")
 
@@ -36,7 +29,6 @@ def sweep(
     jobs: int | None = None,
     measure: Callable[[xr.Dataset], xr.Dataset] | None = None,
     store: str | os.PathLike[str] | None = None,
-    cluster: "Client | Cluster | str | None" = None,
     retry: bool = False,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
@@ -52,15 +44,12 @@ def sweep(
     until : float
         Length of each record, s.
     jobs : int, optional
-        Number of processes; by default one for each core. With jobs=1 points run in this process.
+        Number of processes; by default one for each core. With jobs=1 points run in this process. Within
+        ``joblib.parallel_config("dask")`` they are the workers of a cluster.
     measure : callable, optional
         Takes the Dataset of a run and returns the Dataset to keep; by default the whole run.
     store : str or PathLike, optional
-        A folder that keeps each point in a file of its own as soon as it is finished; see Notes.
-    cluster : distributed.Client, cluster of Dask, or str, optional
-        A client, its cluster, or the address of its scheduler, instead of processes. The workers need this version of
-        hertzlink; only this process writes the store. If a worker dies, others run its points; a point that kills
-        several workers has failed.
+        A folder that keeps each point in a file of its own as soon as it is finished; all workers must see it.
     retry : bool
         Run points again that are recorded in the store as failed.
     **axes : iterable
@@ -78,26 +67,19 @@ def sweep(
     ------
     ValueError
         For an axis that is empty or has two values of the same name, a name that every run uses, axes that build does
-        not accept, or a store of another sweep, or with damaged or foreign files, which stay as they are.
+        not accept, or a store that cannot be used.
     RuntimeError
-        If the process of a point dies (without a store), or all points fail (with a store).
-    ConnectionError
-        If the scheduler of the cluster is lost, or no worker is available for a minute.
+        If a process dies, or all points fail (with a store).
 
     Notes
     -----
     Without a store an error at one point ends the sweep, with a note that names the point.
 
-    With a store, the same sweep can be repeated after it was killed, or with longer axes: it runs only the missing
-    points, and returns what one uninterrupted sweep would return. Axis values must then be numbers, text, or
-    dataclasses of these, such as materials. The store refuses another build or measure, and other data that they use
-    from outside, such as globals; it warns of changed code. Sweeps may share a store at the same time.
-
-    With a store a failed point is recorded, and the others continue. A point fails if build, the run or measure raises
-    an Exception, or if it kills its process, also when it runs alone. Failures of the environment end the sweep
-    instead, and the next sweep runs the point again: ImportError (a package is missing), MemoryError, and OSError (the
-    disk is full, a file or a connection is lost). A failed point is NaN in the Dataset, and the variable `error` holds
-    its error as text, which is empty for all other points. With jobs=1 a point that kills its process ends the sweep.
+    With a store, the same sweep can be repeated after it was stopped, or with longer axes: it runs only the missing
+    points. A point is run again if anything changed that determines its numbers: the source code of build or measure,
+    data that they use from outside, or hertzlink. An error at one point is recorded there, and the others continue: the
+    point is NaN, and the variable `error` holds the error as text, which is empty for all other points. ImportError,
+    MemoryError and OSError are not the point's fault; they end the sweep.
 
     Examples
     --------
@@ -115,32 +97,47 @@ def sweep(
         function("measure", measure, 1, "a function of a run's Dataset")
     if instance("retry", retry, bool, "True or False") and store is None:
         raise ValueError("retry = True: needs the store that records which points failed")
-    if cluster is not None:
-        check_cluster(cluster)
-        if jobs is not None:
-            raise ValueError(
-                f"jobs = {jobs!r}: must be None with a cluster, whose workers determine how many run at once"
-            )
-    most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
+    if jobs is not None:
+        whole("jobs", jobs)
     values = axis_values(axes, OF_RUNS if store is None else OF_RUNS | {ERROR_VARIABLE})
     check_build(build, values)
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
-    # Checked before a folder is made.
-    texts = [str(i) if store is None else describe_point(point) for i, point in enumerate(points)]
-    work = Work(build, until, measure, None if store is None else open_store(store, build, until, measure))
     together = len(values[list(values)[-1]]) if len(values) > 1 else 1
-
-    def run(batches: list[Batch]) -> Iterator[tuple[int, Outcome]]:
-        return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
-
-    outcomes = outcomes_of(work.store, points, texts, run, together, retry)
-    if work.store is not None:
-        _report_failures(work.store, outcomes)
-    data = _combined([outcomes[i] for i in range(len(points))], values, points)
-    if work.store is not None:
-        data = with_warnings(data, [*work.store.findings, *findings_of(data)])
+    if store is None:
+        outcomes = run_points(Task(build, until, measure), points, jobs, together)
+    else:
+        folder = Store(store, build, until, measure)
+        outcomes = outcomes_kept(Task(build, until, measure, folder), folder, points, jobs, together, retry)
+    data = combined(outcomes, values, points)
     warn(findings_of(data))
     return data
+
+
+def outcomes_kept(
+    task: Task,
+    store: Store,
+    points: Sequence[Point],
+    jobs: int | None,
+    together: int = 1,
+    retry: bool = False,
+    label: str = "sweep",
+) -> list[Outcome]:
+    """Return the outcomes of points, of which only those that the store lacks are run; warn if some failed."""
+    outcomes = [store.load(point) for point in points]
+    missing = [i for i, outcome in enumerate(outcomes) if outcome is None or (retry and isinstance(outcome, Failure))]
+    if len(missing) < len(points):
+        log.info("%d of %d points are in %s", len(points) - len(missing), len(points), store.folder)
+    new = run_points(task, [points[i] for i in missing], jobs, together, label) if missing else []
+    for i, outcome in zip(missing, new, strict=True):
+        outcomes[i] = outcome
+    found = [outcome for outcome in outcomes if outcome is not None]
+    failures = [outcome for outcome in found if isinstance(outcome, Failure)]
+    said = f"as recorded in {store.folder}; retry=True runs them again"
+    if len(failures) == len(points):
+        raise RuntimeError(f"all {count_of(len(failures), 'point')} failed, {said}; the first with {failures[0]}")
+    if failures:
+        caution(f"sweep: {len(failures)} of {len(points)} points failed, see the variable error, {said}")
+    return found
 
 
 def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
@@ -194,71 +191,7 @@ def built_at(build: Callable[..., Any], values: Mapping[str, float]) -> Any:
         raise
 
 
-def outcomes_of(
-    store: Store | None,
-    points: list[Point],
-    texts: list[str],
-    run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
-    together: int = 1,
-    retry: bool = True,
-) -> dict[int, Outcome]:
-    """Return the outcomes by place: those that the store holds, and those of the other points, of which those with the
-    same text are run once. After Ctrl-C raise Stopped, which says how many the store holds.
-
-    together: how many neighbours are one batch. retry: points that failed are run again.
-    """
-    outcomes = {} if store is None else _stored(store, points, retry)
-    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in outcomes}
-    groups = groupby(sorted(left.values()), lambda i: i // together)
-    batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
-    failed = sum(isinstance(outcome, Failure) for outcome in outcomes.values())
-    try:
-        with Progress(len(outcomes) + len(left), len(outcomes), failed) as progress:
-            for i, outcome in run(batches) if batches else ():
-                outcomes[i] = outcome
-                progress.advance(isinstance(outcome, Failure))
-    except KeyboardInterrupt:
-        if store is None:
-            raise
-        held = sum(store.holds(point) for point in points)
-        raise Stopped(f"{held} of {len(points)} points kept in {store.folder}; run again to continue") from None
-    if store is not None:
-        outcomes.update((i, store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
-    return outcomes
-
-
-def _stored(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
-    """Return the points that the store holds, by their place."""
-    outcomes: dict[int, Outcome] = {}
-    for i, point in enumerate(points):
-        outcome = store.load(point)
-        if retry and isinstance(outcome, Failure):
-            store.forget(point)
-        elif outcome is not None:
-            outcomes[i] = outcome
-    if outcomes:
-        log.info("%d of %d points are in %s", len(outcomes), len(points), store.folder)
-    return outcomes
-
-
-def _report_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
-    """Warn if some points failed; raise RuntimeError if all failed, or if points were removed from the store."""
-    if any(outcome is None for outcome in outcomes.values()):
-        raise RuntimeError(f"points were removed from {store.folder} while the sweep ran; run it again")
-    failures = [outcome for outcome in outcomes.values() if isinstance(outcome, Failure)]
-    if len(failures) == len(outcomes):
-        raise RuntimeError(
-            f"all {count_of(len(failures), 'point')} failed, as recorded in {store.folder}; one with {failures[0]}; "
-            "retry=True runs them again"
-        )
-    if failures:
-        caution(
-            f"sweep: {len(failures)} of {len(outcomes)} points failed, see the variable error, and {store.folder}; "
-            "retry=True runs them again"
-        )
-
-
-def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
+def combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]], points: Sequence[Point]) -> xr.Dataset:
     """Return one Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
     places, runs = zip(*((i, run) for i, run in enumerate(outcomes) if isinstance(run, xr.Dataset)), strict=True)
     aligned: Sequence[xr.Dataset] = runs

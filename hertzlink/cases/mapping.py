@@ -89,7 +89,7 @@ def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> xr.Dataset:
     """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
     asked = OfCase(case)
     keep.mkdir(exist_ok=True)
-    work = Taps(asked.answer, 0.0, asked.read, Store(keep), case.model.identify is not None)
+    work = Taps(asked.answer, 0.0, asked.read, Store(keep), asked=case.model.identify is not None)
     return mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{case.to_toml()}").assign_attrs(
         case=case.to_toml()
     )

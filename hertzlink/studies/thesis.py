@@ -12,18 +12,16 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-import joblib
 import numpy as np
 import xarray as xr
 
 from coupling.results.provenance import versions
-from coupling.sweeps.processes import Outcome, Work, in_processes
+from coupling.sweeps.points import Outcome, Task, run_points
 from coupling.sweeps.store import Point, Store
-from coupling.sweeps.sweep import outcomes_of
+from coupling.sweeps.sweep import outcomes_kept
 from hertzlink.studies import draw, study, verdicts
 from hertzlink.studies.table import WIDTH, Row, number
 from structures.caution import collected
-from structures.checks import whole
 
 __all__ = ["figures", "run", "summary", "table"]
 # Parts that are tables of a module: its name.
@@ -60,7 +58,7 @@ LIMITS = (0.5, 2.0)  # Ends of the axis of ratios.
 
 
 @dataclass(frozen=True)
-class Parts(Work):
+class Parts(Task):
     """The work at each part: `build` returns its rows, which are kept as text."""
 
     build: Callable[..., Any]
@@ -71,9 +69,12 @@ class Parts(Work):
         texts = [json.dumps(_plain(row), ensure_ascii=False) for row in rows]
         return xr.Dataset({"row": ("entry", texts)})
 
-    def finish(self, point: Point, elsewhere: bool, wait: bool = False) -> Outcome:
+    def outcome(self, point: Point) -> Outcome:
         """Keep the rows; an error ends the study."""
-        return self.keep(point, self.run_elsewhere(point) if elsewhere else self.run(point))
+        rows = self.run(point)
+        if self.store is not None:
+            self.store.keep(point, rows)
+        return rows
 
 
 def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None) -> xr.Dataset:
@@ -82,16 +83,17 @@ def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None) 
     quick: the quick versions of the studies. keep: a folder in which each finished part is kept, and from which a later
     run of the same version takes it.
     """
-    count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    if keep is not None:
-        keep.mkdir(exist_ok=True)
-    work = Parts(rows_of, 0.0, store=None if keep is None else Store(keep))
+    store = None if keep is None else Store(keep)
+    task = Parts(rows_of, 0.0, store=store)
     order = sorted(PARTS, key=lambda part: part not in LONGEST_FIRST)
     points: list[Point] = [{"part": part, "quick": quick, "versions": json.dumps(versions())} for part in order]
     with warnings.catch_warnings():
         # A worker whose memory has grown is replaced between two parts; nothing is lost, so nobody need read of it.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
-        done = outcomes_of(work.store, points, order, lambda batches: in_processes(work, batches, count))
+        if store is None:
+            done = run_points(task, points, jobs, label="thesis")
+        else:
+            done = outcomes_kept(task, store, points, jobs, label="thesis")
     texts = {part: done[i].row.values.tolist() for i, part in enumerate(order)}  # type: ignore[union-attr]
     return _dataset([(part, Row(**json.loads(text))) for part in PARTS for text in texts[part]])
 

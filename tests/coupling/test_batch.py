@@ -1,9 +1,5 @@
 """Batches: each chain as if it ran alone, whatever its neighbours and the number of threads."""
 
-import functools
-import os
-
-import joblib
 import numpy as np
 import pytest
 import xarray as xr
@@ -157,46 +153,11 @@ def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch
         hl.batch(tap, 1e-4, save_every=1e-6, speed=[0.3, 0.4])
 
 
-def test_processes_change_no_bit() -> None:
-    """Of a function and of a list; each process does several parts."""
-    speeds = np.linspace(0.2, 0.4, 11)
-    one = hl.batch(tap, 2e-4, sensors=[7], speed=speeds)
-    two = hl.batch(tap, 2e-4, sensors=[7], speed=speeds, jobs=2)
-    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
-    assert two.attrs["warnings"] == one.attrs["warnings"]
-    listed = [tap(speed) for speed in (0.2, 0.3)]
-    measure = functools.partial(hl.sensor_force, sensor=7)
-    kept = [hl.batch(listed, 4e-4, sensors=[7], measure=measure, jobs=jobs) for jobs in (1, 2)]
-    xr.testing.assert_identical(*(one.drop_attrs() for one in kept))
-
-
-@pytest.mark.thorough
-def test_workers_of_a_cluster_change_no_bit() -> None:
-    distributed = pytest.importorskip("distributed")
-    one = hl.batch(tap, 2e-4, sensors=[7], speed=[0.2, 0.3, 0.4])
-    local = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
-    with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster), joblib.parallel_config("dask"):
-        two = hl.batch(tap, 2e-4, sensors=[7], speed=[0.2, 0.3, 0.4], jobs=2)
-    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
-
-
-def dying(owner: int, speed: float) -> hl.CoSimulation:
-    """Ends its process, if that is not the one that asked."""
-    if os.getpid() != owner:
-        os._exit(3)
-    return tap(speed)
-
-
-def test_a_process_that_dies_ends_the_batch() -> None:
-    with pytest.raises(RuntimeError, match="a process of the batch died; perhaps memory ran out"):
-        hl.batch(functools.partial(dying, os.getpid()), 1e-4, save_every=1e-6, speed=[0.3, 0.4, 0.5], jobs=2)
-
-
 def test_a_measure_is_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """Measured two at a time, as all at once."""
     speeds = [0.3, 0.33, 0.36, 0.4, 0.44]
     whole = hl.batch(tap, until=4e-4, save_every=1e-6, sensors=[7], speed=speeds)
-    monkeypatch.setattr("coupling.sweeps.batch.MEASURED_AT_ONCE", 401 * 4 * 2.5)
+    monkeypatch.setattr("coupling.sweeps.batch.LARGEST_MEASURED", 401 * 4 * 2.5)
     sizes = []
 
     def peak(runs: xr.Dataset) -> xr.Dataset:
@@ -294,7 +255,6 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
             "runs: holds a CoSimulation of several",
         ),
         ({"threads": 0}, "threads = 0"),
-        ({"jobs": 0}, "jobs = 0"),
         ({"sensors": 3}, "sensors = 3: must be a list of one bead number or more"),
         ({"save_every": 1.0}, r"save_every = 1\.0: must not be longer than the run"),
         ({"dt": 1e-20}, r"dt = 1e-20: takes .* steps in .* s; give a longer dt"),

@@ -1,20 +1,13 @@
 """Threads that run one simulation, and processes that take a simulation along, give the same bits."""
 
-import logging
 import multiprocessing
-import os
-import signal
-import warnings
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 
-import joblib
 import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.sweeps.processes import end_with, in_parallel
-from structures.kernels import compiling
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 1.5e-4
@@ -69,26 +62,3 @@ def test_processes_take_simulations_along(method: str) -> None:
             after = processes.submit(forces, shared).result()
             assert np.array_equal(before, expected)
             assert np.array_equal(after, expected)
-
-
-@pytest.mark.thorough
-def test_only_the_process_that_started_others_sees_ctrl_c() -> None:
-    """A terminal sends it to all; those that load modules would print where they were. Given up, they end silently."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
-    found = in_parallel(2, (joblib.delayed(signal.pthread_sigmask)(signal.SIG_BLOCK, []) for _ in range(3)))
-    assert signal.SIGINT in next(found)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found.close()
-    assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
-
-
-@pytest.mark.parametrize(
-    ("name", "silent"), [("LokyProcess-1", False), ("LokyProcess-2", True), ("LokyProcess-11", True)]
-)
-def test_one_process_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch, name: str, silent: bool) -> None:
-    """Those of a sweep compile the same kernels at the same time."""
-    monkeypatch.setattr(compiling.log, "level", logging.NOTSET)
-    monkeypatch.setattr(multiprocessing.current_process(), "name", name)
-    end_with(owner=os.getppid())
-    assert (compiling.log.level == logging.ERROR) == silent

@@ -1,7 +1,5 @@
 """Files that were made to do harm: each is refused by a message, nothing runs, and nothing is written elsewhere."""
 
-import hashlib
-import json
 import os
 import pickle
 import re
@@ -12,11 +10,8 @@ import h5py  # type: ignore[import-untyped]
 import meshio
 import numpy as np
 import pytest
-import xarray as xr
 
 import hertzlink as hl
-from coupling.files import plain
-from coupling.sweeps.store import HEAD, describe_point
 from structures.meshes.mesh_files import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -38,11 +33,6 @@ def marker(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("elsewhere") / "marker"
 
 
-def with_sum(head: bytes, rest: bytes) -> bytes:
-    """A file whose sum is right, as anyone can compute it."""
-    return head + hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
-
-
 HEADERS = [
     "{'descr': '|O', 'fortran_order': False, 'shape': (1,)}",
     "{'descr': '<f8', 'fortran_order': False, 'shape': (10**12,)}",
@@ -56,19 +46,6 @@ HEADERS = [
 def array_with(header: str) -> bytes:
     """Eight bytes behind a header of numpy's format."""
     return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(8)
-
-
-def build(radius: float) -> hl.CoSimulation:
-    bead = hl.Sphere(radius, hl.STEEL_440C)
-    return hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.PTFE))
-
-
-def force(run: xr.Dataset) -> xr.Dataset:
-    return xr.Dataset({"force": float(run.contact_force.max())})
-
-
-def swept(store: Path) -> xr.Dataset:
-    return hl.sweep(build, 2e-5, jobs=1, measure=force, store=store, radius=[3e-3])
 
 
 SECRET = np.arange(4.0) + 1234.5
@@ -117,53 +94,6 @@ def secret(tmp_path_factory: pytest.TempPathFactory) -> Path:
         file["secret"] = SECRET
     path.with_suffix(".raw").write_bytes(SECRET.tobytes())
     return path
-
-
-POINTS = {
-    "is no plain data": lambda marker, text: pickle.dumps((text, Evil(marker))),
-    "'os.mkdir'": lambda marker, text: _tree([text, {"type": "os.mkdir", "fields": [str(marker)]}]),
-    "an array of objects": lambda marker, text: _tree([text, {"array": 0}], array_with(HEADERS[0])),
-    "an array of 8 TB": lambda marker, text: _tree([text, {"array": 0}], array_with(HEADERS[2])),
-    "has no attribute": lambda marker, text: plain.to_bytes((text, RECORD | {"attrs": 3, "variables": {}}), {}),
-    "different number of dimensions": lambda marker, text: plain.to_bytes((text, RECORD), {}),
-}
-"""What a point's file holds, with the right sum, as anyone can compute it; and what is said of it."""
-
-RECORD = {"variables": {"a": (("x",), np.zeros((1, 1)), {})}, "coordinates": [], "attrs": {}}
-
-
-def _tree(pair: list[Any], *arrays: bytes) -> bytes:
-    return json.dumps({"tree": {"tuple": pair}, "arrays": len(arrays)}).encode() + b"\n" + b"".join(arrays)
-
-
-@pytest.mark.parametrize("message", POINTS)
-def test_a_stores_point_is_data(tmp_path: Path, marker: Path, message: str) -> None:
-    """It is neither opened nor run again."""
-    swept(tmp_path / "store")
-    (path,) = (tmp_path / "store").glob("*.point")
-    content = POINTS[message](marker, describe_point({"radius": 3e-3}))
-    path.write_bytes(with_sum(HEAD, content))
-    before = path.read_bytes()
-    with pytest.raises(ValueError, match=f"{path.name}.*take it away, and its point is run again"):
-        swept(tmp_path / "store")
-    assert path.read_bytes() == before
-    assert not marker.exists()
-
-
-@pytest.mark.parametrize("pattern", ["*.point", "sweep.json"])
-def test_a_link_in_a_store_is_not_followed(tmp_path: Path, pattern: str) -> None:
-    """Neither to a file elsewhere, although it is a good one, nor to a pipe, which would hang."""
-    swept(tmp_path / "store")
-    (path,) = (tmp_path / "store").glob(pattern)
-    elsewhere = tmp_path / "elsewhere"
-    path.rename(elsewhere)
-    path.symlink_to(Path("..") / "elsewhere")
-    with pytest.raises(ValueError, match=path.name):
-        swept(tmp_path / "store")
-    path.unlink()
-    os.mkfifo(path)
-    with pytest.raises(ValueError, match=path.name):
-        swept(tmp_path / "store")
 
 
 TETRA = meshio.Mesh([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], [("tetra", [[0, 1, 2, 3]])])

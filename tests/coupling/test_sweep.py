@@ -148,39 +148,13 @@ def test_a_long_value_of_a_point_hides_no_other() -> None:
     assert len(note) < 200
 
 
-def cannot(text: str) -> None:
-    raise TypeError("made of two things")
-
-
-class NoPickle(Exception):
-    """Is pickled, but cannot be read back."""
-
-    def __init__(self, code: int, where: str) -> None:
-        super().__init__(f"code {code} in {where}")
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return cannot, (str(self),)
-
-
-def failing_or_dying(radius: float) -> hl.CoSimulation:
-    if radius == 3e-3:
-        raise NoPickle(7, "the mesh")
+def dying(radius: float) -> hl.CoSimulation:
     if radius == 4e-3:
         os._exit(1)
     return on_half_space(radius)
 
 
-def test_an_error_that_no_pickle_holds_is_told_by_type_and_text() -> None:
-    with pytest.raises(RuntimeError, match="NoPickle: code 7 in the mesh") as caught:
-        hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 3e-3])
-    point, lines = caught.value.__notes__
-    assert point == "in the sweep's point radius = 3 mm"
-    assert "in failing_or_dying" in lines
-    with pytest.raises(NoPickle):
-        hl.sweep(failing_or_dying, until=1e-4, jobs=1, radius=[2e-3, 3e-3])
-
-
 @pytest.mark.thorough
 def test_a_process_that_dies_is_told() -> None:
-    with pytest.raises(RuntimeError, match=r"a process died at one of the sweep's points, .*radius.*use store="):
-        hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 4e-3])
+    with pytest.raises(RuntimeError, match="a process ended before its work was done: perhaps memory ran out"):
+        hl.sweep(dying, until=1e-4, jobs=2, radius=[2e-3, 4e-3])

@@ -1,0 +1,129 @@
+"""The runs of many points: in this process, in several, or on the cluster that joblib is configured for."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from typing import Any
+
+import joblib
+import numpy as np
+import xarray as xr
+from tqdm.auto import tqdm
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.findings import findings_of, with_warnings
+from coupling.results.schema import unit_of
+from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, own_sources
+from structures.caution import collected
+from structures.checks import instance, short
+from structures.units import readable
+
+ENVIRONMENT_ERRORS = (ImportError, MemoryError, OSError)
+"""Errors that the point did not cause: a package is missing, memory or disk is full, a file or a connection is lost."""
+
+Outcome = xr.Dataset | Failure
+
+
+@dataclass(frozen=True)
+class Task:
+    """The work at every point: run `build(**point)` up to `until` (s), measure, and keep the outcome in a store."""
+
+    build: Callable[..., CoSimulation]
+    until: float
+    measure: Callable[[xr.Dataset], xr.Dataset] | None = None
+    store: Store | None = None
+    sources: str = field(default_factory=own_sources)
+
+    def run(self, point: Point) -> xr.Dataset:
+        """Return the kept part of the point's run, with all warnings in its attributes; errors name the point."""
+        with collected() as messages:
+            try:
+                simulation = self.build(**point)
+                instance("build(...)", simulation, CoSimulation, "a CoSimulation")
+                run = measured = simulation.run(self.until)
+                if self.measure is not None:
+                    measured = instance("measure(run)", self.measure(run), xr.Dataset, "a Dataset")
+            except Exception as error:
+                for note in (f"in the sweep's point {shown(point)}", *(f"warning before it: {m}" for m in messages)):
+                    error.add_note(note)
+                raise
+        if self.store is not None and ERROR_VARIABLE in measured.variables:
+            raise ValueError(f"measure: must not return {ERROR_VARIABLE!r}, in which a sweep reports failed points")
+        return with_warnings(measured.assign_attrs(run.attrs), [*findings_of(run), *messages])
+
+    def attempt(self, point: Point) -> Outcome:
+        """Run a point; an error of the point itself is returned, one of the environment is raised."""
+        try:
+            return self.run(point)
+        except ENVIRONMENT_ERRORS:
+            raise
+        # The user's own code may raise any error; none may lose the other points.
+        except Exception as error:  # noqa: BLE001 - see above
+            return Failure(type(error).__name__, str(error))
+
+    def outcome(self, point: Point) -> Outcome:
+        """Run a point; with a store, write its outcome, which may be an error."""
+        if self.store is None:
+            return self.run(point)
+        outcome = self.attempt(point)
+        try:
+            self.store.keep(point, outcome)
+        except ValueError as error:
+            outcome = Failure("ValueError", str(error))
+            self.store.keep(point, outcome)
+        return outcome
+
+    def outcomes(self, points: Sequence[Point]) -> list[Outcome]:
+        """Run points one after the other, in whichever process this is."""
+        if self.sources != own_sources():
+            raise RuntimeError("cluster: a worker has other sources of hertzlink; install the same on all machines")
+        return [self.outcome(point) for point in points]
+
+
+def run_points(
+    task: Task, points: Sequence[Point], jobs: int | None = None, together: int = 1, label: str = "sweep"
+) -> list[Outcome]:
+    """Return the outcomes of points in their order.
+
+    jobs: the number of processes; by default one for each core, or what `joblib.parallel_config` says. together: how
+    many neighbours run in one process, one after the other. Raises RuntimeError if a process dies.
+    """
+    groups = [points[begin : begin + together] for begin in range(0, len(points), together)]
+    outcomes: list[Outcome] = []
+    with progress(len(points), label) as bar:
+        for group in in_parallel(jobs, task.outcomes, groups):
+            outcomes += group
+            bar.update(len(group))
+    return outcomes
+
+
+def in_parallel(jobs: int | None, work: Callable[[Any], Any], parts: Sequence[Any]) -> Iterator[Any]:
+    """Yield `work(part)` of each part, in their order."""
+    if jobs == 1 or len(parts) == 1:
+        yield from map(work, parts)
+        return
+    try:
+        yield from joblib.Parallel(jobs or -1, return_as="generator", batch_size=1)(
+            joblib.delayed(work)(part) for part in parts
+        )
+    except BrokenProcessPool as error:
+        raise RuntimeError(
+            "a process ended before its work was done: perhaps memory ran out, or it cannot load the function; jobs=1 "
+            "shows more, and with store= finished points stay"
+        ) from error
+
+
+def progress(total: int, label: str, unit: str = "point") -> Any:
+    """Return tqdm's bar, which a terminal or a notebook shows while it lasts."""
+    return tqdm(total=total, desc=label, unit=unit, leave=False, disable=None, dynamic_ncols=True)
+
+
+def shown(point: Point) -> str:
+    """Return a point for messages, numbers with the units that their names imply: "thickness = 3 mm"."""
+    return ", ".join(f"{name} = {_value(name, value)}" for name, value in point.items())
+
+
+def _value(name: str, value: Any) -> str:
+    if isinstance(value, float | int | np.number) and not isinstance(value, bool):
+        return readable(float(value), unit_of(name), 6)
+    return short(getattr(value, "name", value))
