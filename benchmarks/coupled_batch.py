@@ -103,9 +103,7 @@ def main() -> None:
         hl.batch(build, UNTIL, sensors=[7], **{one: column[:8] for one, column in values.items()})
         one, own = of_batch(build, 1, measure, **values)
         two, _ = of_batch(build, 2, measure, **values)
-        print(
-            f"{name:30s} {one:4.0f} runs/s in one thread ({own:.0f} by processor time), {two / one:.2f} times in two threads"
-        )
+        print(f"{name:30s} {one:4.0f} runs/s in one thread ({own:.0f} by processor time), {two / one:.2f} times in two")
     for build, (name, column) in ((tap, ("impact_speed", [0.2, 0.3, 0.4])), (thin, ("thickness", [5e-3, 5.4e-3]))):
         kept = hl.batch(build, UNTIL, sensors=[7], measure=waves, **{name: column}).amplitude_ratio.values
         alone = [float(hl.amplitude_ratio(build(value, "default").run(UNTIL), 7)) for value in column]

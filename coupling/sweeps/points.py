@@ -1,5 +1,8 @@
 """The runs of many points: in this process, in several, or on the cluster that joblib is configured for."""
 
+import os
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
@@ -103,14 +106,27 @@ def in_parallel(jobs: int | None, work: Callable[[Any], Any], parts: Sequence[An
         yield from map(work, parts)
         return
     try:
-        yield from joblib.Parallel(jobs or -1, return_as="generator", batch_size=1)(
-            joblib.delayed(work)(part) for part in parts
+        parallel = joblib.Parallel(
+            jobs or -1, return_as="generator", batch_size=1, initializer=_end_with, initargs=(os.getpid(),)
         )
+        yield from parallel(joblib.delayed(work)(part) for part in parts)
     except BrokenProcessPool as error:
         raise RuntimeError(
             "a process ended before its work was done: perhaps memory ran out, or it cannot load the function; jobs=1 "
             "shows more, and with store= finished points stay"
         ) from error
+
+
+def _end_with(owner: int) -> None:
+    """End this process soon after the one that started it was killed: joblib's would wait for work for ever."""
+
+    def watch() -> None:
+        while os.getppid() == owner:
+            time.sleep(1.0)
+        os._exit(1)
+
+    if os.getppid() == owner:  # not so in a worker of a cluster
+        threading.Thread(target=watch, daemon=True).start()
 
 
 def progress(total: int, label: str, unit: str = "point") -> Any:

@@ -204,44 +204,17 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
 
 def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
     """Side by side, struck from the left; beneath, the force through each of them."""
-    from coupling.plots import render
-    from coupling.plots.drawing import Drawing
+    from coupling.plots.view import _View
 
-    try:
-        render.check_window()
-    except OSError as error:
-        pytest.skip(str(error))
-    with Drawing(passage, "von_mises", 0.0, 20e6, 80, run) as drawing:
-        drawing.draw(4)
-        history, labels = drawing.figure.axes[2], [axes.get_xlabel() for axes in drawing.figure.axes]
-        assert len(history.lines) == 3
-        assert [text.get_text() for text in history.get_legend().get_texts()] == ["bead 3", "bead 4"]
-        assert len({(line.get_color(), line.get_linestyle()) for line in history.lines}) == 3
-        assert history.get_ylabel() == "force through\nthe beads (N)"
-        assert "along the chain (mm)" in [*labels, *(axes.get_ylabel() for axes in drawing.figure.axes)]
+    figure = _View(passage, "von_mises", 0.0, 20e6, run, 80).draw(4)
+    labels = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
+    assert {"along the chain (mm)", "force through\nthe beads (N)"} <= set(labels)
+    (history,) = (axes for axes in figure.axes if len(axes.lines) == 3)
+    assert [text.get_text() for text in history.get_legend().get_texts()] == ["bead 3", "bead 4"]
     hl.plots.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
     assert (tmp_path / "beads.png").stat().st_size > 10_000
     with pytest.raises(ValueError, match="run: must be the Dataset of one run, that of the beads' motion"):
         hl.plots.picture(passage, tmp_path / "beads.png", run=run.drop_vars("section_force"))
-
-
-def test_free_poles_have_an_outline(run: xr.Dataset) -> None:
-    """Cells there are smaller than a pixel; the outline is black all the same."""
-    from coupling.plots import render
-    from coupling.plots.scene import Scene
-
-    try:
-        render.check_window()
-    except OSError as error:
-        pytest.skip(str(error))
-    motion = hl.plots.motion(run, CHAIN, [2e-5, 3e-5, 4e-5], [4, 5, 6])
-    renderer = render.Renderer(Scene(motion, 0.0), "viridis", (0.0, 20e6), 1200, 4.0)
-    image = renderer.image(0, motion.von_mises.values[0])
-    renderer.close()
-    for row in image[image.shape[0] // 2 - 20 : image.shape[0] // 2 + 20]:
-        left, right = np.flatnonzero((row < 250).any(axis=1))[[0, -1]]
-        assert row[left : left + 10].max(axis=1).min() < 60
-        assert row[right - 9 : right + 1].max(axis=1).min() < 60
 
 
 def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import joblib
 import numpy as np
+import psutil
 import pytest
 import xarray as xr
 from hypothesis import given
@@ -326,9 +327,11 @@ def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
                 assert process.poll() is None
                 time.sleep(0.01)
             time.sleep(chance.uniform(0.0, 0.1))
+            workers = psutil.Process(process.pid).children(recursive=True)
             process.send_signal(signal.SIGKILL)
             process.wait()
-    time.sleep(1.0)  # what its other processes had begun is finished by then, or runs beside this sweep
+        # Its other processes end, too.
+        assert not psutil.wait_procs(workers, timeout=60)[1]
     resumed = swept_script.run(1, store)
     runs = Counter((tmp_path / "runs").read_text().splitlines())
     assert len(runs) == 30

@@ -1,0 +1,379 @@
+"""Pictures and animations of a `motion`, drawn off-screen by pyvista in a figure of matplotlib."""
+
+import os
+from base64 import b64encode
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from coupling.plots.canvas import COLOURS
+from coupling.plots.motion import known_motion
+from coupling.results.reading import Reading
+from structures.checks import finite, not_negative, one_of, positive
+from structures.units import handy
+
+QUANTITIES = {
+    "von_mises": ("von Mises stress", "Pa", "viridis"),
+    "displacement": ("displacement", "m", "viridis"),
+    "deflection": ("deflection", "m", "RdBu_r"),
+}
+"""What can be shown: its name, unit and colours; those of the deflection, which has a sign, are white at zero."""
+
+COLOURED = 0.95
+"""The colours cover this part of the body, over all times. The stress at the contact is a hundred times that of the
+waves, which a scale up to it would hide."""
+
+CELLS = {"quad9": "BIQUADRATIC_QUAD", "tetra10": "QUADRATIC_TETRA", "hexahedron27": "TRIQUADRATIC_HEXAHEDRON"}
+"""VTK's names of meshio's types of cells."""
+
+SIGHT = (-0.45, 0.75, -0.48)
+"""Viewing direction on 3-D bodies, in a frame whose third axis points up."""
+
+MEDIA = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
+SUFFIXES = (*MEDIA, ".pdf")
+
+NO_WINDOW = (
+    "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
+    "libosmesa6), or start Python by xvfb-run"
+)
+
+
+class NotebookPath(type(Path())):  # type: ignore[misc]
+    """A path that shows its file where it is the last line of a notebook's cell."""
+
+    def _repr_html_(self) -> str | None:
+        kind = MEDIA.get(self.suffix.lower())
+        if kind is None or not self.is_file():
+            return None
+        source = f"data:{kind};base64,{b64encode(self.read_bytes()).decode()}"
+        return f'<img style="max-width:100%" alt="{self.stem}" src="{source}">'
+
+
+def picture(
+    motion: xr.Dataset,
+    path: str | Path,
+    time: float | None = None,
+    show: str = "von_mises",
+    factor: float | None = None,
+    highest: float | None = None,
+    run: xr.Dataset | None = None,
+    frame_rate: float = 10.0,
+) -> Path:
+    """Draw a `motion` at one time, or all of it as an animation.
+
+    Bodies of revolution are cut along their axis; long ones are drawn horizontally, struck from the left. 3-D bodies
+    are drawn from outside.
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        From `motion`.
+    path : str or Path
+        A .png, .pdf or .svg file of one time, or a .gif of all times. An existing file is replaced.
+    time : float, optional
+        Time of a picture, s; the nearest time of the motion is drawn. By default that of the largest displacement.
+    show : {"von_mises", "displacement", "deflection"}
+        The colours: von Mises stress, the magnitude of the displacement, or its component into the struck face.
+    factor : float, optional
+        Magnification of the displacement. By default a round number that makes it a tenth of the body's shortest side.
+    highest : float, optional
+        Upper end of the colours, Pa or m; by default a round number that 95 % of the body does not exceed.
+    run : xarray.Dataset, optional
+        The run of the motion, whose force is then drawn below: on the structure, or through the drawn beads.
+    frame_rate : float
+        Pictures of an animation per second.
+
+    Returns
+    -------
+    Path
+        The path of the file. A notebook shows what it holds.
+
+    Raises
+    ------
+    ValueError
+        For a time outside the motion, a wrong name, or a time for an animation.
+    OSError
+        If the machine has no OpenGL for drawing.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0, modes=2)
+    >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
+    >>> motion = hl.plots.motion(run, chain, times=[4e-6, 5e-6], beads=[1])
+    >>> hl.plots.picture(motion, "body.png", time=5e-6)  # doctest: +SKIP
+    NotebookPath('body.png')
+    """
+    known_motion(motion)
+    target, rate = Path(path), positive("frame_rate", frame_rate, "1/s")
+    if target.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"path = {str(path)!r}: must be the name of a file that ends in {', '.join(SUFFIXES)}")
+    if not target.parent.is_dir():
+        raise ValueError(f"path = {str(path)!r}: its folder does not exist")
+    animated = target.suffix.lower() == ".gif"
+    if animated and time is not None:
+        raise ValueError(f"time = {time!r}: must be None for an animation, {target.suffix}, which shows all times")
+    if not animated:
+        size = np.linalg.norm(motion.displacement.values, axis=-1).max(axis=1)
+        motion = motion.isel(time=[int(size.argmax()) if time is None else _nearest(motion, time)])
+    view = _View(motion, show, factor, highest, run, dots=110 if animated else 200)
+    with TemporaryDirectory(prefix=".", dir=target.parent) as folder:
+        part = Path(folder, target.name)
+        if animated:
+            _write_gif(part, [view.pixels(number) for number in range(motion.sizes["time"])], rate)
+        else:
+            view.draw(0).savefig(part, dpi=view.dots)
+        os.replace(part, target)
+    return NotebookPath(path)
+
+
+def _nearest(motion: xr.Dataset, time: float) -> int:
+    """Return the number of the time nearest to `time`, which must lie within the motion."""
+    moments, wanted = motion.time.values, finite("time", time, "s")
+    spare = 0.5 * float(np.diff(moments).max()) if moments.size > 1 else 1e-6
+    if not moments[0] - spare <= wanted <= moments[-1] + spare:
+        raise ValueError(f"time = {time!r}: must lie between {moments[0]:.6g} and {moments[-1]:.6g} s, as the motion")
+    return int(np.argmin(abs(moments - wanted)))
+
+
+def _write_gif(path: Path, images: list[NDArray[np.uint8]], rate: float) -> None:
+    """Write frames that share the colours of one palette; otherwise they would flicker."""
+    from PIL import Image
+
+    frames = [Image.fromarray(image) for image in images]
+    sample = Image.fromarray(np.concatenate([image[::2, ::2] for image in images]))
+    palette = sample.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+    flat = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    flat[0].save(path, save_all=True, append_images=flat[1:], duration=round(1e3 / rate), loop=0, optimize=False)
+
+
+class _View:
+    """A motion in a figure, with the same colours, factor and frame at all times; see `picture`. dots: per inch."""
+
+    def __init__(
+        self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None, run: xr.Dataset | None,
+        dots: int,
+    ) -> None:  # fmt: skip
+        self.name, self.unit, self.colours = QUANTITIES[one_of("show", show, QUANTITIES)]
+        self.motion, self.dots, self.flat = motion, dots, motion.attrs["shape"] == "revolution"
+        self.history = None if run is None else _history(run, motion)
+        self.stretch = 1.0
+        sides = np.ptp(self._grid().points, axis=0)
+        moved = np.asarray(motion.displacement.values, dtype=float)
+        greatest = float(np.linalg.norm(moved, axis=-1).max())
+        usual = round_number(0.1 * sides[sides > 0.0].min() / greatest) if greatest > 0.0 else 1.0
+        self.factor = usual if factor is None else not_negative("factor", factor)
+        self.values = np.asarray(motion.von_mises.values, dtype=float)
+        if show == "displacement":
+            self.values = np.linalg.norm(moved, axis=-1)
+        elif show == "deflection":
+            self.values = -moved @ np.array(motion.attrs["up"])
+        self.high = self._usual_end() if highest is None else positive("highest", highest, self.unit)
+        self.low = -self.high if show == "deflection" else 0.0
+        self._turn()
+
+    def _usual_end(self) -> float:
+        """Return a round number that most of the body does not exceed, or the greatest value if that is not far off."""
+        sizes = self._grid(halves=1).compute_cell_sizes()
+        of_cells = abs(self.values[:, self.motion.cells.values].mean(axis=2))
+        order = np.argsort(of_cells, axis=None)
+        size = np.broadcast_to(abs(sizes["Area"] + sizes["Volume"]), of_cells.shape).ravel()
+        passed = np.cumsum(size[order])
+        usual = float(of_cells.ravel()[order[np.searchsorted(passed, COLOURED * passed[-1])]])
+        greatest = float(abs(self.values).max())
+        return greatest or 1.0 if usual > 0.5 * greatest or usual == 0.0 else round_number(usual, up=True)
+
+    def _turn(self) -> None:
+        """Choose the directions of the picture, to the right, up, and towards the viewer, and its corners, m."""
+        up = np.array([0.0, 0.0, 1.0] if self.flat else self.motion.attrs["up"])
+        up /= np.linalg.norm(up)
+        ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
+        ahead /= np.linalg.norm(ahead)
+        sight = np.array([0.0, 1.0, 0.0])
+        if not self.flat:
+            sight = np.array(SIGHT) / np.linalg.norm(SIGHT) @ np.array([np.cross(ahead, up), ahead, up])
+        right = np.cross(sight, up)
+        right /= np.linalg.norm(right)
+        frame = np.array([right, np.cross(right, sight), -sight])
+        width, height, _ = np.ptp(self._grid().points @ frame.T, axis=0)
+        self.lying = bool(height > 2.5 * width)
+        self.frame = np.array([-frame[1], frame[0], frame[2]]) if self.lying else frame
+        # The radius of a slender section is drawn larger.
+        ratio = max(width, height) / min(width, height) / 9.0
+        self.stretch = round_number(ratio, up=True) if self.flat and ratio > 1.0 else 1.0
+        moments = [None, *range(self.motion.sizes["time"])]
+        places = np.concatenate([self._grid(moment).points for moment in moments]) @ self.frame[:2].T
+        margin = 0.03 * np.ptp(places, axis=0).max()
+        self.corners = places.min(axis=0) - margin, places.max(axis=0) + margin
+        self.size = self.corners[1] - self.corners[0]
+
+    def _grid(self, number: int | None = None, part: int | None = None, halves: int = 2) -> Any:
+        """Return the body at rest, or as it is drawn at a time; all of it, or a part."""
+        import pyvista
+
+        motion = self.motion
+        cells = motion.cells.values if part is None else motion.cells.values[motion.part.values == part]
+        places = motion.position.values.astype(float)
+        if number is not None:
+            places = places + self.factor * motion.displacement.values[number]
+        kind = getattr(pyvista.CellType, CELLS[motion.attrs["cell_type"]])
+        grid: Any = pyvista.UnstructuredGrid({kind: cells}, places * [self.stretch, 1.0, 1.0])
+        if number is not None:
+            grid["value"] = self.values[number]
+        return grid.merge(grid.reflect((1.0, 0.0, 0.0))) if self.flat and halves == 2 else grid
+
+    def image(self, number: int, pixels: int) -> NDArray[np.uint8]:
+        """Return height × width × 3: the body at the time of this number, of a section also its outline at rest."""
+        import pyvista
+
+        window, far = [pixels, max(2, round(pixels * self.size[1] / self.size[0]))], 10.0 * float(self.size.max())
+        with _quiet():
+            plotter: Any = pyvista.Plotter(
+                off_screen=True, window_size=window, lighting="none" if self.flat else "light kit"
+            )
+        plotter.set_background("white")
+        for part in np.unique(self.motion.part.values).tolist():
+            # Outlines at rest lie behind the body, those of the moved body in front of it.
+            for moment, colour, lift in ((None, "#a0a0a0", -1e-4), (number, "black", 1e-4)):
+                surface = self._grid(moment, part).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
+                edges = surface.extract_feature_edges(30.0, feature_edges=not self.flat, manifold_edges=False)
+                edges.points += lift * far * self.frame[2]
+                if moment is not None:
+                    plotter.add_mesh(
+                        surface, scalars="value", cmap=self.colours, clim=(self.low, self.high), show_scalar_bar=False,
+                        lighting=not self.flat, ambient=0.65, diffuse=0.4,
+                    )  # fmt: skip
+                if moment is not None or self.flat:
+                    plotter.add_mesh(edges, color=colour, line_width=self.dots / 45.0, lighting=False)
+        middle = (self.corners[0] + self.corners[1]) / 2.0 @ self.frame[:2]
+        plotter.enable_parallel_projection()
+        plotter.camera.position, plotter.camera.focal_point = middle + far * self.frame[2], middle
+        plotter.camera.up, plotter.camera.parallel_scale = self.frame[1], float(self.size[1]) / 2.0
+        plotter.camera.clipping_range = (0.01 * far, 2.0 * far)
+        image = np.array(plotter.screenshot(return_img=True))
+        plotter.close()
+        return image
+
+    def draw(self, number: int) -> Any:
+        """Return the figure at the time of this number: the body with its colours, and the force below."""
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
+        from matplotlib.figure import Figure
+
+        below = 0.0 if self.history is None else 1.7
+        width = min(4.8, 3.8 * self.size[0] / self.size[1])
+        height, wide = width * self.size[1] / self.size[0], self.size[1] < 0.6 * self.size[0]
+        figure = Figure((max(3.9, width + (0.9 if wide else 1.9)), height + (1.9 if wide else 1.1) + below), self.dots)
+        figure.set_layout_engine("constrained")
+        rows: Any = figure.subplots(
+            1 if self.history is None else 2, height_ratios=[height + 1.0, below][: 1 + bool(below)]
+        )
+        body = rows if self.history is None else rows[0]
+        (left, bottom), (right, top) = (1e3 * corner for corner in self.corners)
+        upright = self.flat and not self.lying
+        extent = (left, right, -bottom, -top) if upright else (left, right, bottom, top)
+        body.imshow(self.image(number, round(2.0 * self.dots * width)), extent=extent, interpolation="antialiased")
+        body.set_title(self._title(number), fontsize=9.0)
+        factor, unit = handy([5.0 * self.high], self.unit)  # in which the highest value is 0.2 or more
+        over, under = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
+        figure.colorbar(
+            ScalarMappable(Normalize(self.low * factor, self.high * factor), self.colours), ax=body,
+            label=f"{self.name} ({unit})", location="bottom" if wide else "right", aspect=30.0,
+            extend={(True, True): "both", (True, False): "max", (False, True): "min"}.get((over, under), "neither"),
+        )  # fmt: skip
+        if self.flat:
+            depth = f"{self.motion.attrs.get('depth', 'depth')} (mm)"
+            radius = "r (mm)" if self.stretch == 1.0 else f"r (mm)\ndrawn × {self.stretch:g}"
+            body.set(xlabel=depth if self.lying else radius, ylabel=radius if self.lying else depth)
+            across = body.yaxis if self.lying else body.xaxis
+            across.set_major_formatter(lambda value, _: f"{abs(value) / self.stretch:g}")
+            body.locator_params(axis="y" if self.lying else "x", nbins=4)
+        else:
+            self._scale_bar(body, left, right, bottom)
+        if self.history is not None:
+            self._draw_force(rows[1], 1e6 * float(self.motion.time[number]))
+        return figure
+
+    def _title(self, number: int) -> str:
+        moment, times = f"t = {1e6 * float(self.motion.time[number]):.1f} µs", f"{self.factor:g}"
+        if self.factor >= 1e3:
+            times = f"{self.factor:,.0f}".replace(",", "\N{THIN SPACE}")
+        return f"{moment},  displacement × {times}" if self.factor > 0.0 else moment
+
+    def _scale_bar(self, axes: Any, left: float, right: float, bottom: float) -> None:
+        """Draw a bar of a round length below a 3-D body, in place of axes."""
+        axes.set_axis_off()
+        length, middle = round_number(0.3 * (right - left)), (left + right) / 2.0
+        ends = [middle - 0.5 * length, middle + 0.5 * length]
+        axes.plot(ends, [bottom, bottom], color="black", linewidth=2.0, clip_on=False, solid_capstyle="butt")
+        axes.annotate(
+            f"{length:g} mm", (middle, bottom), (0.0, -4.0), textcoords="offset points", ha="center", va="top",
+            fontsize=9.0, annotation_clip=False,
+        )  # fmt: skip
+
+    def _draw_force(self, axes: Any, now: float) -> None:
+        assert self.history is not None
+        force, name = self.history
+        for place, trace in enumerate(force.values.reshape(force.time.size, -1).T):
+            label = f"bead {force.bead.values[place]}" if force.ndim > 1 else None
+            style = ("-", "--", ":", "-.")[place // len(COLOURS) % 4]
+            axes.plot(1e6 * force.time, trace, style, color=COLOURS[place % len(COLOURS)], linewidth=0.8, label=label)
+        if force.ndim > 1:
+            axes.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.45), frameon=False, fontsize=8.0)
+        axes.axvline(now, color="#D55E00", linewidth=0.8)
+        axes.set(xlabel="time (µs)", ylabel=name)
+        axes.margins(x=0.0)
+
+    def pixels(self, number: int) -> NDArray[np.uint8]:
+        """Return the figure at the time of this number, height × width × 3."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        canvas: Any = FigureCanvasAgg(self.draw(number))
+        canvas.draw()
+        return np.array(canvas.buffer_rgba())[..., :3]
+
+
+def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[xr.DataArray, str]:
+    """Return the force, N, up to the end of an animation, and its name: on the structure relative to the preload, or
+    through the beads that are drawn."""
+    if "bead" in motion.coords:
+        drawn = np.unique(motion.bead)
+        if "section_force" not in run or set(run.section_force.dims) != {"time", "bead"} or drawn[-1] >= run.bead.size:
+            raise ValueError("run: must be the Dataset of one run, that of the beads' motion")
+        force, name = run.section_force.isel(bead=drawn).transpose("time", "bead"), "force through\nthe beads (N)"
+    else:
+        reading = Reading(run, "the Dataset of a run")
+        reading.check_one_chain("contact_force")
+        force, name = reading.dynamic_force().isel(contact=reading.beads[0]), "force on the\nstructure (N)"
+    end = float(motion.time[-1]) if motion.sizes["time"] > 1 else float(run.time[-1])
+    return force.sel(time=slice(None, max(end, 2.0 * float(run.time[1])))), name
+
+
+def round_number(value: float, up: bool = False) -> float:
+    """Return the next number of 1, 2, 5, 10, ... below a positive one, or above it."""
+    steps = np.outer(10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0), (1.0, 2.0, 5.0)).ravel()
+    return float(steps[steps >= value].min() if up else steps[steps <= value].max())
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Silence VTK where it tries windows that it cannot create; raise OSError where none is left, which would end Python."""
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, as it brings the windows
+    from vtkmodules.vtkCommonCore import vtkLogger
+    from vtkmodules.vtkRenderingCore import vtkRenderWindow
+
+    before = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        if vtkRenderWindow().GetClassName() == "vtkXOpenGLRenderWindow" and "DISPLAY" not in os.environ:
+            raise OSError(NO_WINDOW)
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(before)
