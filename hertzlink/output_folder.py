@@ -129,7 +129,7 @@ def write_file(path: Path, content: bytes) -> None:
 
 def forget(parts: Path) -> None:
     """Remove the parts of a result that a store kept, and its folder if nothing else lies in it."""
-    for file in [*parts.glob("*.point"), *parts.glob(".*.lock")]:
+    for file in parts.glob("*.nc"):
         file.unlink()
     if parts.is_dir() and not any(parts.iterdir()):
         parts.rmdir()

@@ -27,6 +27,14 @@ ENVIRONMENT_ERRORS = (ImportError, MemoryError, OSError)
 Outcome = xr.Dataset | Failure
 
 
+class Stopped(KeyboardInterrupt, SystemExit):
+    """Ctrl-C in a sweep that keeps its points. A script that does not catch it ends with its message, on one line."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.code = message
+
+
 @dataclass(frozen=True)
 class Task:
     """The work at every point: run `build(**point)` up to `until` (s), measure, and keep the outcome in a store."""

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm.auto import tqdm
 
+from coupling.sweeps.points import Stopped as Stopped
 from structures.checks import count_of
 
 LOG_INTERVAL = 10.0
@@ -36,14 +37,6 @@ _labels: list[str] = []
 
 _silent: list[bool] = []
 """Not empty while `silent` lasts."""
-
-
-class Stopped(KeyboardInterrupt, SystemExit):
-    """Ctrl-C in a sweep that keeps its points. A script that does not catch it ends with its message, on one line."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__(message)
-        self.code = message
 
 
 class Progress:

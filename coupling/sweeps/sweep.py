@@ -14,7 +14,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
-from coupling.sweeps.points import Outcome, Task, run_points, shown
+from coupling.sweeps.points import Outcome, Stopped, Task, run_points, shown
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store
 from structures.caution import caution
 from structures.checks import count_of, function, instance, listed, positive, short, whole
@@ -127,7 +127,11 @@ def outcomes_kept(
     missing = [i for i, outcome in enumerate(outcomes) if outcome is None or (retry and isinstance(outcome, Failure))]
     if len(missing) < len(points):
         log.info("%d of %d points are in %s", len(points) - len(missing), len(points), store.folder)
-    new = run_points(task, [points[i] for i in missing], jobs, together, label) if missing else []
+    try:
+        new = run_points(task, [points[i] for i in missing], jobs, together, label) if missing else []
+    except KeyboardInterrupt:
+        held = sum(store.path(point).exists() for point in points)
+        raise Stopped(f"{held} of {len(points)} points kept in {store.folder}; run again to continue") from None
     for i, outcome in zip(missing, new, strict=True):
         outcomes[i] = outcome
     found = [outcome for outcome in outcomes if outcome is not None]

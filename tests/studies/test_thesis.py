@@ -327,9 +327,9 @@ def test_finished_parts_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_a_damaged_part_is_named(tmp_path: Path) -> None:
     keep = tmp_path / "kept"
     THESIS.run(quick=True, jobs=1, keep=keep)
-    file = next(iter(sorted(keep.glob("*.point"))))
+    file = next(iter(sorted(keep.glob("*.nc"))))
     file.write_bytes(file.read_bytes()[:50])
-    with pytest.raises(ValueError, match="damaged; take it away, and its point is run again"):
+    with pytest.raises(ValueError, match=r"is damaged .*delete it, and its point is run again"):
         THESIS.run(quick=True, jobs=1, keep=keep)
 
 
