@@ -364,7 +364,7 @@ def round_number(value: float, up: bool = False) -> float:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Silence VTK where it tries windows that it cannot create; raise OSError where none is left, which would end Python."""
+    """Silence VTK where it tries windows that it cannot create; raise OSError where none is left: VTK ends Python."""
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, as it brings the windows
     from vtkmodules.vtkCommonCore import vtkLogger
     from vtkmodules.vtkRenderingCore import vtkRenderWindow
