@@ -2,8 +2,7 @@
 
     python benchmarks/deformable_chain.py
 
-Laws are those of two hollow spheres, by default and in 120 load steps, with their errors from two coarser meshes; and
-in 120 equal load steps on one mesh.
+Laws are those of two hollow spheres, by default and in 120 load steps, with their errors from two coarser meshes.
 The chain is a striker and 20 beads of 316 steel, R = 2.38 mm, 0.5 m/s, over 200 µs (thesis, section 3.4); point masses
 give 20.55 N at contacts 15 and 16, and 569.1 m/s. Its set-up, law and modes, runs first, so that no cache helps it; all
 later work uses compiled kernels. Times are processor times, s.
@@ -19,8 +18,7 @@ from coupled_plate import one_thread, timed, verdict
 
 import hertzlink as hl
 from coupling.results.wave_finder import placed
-from particles.laws.axisymmetric import ELEMENTS, forces_of_steps
-from particles.laws.axisymmetric_mesh import body_of, half_plane, surface_compliance
+from particles.laws.axisymmetric import ELEMENTS
 
 RADIUS, HOLLOW = 9.525e-3, (0.5, 0.75, 0.908)
 """Radius of the thesis's hollow spheres, m, and their ratios of inner to outer radius."""
@@ -48,12 +46,6 @@ def laws() -> None:
         widest = widest_contact(shell)
         print(f"  Ri/Ro {ratio:.3g}, by default {of_law(shell, widest / ELEMENTS)}")
         print(f"    with finer cells {of_law(shell, widest / LOAD_STEPS, target=True)}")
-        spent, nodes = timed(even_steps, shell, widest)
-        met = f"(≤ {LONGEST_LAW:.0f}, {verdict(spent <= LONGEST_LAW)})"
-        print(
-            f"    on one mesh, {nodes} nodes that may touch, {LOAD_STEPS} even load steps: {spent:.2f} s {met}",
-            flush=True,
-        )
 
 
 def widest_contact(shell: hl.HollowSphere) -> float:
@@ -71,17 +63,6 @@ def of_law(shell: hl.HollowSphere, spacing: float, target: bool = False) -> str:
     steps = np.count_nonzero(np.array(law.approaches) >= law.smallest)
     met = f" (≤ {LONGEST_LAW:.0f}, {verdict(spent <= LONGEST_LAW)})" if target else ""
     return f"{steps} load steps, each at a corner of the mesh, error {law.error:.1%}: {spent:.2f} s{met}"
-
-
-def even_steps(shell: hl.HollowSphere, widest: float) -> int:
-    """Mesh, factorisation, condensation and 120 active sets on one mesh; the number of nodes that may touch."""
-    reach = 1.2 * widest
-    body = body_of(shell, reach, "shell")
-    plane = half_plane(body, reach, widest / ELEMENTS)
-    gap = 2.0 * body.drop(plane.along[plane.surface])
-    compliance = 2.0 * surface_compliance(body, plane, "roller")
-    forces_of_steps(compliance, gap, np.linspace(0.0, APPROACH, LOAD_STEPS + 1)[1:])
-    return int(gap.size)
 
 
 def by_modes() -> None:

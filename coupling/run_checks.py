@@ -67,7 +67,7 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
 
 def _meant(chains: Sequence[MovingChain], until: float) -> str:
     """Return the question whether a record that is far too long is in another unit; empty for another one."""
-    scale = max(_there_and_back(chains), *(chain.chain.excitation.duration for chain in chains))
+    scale = max(_there_and_back(chains), *(chain.chain.excitation.drive.history[0, -1] for chain in chains))
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
     return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
 
@@ -102,7 +102,7 @@ def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
 def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     """Return a finding before the run where it is so long that another unit may be meant."""
     once = _there_and_back(chains)
-    if until <= LONG * max(once, *(chain.chain.excitation.duration for chain in chains)):
+    if until <= LONG * max(once, *(chain.chain.excitation.drive.history[0, -1] for chain in chains)):
         return []
     return [
         f"until = {until:g} s: is {until / once:.2g} times the {readable(once, 's', 4)} that a "

@@ -1,19 +1,17 @@
-"""The contacts of a chain: the two bodies of each, its law, and the table that the compiled loops take for it."""
+"""The contacts of a chain: the two bodies of each, its law, and the tables that the compiled loops take for it."""
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from itertools import pairwise
 from math import inf, pi, sqrt
 from typing import Any, TypeVar
 
 import numpy as np
 
-from particles.bead import Bead, Cylinder
-from particles.chain import Chain
+from particles.bead import Bead, Cylinder, contact_modulus, surface_of
 from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
 from particles.laws.axisymmetric import ComputedLaw, force_by_formula
-from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, filled, unchanging
-from particles.laws.yielding import YieldingContact, YieldingLaw
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, filled
+from particles.laws.yielding import YieldingContact
 from structures.structure import Vector
 from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
 from structures.units import readable
@@ -31,16 +29,8 @@ difference of two forces by formulas, above which a computed law is that of othe
 OF_HERTZ = 1.0 / 3.0
 """Power of the force in the pressure of a round or elliptic contact."""
 
-
-def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> tuple[Pair | None, ...]:
-    """Return the bodies that touch at each contact; None where a force replaces it, or nothing is there."""
-    first: Pair | None = None
-    faced = behind if behind is not None else chain.excitation.faces(chain.beads[0])
-    if chain.body is not None:
-        first = chain.body, chain.beads[0]
-    elif faced is not None:
-        first = chain.beads[0], faced
-    return (first, *pairwise(chain.beads), None if surface is None else (chain.beads[-1], surface))
+UNKNOWN = 0.0, 1.0, inf
+"""The pressure of a contact that never yields, see `yield_pressures`."""
 
 
 def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) -> list[T | None]:
@@ -52,39 +42,39 @@ def once_per_pair(pairs: Sequence[Pair | None], of: Callable[[Pair, int], T]) ->
     return [None if pair is None else found[id(pair[0]), id(pair[1])] for pair in pairs]
 
 
-def laws_of(
-    chain: Chain, pairs: Sequence[Pair | None], law_between: Callable[[Bead, Bead | Surface], ContactLaw]
-) -> tuple[ContactLaw | None, ...]:
-    """Return the law of each contact: the user's, or that of `law_between` where there is none."""
-    # A contact that yields is elastic at first.
-    given = None if isinstance(chain.law, YieldingLaw) else chain.law
-    # Keeps what a function returned, or another object could get the same id.
-    copies: dict[int, tuple[ContactLaw, ContactLaw]] = {}
-
-    def between(pair: Pair, _: int) -> ContactLaw:
-        if given is None or (isinstance(given, ContactLaw) and isinstance(pair[1], Surface)):
-            return law_between(*pair)
-        if isinstance(given, ContactLaw):
-            return given
-        what = "a function that returns a contact law such as PowerLaw(k, n)"
-        law = check_contact_law("law", given(*pair), what)
-        return copies.setdefault(id(law), (law, unchanging(law)))[1]
-
-    return tuple(once_per_pair(pairs, between))
+def grouped(laws: Laws) -> Groups:
+    """Return the different laws and their contacts."""
+    # By identity first: the hash of a law takes longer than a step of the chain.
+    places: dict[int, list[int]] = {}
+    for i, law in enumerate(laws):
+        places.setdefault(id(law), []).append(i)
+    groups: dict[ContactLaw, list[int]] = {}
+    for same in places.values():
+        if (law := laws[same[0]]) is not None:
+            groups.setdefault(law, []).extend(same)
+    return {law: np.array(sorted(contacts)) for law, contacts in groups.items()}
 
 
-def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple[YieldingContact | None, ...] | None:
-    """Return how each contact yields, None for one that does not; None for a chain whose law is no YieldingLaw."""
-    chain_law = chain.law
-    if not isinstance(chain_law, YieldingLaw):
-        return None
-    yielding = once_per_pair(pairs, lambda pair, i: chain_law.contact(*pair, laws[i]))
-    if not any(yielding):
-        raise ValueError(
-            f"law = {chain_law!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) "
-            "or the law's own yield_strength"
-        )
-    return tuple(yielding)
+def kernel_laws(laws: Laws) -> Any:
+    """Return the contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
+    others = [None if law is None or law.piece is not None else law for law in laws]
+    stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
+    joined: Any = Hertz(stiffness)
+
+    # Equal laws have one table, and some that differ share theirs; those with Hertz's shape have none.
+    table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
+    if table_of:
+        tables = list({id(table): table for table in table_of.values()}.values())
+        starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
+        first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
+        tabulated = Tabulated(stiffness, first, np.concatenate(tables))
+        joined = tabulated if (first >= 0).all() else Mixed(tabulated, joined, first >= 0)  # type: ignore[arg-type]
+
+    for piece in dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None):
+        chosen = [law if law is not None and law.piece is piece else None for law in laws]
+        where = np.array([law is not None for law in chosen])
+        joined = filled(piece, chosen) if where.all() else Mixed(filled(piece, chosen), joined, where)
+    return joined
 
 
 def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
@@ -94,7 +84,6 @@ def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vecto
     tables = [table for contact in different for table in contact.tables] or [np.zeros((1, 6))]
     starts = np.cumsum([0, *map(len, tables)])
     first = [0 if contact is None else 2 * different.index(contact) for contact in yields]
-    memory = np.zeros(0)
     return Yielding(
         stiffness,
         np.array([NEVER if contact is None else contact.overlap for contact in yields]),
@@ -102,7 +91,7 @@ def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vecto
         starts[first],
         starts[np.add(first, 1)],
         np.concatenate(tables),
-        *(memory, memory, memory),
+        *np.zeros((3, 0)),
     )
 
 
@@ -116,42 +105,6 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
                 dent[i] = contact.dent(overlaps[i])
                 hard[i] = contact.force(overlaps[i]) / (overlaps[i] - dent[i]) ** 1.5
     return np.concatenate([limit, hard, dent])
-
-
-def grouped(laws: Laws) -> Groups:
-    """Return the different laws and their contacts."""
-    # By identity first: the hash of a law takes longer than a step of the chain.
-    places: dict[int, list[int]] = {}
-    for i, law in enumerate(laws):
-        places.setdefault(id(law), []).append(i)
-    groups: dict[ContactLaw, list[int]] = {}
-    for same in places.values():
-        law = laws[same[0]]
-        if law is not None:
-            groups.setdefault(law, []).extend(same)
-    return {law: np.array(sorted(contacts)) for law, contacts in groups.items()}
-
-
-def kernel_laws(laws: Laws) -> Any:
-    """Return the contact laws as a piece of the compiled loops: Hertz's, tables, and the pieces that laws bring."""
-    brought = dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None)
-    others = [None if law is None or law.piece is not None else law for law in laws]
-    stiffness = np.array([law.kernel[0] if law else 0.0 for law in others])
-    # Equal laws have one table, and some that differ share theirs; those with Hertz's shape have none.
-    table_of = {law: law.kernel[1] for law in dict.fromkeys(others) if law is not None and law.kernel[1] is not None}
-    parts: list[tuple[Any, Any]] = []
-    if table_of:
-        tables = list({id(table): table for table in table_of.values()}.values())
-        starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
-        first = np.array([starts[id(table_of[law])] if law in table_of else -1 for law in others])
-        parts.append((Tabulated(stiffness, first, np.concatenate(tables)), first >= 0))
-    for piece in brought:
-        chosen = [law if law is not None and law.piece is piece else None for law in laws]
-        parts.append((filled(piece, chosen), np.array([law is not None for law in chosen])))
-    joined: Any = Hertz(stiffness)
-    for part, where in parts:
-        joined = part if where.all() else Mixed(part, joined, where)
-    return joined
 
 
 def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
@@ -169,16 +122,15 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
                 f"{readable(law.largest, 'm')}, up to which its law ({law.name}) is trusted"
             )
         if isinstance(law, ComputedLaw) and law.formula > 0.0:
-            some = [(i, pair) for i in contacts[::-1].tolist() if (pair := pairs[i]) is not None]
-            for first in sorted({(id(one), id(other)): i for i, (one, other) in some}.values()):
-                ratio = force_by_formula(pairs[first], law.approaches[-1]) / law.formula  # type: ignore[arg-type]
-                if abs(ratio - 1.0) > OTHER_BODIES:
-                    beyond.append(
-                        f"contact law: that of contact {first + 1} ({law.name}) was computed for other bodies; by "
-                        f"formulas the force is {ratio:.3g} times theirs there; give the law of its bodies, or a "
-                        "function of two bodies"
-                    )
-                    break
+            approach, theirs = law.approaches[-1], [pairs[i] for i in contacts]
+            forces = once_per_pair(theirs, lambda pair, _, approach=approach: force_by_formula(pair, approach))  # type: ignore[misc]
+            ratios = np.array([law.formula if force is None else force for force in forces]) / law.formula
+            if (others := np.flatnonzero(abs(ratios - 1.0) > OTHER_BODIES)).size:
+                beyond.append(
+                    f"contact law: that of contact {contacts[others[0]] + 1} ({law.name}) was computed for other "
+                    f"bodies; by formulas the force is {ratios[others[0]]:.3g} times theirs there; give the law of its "
+                    "bodies, or a function of two bodies"
+                )
         if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > TABLE_ERROR:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
@@ -192,13 +144,10 @@ def yield_pressures(pairs: Sequence[Pair | None]) -> Vector:
     the weaker body yields from the limit on, which is infinite where nothing is known."""
 
     def of(pair: Pair, _: int) -> tuple[float, float, float]:
-        surface, facing = (side if isinstance(side, Surface) else side.surface for side in pair)
-        return _yield_pressure(surface, facing, min((s.length for s in pair if isinstance(s, Cylinder)), default=inf))
+        length = min((body.length for body in pair if isinstance(body, Cylinder)), default=inf)
+        return _yield_pressure(surface_of(pair[0]), surface_of(pair[1]), length)
 
     return np.array([pressure or UNKNOWN for pressure in once_per_pair(pairs, of)]).T
-
-
-UNKNOWN = 0.0, 1.0, inf
 
 
 @lru_cache(maxsize=256)  # thousands of runs have the same beads
@@ -212,5 +161,4 @@ def _yield_pressure(surface: Surface, facing: Surface, length: float) -> tuple[f
         return UNKNOWN  # bodies that conform have a law of the user's own
     if flat > 1e-12 * sharp:
         return hertz_pressure(surface, facing, 1.0), OF_HERTZ, limit
-    modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
-    return sqrt(modulus * sharp / (pi * length)), 0.5, limit
+    return sqrt(contact_modulus(surface, facing) * sharp / (pi * length)), 0.5, limit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from particles.kernels.laws import Mixed
 from particles.kernels.losses import NoLoss
 from particles.kernels.motion import ENDS, PACE, Chains, DampedVerlet, Verlet
 from particles.kernels.vibrations import Rigid, Vibrating
-from structures.structure import Vector
 
 if TYPE_CHECKING:
     from particles.moving import MovingChain
@@ -23,28 +22,32 @@ if TYPE_CHECKING:
 
 def joined(chains: Sequence[MovingChain]) -> Chains:
     """Return chains as the compiled loops take them; surfaces count by chain, the last bead's before the first's."""
+    mass = np.concatenate([chain.mass for chain in chains])
     first = np.cumsum([0, *(chain.mass.size for chain in chains)])
     present = np.concatenate([[law is not None for law in chain.laws] for chain in chains])
+    free = np.isfinite(mass)
+    along = np.concatenate([np.full(chain.mass.size, chain.chain.gravity_along) for chain in chains])
+
+    # What the ends face.
     has_behind = np.array([chain.behind is not None for chain in chains])
     facing = np.cumsum(1 + has_behind) - 1 - has_behind
-    wall, spring = np.full(first[-1], -1), np.zeros(first[-1])
+    wall, spring = np.full(mass.size, -1), np.zeros(mass.size)
     wall[first[1:] - 1] = facing
     spring[first[:-1]] = [chain.behind_flexibility for chain in chains]
     spring[first[1:] - 1] = [chain.flexibility for chain in chains]
-    mass = np.concatenate([chain.mass for chain in chains])
-    free = np.isfinite(mass)
-    along = np.concatenate([np.full(chain.mass.size, chain.chain.gravity_along) for chain in chains])
-    vibrations = _vibrations(chains, int(first[-1]))
-    losses = [(chain.chain.dissipation, chain.reduced_mass) for chain in chains]
-    thesis = any(loss is not None and loss.piece == "bodies" for loss, _ in losses)
-    modes = 0 if vibrations is None else vibrations.struck.shape[1]
     ends = np.zeros(len(chains), ENDS)
     ends["striker"], ends["last"], ends["behind"] = first[:-1], first[1:] - 1, np.where(has_behind, facing + 1, -1)
     ends["rest"] = [float(chain.rest[0]) for chain in chains]
     ends["quiet"] = [not chain.rest[: chain.mass.size].any() for chain in chains]
     ends["touched"], ends["faces"] = present[first[:-1]], present[first[1:] - 1]
+
+    # The pieces.
+    losses = [(chain.chain.dissipation, chain.reduced_mass) for chain in chains]
+    vibrations = _vibrations(chains, [slice(*ends) for ends in pairwise(first.tolist())])
+    modes = 0 if vibrations is None else vibrations.struck.shape[1]
+    on_bodies = any(loss is not None and loss.piece == "bodies" for loss, _ in losses)
     return Chains(
-        DampedVerlet() if modes or thesis else Verlet(),
+        DampedVerlet() if modes or on_bodies else Verlet(),
         _law(chains),
         kernel_losses(losses, present, free),
         _drive(chains),
@@ -57,6 +60,58 @@ def joined(chains: Sequence[MovingChain]) -> Chains:
         modes,
         1 if vibrations is None else 3 if vibrations.arm.size else 2,
     )
+
+
+def _law(chains: Sequence[MovingChain]) -> Any:
+    """Return the laws of all contacts as a piece; the memory of contacts that yield lies in the coordinates."""
+    laws = [law for chain in chains for law in chain.local_laws]
+    yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
+    if not yields.any():
+        return contacts.kernel_laws(laws)
+    yielding = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
+    own = contacts.kernel_yielding(yielding, np.concatenate([chain.stiffness for chain in chains]))
+    if yields.all():
+        return own
+    others = contacts.kernel_laws([None if does else law for does, law in zip(yields, laws, strict=True)])
+    return Mixed(own, others, yields)
+
+
+def _drive(chains: Sequence[MovingChain]) -> Any:
+    """Return what drives the chains as a piece."""
+    drives = [chain.chain.excitation.drive for chain in chains]
+    loads = np.array([chain.dead_load for chain in chains])
+    if not loads.any() and all(drive.kind == FREE and drive.spring == 0.0 for drive in drives):
+        return Free()
+    rest = np.array([float(chain.rest[0]) for chain in chains])
+    kinds = np.array([drive.kind for drive in drives])
+    histories = [np.array(drive.history, dtype=float) for drive in drives]
+    for history, place in zip(histories, rest * (kinds == MOVED), strict=True):
+        history[1] += place
+    return Driven(
+        kinds,
+        np.cumsum([0, *(history.shape[1] for history in histories)]),
+        np.concatenate(histories, axis=1),
+        loads,
+        np.array([float(drive.spring) for drive in drives]),
+        rest + [drive.left for drive in drives],
+    )
+
+
+def _vibrations(chains: Sequence[MovingChain], places: Sequence[slice]) -> Vibrating | None:
+    """Return the vibrations of all bodies; None where all are rigid. Modes that a body does not have rest."""
+    known = [(place, one) for place, chain in zip(places, chains, strict=True) if (one := chain.vibrating) is not None]
+    if not known:
+        return None
+    bodies, widest = places[-1].stop, max(one.struck.shape[1] for _, one in known)
+    cross, stacked = np.zeros(bodies), {}
+    for place, one in known:
+        cross[place] = one.cross
+    for name in ("stiffness", "struck", "far", "rate", "arm", "relaxation"):
+        given = [(place, getattr(one, name)) for place, one in known if getattr(one, name).size]
+        stacked[name] = np.zeros((bodies, widest if given else 0))
+        for place, array in given:
+            stacked[name][place, : array.shape[1]] = array
+    return Vibrating(cross=cross, **stacked)
 
 
 def pace_of(model: Chains, steps: Sequence[int], coordinates: int) -> Any:
@@ -88,83 +143,14 @@ def coordinates(chains: Sequence[MovingChain], model: Chains) -> tuple[list[Any]
     if len(chains) == 1:
         return [slice(None)], total
     places: list[Any] = []
-    for chain, (begin, end) in zip(chains, pairwise([*model.ends["striker"].tolist(), bodies]), strict=True):
-        own = np.arange(begin, end)
-        if chain.rest.size == own.size:
-            places.append(slice(begin, end))
-            continue
-        count = (chain.rest.size - own.size) // own.size
+    for chain, begin in zip(chains, model.ends["striker"].tolist(), strict=True):
+        own = np.arange(begin, begin + chain.mass.size)
+        place = [own]
         if chain.yielding:
-            places.append(np.concatenate([own, *(moving + part * bodies + own for part in range(3))]))
-            continue
-        elastic = cast(Any, chain).chain.modes - 1
-        parts = [
-            (bodies * (1 + part * modes) + own[:, None] * modes + np.arange(elastic)).ravel()
-            for part in range(count // elastic)
-        ]
-        places.append(np.concatenate([own, *parts]))
+            place += [moving + part * bodies + own for part in range(3)]
+        elif (vibrating := chain.vibrating) is not None:
+            of_body = own[:, None] * modes + np.arange(vibrating.struck.shape[1])
+            for part in range(1 if vibrating.arm.size == 0 else 2):
+                place.append((bodies * (1 + part * modes) + of_body).ravel())
+        places.append(np.concatenate(place))
     return places, total
-
-
-def _law(chains: Sequence[MovingChain]) -> Any:
-    """Return the laws of all contacts as a piece; the memory of contacts that yield lies in the coordinates."""
-    laws = [law for chain in chains for law in chain.local_laws]
-    yields = np.concatenate([np.full(chain.mass.size, chain.yielding is not None) for chain in chains])
-    if not yields.any():
-        return contacts.kernel_laws(laws)
-    yielding = [contact for chain in chains for contact in chain.yielding or [None] * chain.mass.size]
-    own = contacts.kernel_yielding(yielding, np.concatenate([chain.stiffness for chain in chains]))
-    if yields.all():
-        return own
-    return Mixed(
-        own, contacts.kernel_laws([None if does else law for does, law in zip(yields, laws, strict=True)]), yields
-    )
-
-
-def _drive(chains: Sequence[MovingChain]) -> Any:
-    """Return what drives the chains as a piece."""
-    drives = [chain.chain.excitation.drive for chain in chains]
-    loads = np.array([chain.dead_load for chain in chains])
-    if not loads.any() and all(drive.kind == FREE and drive.spring == 0.0 for drive in drives):
-        return Free()
-    histories = [np.array(drive.history, dtype=float) for drive in drives]
-    for drive, history, chain in zip(drives, histories, chains, strict=True):
-        if drive.kind == MOVED:
-            history[1] += chain.rest[0]
-    return Driven(
-        np.array([drive.kind for drive in drives]),
-        np.cumsum([0, *(history.shape[1] for history in histories)]),
-        np.concatenate(histories, axis=1),
-        loads,
-        np.array([float(drive.spring) for drive in drives]),
-        np.array([float(chain.rest[0] + drive.left) for chain, drive in zip(chains, drives, strict=True)]),
-    )
-
-
-def _vibrations(chains: Sequence[MovingChain], bodies: int) -> Vibrating | None:
-    """Return the vibrations of all bodies; None where all are rigid. Modes that a body does not have rest."""
-    own = [chain.vibrating for chain in chains]
-    known = [vibrations for vibrations in own if vibrations is not None]
-    if not known:
-        return None
-    if len(chains) == 1:
-        return known[0]
-    widest = max(vibrations.struck.shape[1] for vibrations in known)
-
-    def stacked(name: str) -> Vector:
-        given = [getattr(vibrations, name) for vibrations in known]
-        if not any(array.size for array in given):
-            return np.zeros((bodies, 0))
-        rows = []
-        for chain, vibrations in zip(chains, own, strict=True):
-            part = np.zeros((chain.mass.size, widest))
-            if vibrations is not None and (array := getattr(vibrations, name)).size:
-                part[:, : array.shape[1]] = array
-            rows.append(part)
-        return np.concatenate(rows)
-
-    cross = [np.zeros(chain.mass.size) if one is None else one.cross for chain, one in zip(chains, own, strict=True)]
-    stiffness, struck, far, rate, arm, relaxation = map(
-        stacked, ("stiffness", "struck", "far", "rate", "arm", "relaxation")
-    )
-    return Vibrating(stiffness, struck, far, np.concatenate(cross), rate, arm, relaxation)

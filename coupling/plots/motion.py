@@ -14,7 +14,6 @@ from coupling.results.schema import END_NAMES, OF_RUNS
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.deformable_chain import DeformableChain
-from particles.deformable.vibration import vibration
 from particles.kernels import drives
 from structures.checks import count_of, instance, listed, short, whole
 from structures.field import Grid, von_mises
@@ -290,8 +289,6 @@ class _Run:
 
     def __init__(self, dataset: object, chain: DeformableChain, structure: object, behind: object) -> None:
         self.chain = chain
-        if chain.vibrations is not vibration:
-            raise ValueError("body: has vibrations of its own, whose shapes are not known; leave vibrations out")
         reading = Reading(dataset, "the Dataset of a run of a DeformableChain")
         run = reading.data
         reading.check_holds(BEAD_VARIABLES, "a DeformableChain")

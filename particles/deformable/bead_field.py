@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from skfem import ElementQuad2
 
-from particles.bead import Bead
 from particles.deformable.vibration import Section, hung, lowest_modes, mode_spacing, vibration
 from particles.laws.axisymmetric_mesh import INTEGRATION_ORDER, WIDEST_CONTACT, body_of, cells, graded
 from structures.bodies.elastic_field import ElasticSampler
@@ -41,13 +40,12 @@ class BeadField:
     grid: points, p × 3, m, from the bead's centre, and cells. Raises ValueError for contacts as wide as half the bead.
     """
 
-    def __init__(self, bead: Bead, modes: int, widest: float) -> None:
+    def __init__(self, bead: Any, modes: int, widest: float) -> None:
         body: Any = body_of(bead, 1.0, "bead")
         if widest > WIDEST_CONTACT * body.radius:
             raise ValueError(
                 f"widest = {widest!r}: must be at most {WIDEST_CONTACT * body.radius:.3g} m, half the bead"
             )
-        self.vibration = vibration(bead, modes)
         # Even cells at the contact, beyond it growing up to those of the modes; no contact is a point.
         coarsest = mode_spacing(body, modes)
         finest = min(max(widest, 1e-4 * body.radius) / CELLS, coarsest)
@@ -61,16 +59,20 @@ class BeadField:
         surface = surface[np.argsort(along[surface])]
         surface = surface[: surface.size - 1 + surface.size % 2]
         self.radii, self.pressed = along[surface], section.along[surface]
+
+        # Both halves, and in each the modes that belong to it.
         opposite, together = section.half(opposite=True), section.half(opposite=False)
         self.halves, self.solves = (opposite, together), (factorise(opposite.stiffness), hung(together))
+        self.vibration = vibration(bead, modes)
         symmetric = np.signbit(self.vibration.far)
         count = int(np.count_nonzero(symmetric))
         alike = lowest_modes(opposite, count, body)[1], lowest_modes(together, modes - count + 1, body)[1][:, 1:]
         self.modes = ((symmetric, alike[0]), (~symmetric, alike[1]))
+
+        # The struck half, and its mirror image, whose cells are turned so that none is inside out.
         unmoved, parts = np.arange(2 * along.size), np.zeros(mesh.nelements, int)
         self.sampler = ElasticSampler(mesh, ElementQuad2, INTEGRATION_ORDER, unmoved, [body.material], parts)
         self.middle = along == along.max()
-        # The struck half, and its mirror image, whose cells are turned so that none is inside out.
         grid, far = self.sampler.grid, np.flatnonzero(~self.middle)
         image = np.arange(len(grid.points))
         image[far] = len(grid.points) + np.arange(far.size)
@@ -112,7 +114,7 @@ class BeadField:
         With r = a sin φ it is smooth up to its edge: 3 sin φ cos² φ dφ of the force lies between φ and φ + dφ.
         """
         corners = self.radii[::2]
-        edges = np.arcsin(np.minimum(corners / max(push.radius, 1e-12), 1.0))  # no contact is a point
+        edges = np.arcsin(np.minimum(corners / max(push.radius, 1e-12), 1.0))
         half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
         places, weights = np.polynomial.legendre.leggauss(10)
         angle = middle + half * places

@@ -5,16 +5,14 @@ lowest free vibrations; beyond those it deforms at once. Of that the part at the
 contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
 """
 
-from collections.abc import Callable
 from functools import cached_property, lru_cache
 from math import ceil, inf, log2, pi
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 
-from particles import contacts
-from particles.bead import Bead
 from particles.chain import Chain
+from particles.contacts import grouped
 from particles.deformable.vibration import Vibration, vibration
 from particles.kernels.vibrations import Vibrating
 from particles.laws.axisymmetric import computed_law
@@ -23,7 +21,7 @@ from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
-from structures.checks import function, short
+from structures.checks import short
 from structures.damping import Modal, Viscous
 from structures.described import described
 from structures.quantities import Asks, Count
@@ -32,8 +30,6 @@ from structures.surface import Surface
 
 MOST_MODES = 20
 """More take time and change little: eight and sixteen modes give the same wave to 0.01 % (docs/deformable.md)."""
-
-DAMPING = "hl.damping.Modal, Rayleigh or StandardLinearSolid, a function of a bead that returns one, or None"
 
 STEPS_PER_VIBRATION = 30
 """Steps in the shortest period of a bead's modes."""
@@ -45,12 +41,10 @@ LEAST_LEFT = 0.2
 """Part of a contact's flexibility that the modes must leave to it: else small errors of both are large ones of what is
 left."""
 
-T = TypeVar("T")
-
 
 @described
 class DeformableChain(Chain):
-    """A chain whose beads deform and vibrate, as in the thesis's finite elements.
+    """A chain whose beads deform and vibrate, as in the thesis's finite elements (section 3.2).
 
     It replaces a Chain anywhere; results also hold the force through each bead's central section, and the amplitudes
     and energies of its vibration. Gravity, springs, dead loads and force histories act on beads as a whole; losses
@@ -68,37 +62,25 @@ class DeformableChain(Chain):
     modes : int
         The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 to 20. With 1 the beads are rigid
         outside their contacts.
-    vibrations : callable
-        Function of a bead and the number of its elastic modes that returns a Vibration; by default by finite elements.
-    damping : Viscous or callable or None
-        The loss inside the beads and the striker: `hl.damping.Modal`, `hl.damping.Rayleigh` or
-        `hl.damping.StandardLinearSolid`, or a function of a bead that returns one of them or None.
-
-    References
-    ----------
-    MacNeal, Comput. Struct. 1 (1971) 581; Khatri's thesis, section 3.2.
+    damping : Viscous or None
+        The loss inside the beads and the striker: `hl.damping.Modal`, `Rayleigh` or `StandardLinearSolid`.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> hl.DeformableChain([bead] * 10, bead, impact_speed=0.44, modes=4)
     DeformableChain(10 Sphere, struck by Sphere at 0.44 m/s, modes=4)
     """
 
     modes: Annotated[int, Count(1, MOST_MODES), Asks("the motions of a bead that deforms, such as 8")] = 8
-    vibrations: Callable[[Bead, int], Vibration] = vibration
-    damping: Annotated[Viscous | Callable[[Bead], Viscous | None], Asks("a loss inside beads that deform")] | None = (
-        None
-    )
+    damping: Annotated[Viscous, Asks("a loss inside beads that deform")] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.law, YieldingLaw):
             raise ValueError(f"law = {self.law!r}: needs rigid beads; give a Chain, not a DeformableChain")
-        function("vibrations", self.vibrations, 2, "a function of a bead and a number of modes")
-        if self.damping is not None and not isinstance(self.damping, Viscous):
-            function("damping", self.damping, 1, DAMPING)
+        if not isinstance(self.damping, Viscous | None):
+            raise ValueError(f"damping = {short(self.damping)}: must be hl.damping.Modal(ratio), Rayleigh or the like")
         if isinstance(self.damping, Modal):
             self.damping.of_modes(np.ones(1))  # it refuses what damps structures only
         if self.damping is not None and self.modes == 1:
@@ -112,43 +94,53 @@ class DeformableChain(Chain):
 class MovingDeformableChain(MovingChain):
     """A DeformableChain as a participant, see MovingChain.
 
-    Its state's positions and velocities are those of the centres of mass, and behind them the amplitudes (m √kg) and
-    rates of the modes, body by body. laws count the approach of mid-planes, local_laws what is left of it without the
-    modes.
+    Behind the positions and velocities of the centres of mass are the amplitudes (m √kg) and rates of the modes, body
+    by body. laws count the approach of mid-planes, local_laws what is left of it without the modes.
     """
 
     chain: DeformableChain
 
-    def _of_bodies(self, of: Callable[[Any], T]) -> tuple[T | None, ...]:
-        """Return of(body) of body 0 and of the beads, found once for equal ones; None where there is no body."""
-        bodies = (self.chain.body, *self.chain.beads)
-        found = {body: None if body is None else of(body) for body in dict.fromkeys(bodies)}
-        return tuple(found[body] for body in bodies)
-
     @cached_property
     def shapes(self) -> tuple[Vibration | None, ...]:
         """The vibrations of body 0 and of the beads; None where there is no body."""
-        return self._of_bodies(lambda body: self.chain.vibrations(body, self.chain.modes - 1))
+        bodies: tuple[Any, ...] = (self.chain.body, *self.chain.beads)
+        return tuple(None if body is None else vibration(body, self.chain.modes - 1) for body in bodies)
 
     @cached_property
     def vibrations(self) -> Vibrating:
         """The vibrations of the bodies as a piece of the compiled loops."""
         damping, bodies, elastic = self.chain.damping, len(self.shapes), self.chain.modes - 1
-        stiffness, struck, far, rate, arm, relaxation = (np.zeros((bodies, elastic)) for _ in range(6))
+        stiffness, struck, far, rate, arm, relaxation = np.zeros((6, bodies, elastic))
         cross = np.zeros(bodies)
-        losses = self._of_bodies(lambda body: damping(body) if callable(damping) else damping)
-        for i, (shape, loss) in enumerate(zip(self.shapes, losses, strict=True)):
-            if not isinstance(loss, Viscous | None):
-                raise ValueError(f"damping: gives {short(loss)} for a bead; must be {DAMPING}")
+        for i, shape in enumerate(self.shapes):
             if shape is not None and elastic:
-                stiffness[i], struck[i], far[i] = shape.frequencies**2, shape.struck, shape.far
-                cross[i] = shape.cross
-                if loss is not None:
-                    stiffness[i], rate[i], arm[i], relaxation[i] = loss.of_modes(shape.frequencies)
+                stiffness[i], struck[i], far[i], cross[i] = shape.frequencies**2, shape.struck, shape.far, shape.cross
+                if damping is not None:
+                    stiffness[i], rate[i], arm[i], relaxation[i] = damping.of_modes(shape.frequencies)
+        none = np.zeros((bodies, 0))
         if not arm.any():
-            none = np.zeros((bodies, 0))
             arm, relaxation, rate = none, none, rate if rate.any() else none
         return Vibrating(stiffness, struck, far, cross, rate, arm, relaxation)
+
+    @property
+    def vibrating(self) -> Vibrating | None:
+        return None if self.chain.modes == 1 else self.vibrations
+
+    def law_between(self, bead: Any, facing: Any) -> ContactLaw:
+        """Return the law by finite elements; by formulas for structures that are curved in one direction only."""
+        analytic = contact_law(bead, facing)
+        if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
+            return analytic
+        deepest, speed = self._deepest(analytic), self.chain.impact_speed
+        try:
+            # To the next power of √2, so that the runs of a sweep share their laws.
+            return _law_of_bodies(bead, facing, max_approach=2.0 ** (ceil(2.0 * log2(deepest)) / 2.0))
+        except ValueError as error:
+            culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
+            raise ValueError(
+                f"{culprit}: a contact that holds all {self.energy:.3g} J is pressed by {deepest:.3g} m, for which "
+                "finite elements give no law; take less, or give a law"
+            ) from error
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
@@ -162,56 +154,71 @@ class MovingDeformableChain(MovingChain):
             for law, flexibility in zip(self.laws, in_modes, strict=True)
         )
 
-    @property
-    def vibrating(self) -> Vibrating | None:
-        """The vibrations of the bodies as a piece; None where they are rigid."""
-        return None if self.chain.modes == 1 else self.vibrations
+    def _deepest(self, law: ContactLaw) -> float:
+        """Return the approach, m, at which one contact would hold all energy, on top of the greatest static force."""
+        beads = sum(bead.mass for bead in self.chain.beads)
+        static = self.chain.preload + abs(self.chain.gravity_along) * beads
+        return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
 
     @cached_property
-    def damping_time(self) -> float:
-        """The shortest time, s, in which a loss would stop a contact or a vibration."""
+    def rest(self) -> Vector:
+        force, vibrations = self.static_force, self.vibrations
+        behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
+        rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
+        amplitude = (vibrations.struck * behind - vibrations.far * ahead) / rates
+        approach = np.zeros_like(force)
+        for law, which in grouped(self.local_laws).items():
+            approach[which] = law.approach(force[which])
+        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * force[[0, -1]]
+        approach[1:] -= vibrations.cross[1:] * force[:-1]
+        approach[:-1] -= vibrations.cross[1:] * force[1:]
+        shortened = approach - (vibrations.far * amplitude).sum(axis=1)
+        shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
+        arms = amplitude.ravel() if vibrations.arm.size else np.empty(0)
+        return np.concatenate([np.cumsum(shortened[::-1])[::-1], amplitude.ravel(), arms])
+
+    @cached_property
+    def _damping_times(self) -> tuple[float, float]:
+        """The times in which losses stop a contact, whose poles are lighter than their bodies, and a vibration."""
+        vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
+        behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
+        in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
+        fastest = max(float(vibrations.rate.max(initial=0.0)), float(vibrations.relaxation.max(initial=0.0)))
+        return in_contacts, 1.0 / fastest if fastest > 0.0 else inf
+
+    @property
+    def damping_time(self) -> float:  # type: ignore[override]
         return min(self._damping_times)
 
     @property
     def strongest_loss(self) -> tuple[str, bool]:
         in_contacts, in_bodies = self._damping_times
-        if in_contacts <= in_bodies:
-            return super().strongest_loss
-        return f"damping = {short(self.chain.damping)}", False
+        return super().strongest_loss if in_contacts <= in_bodies else (f"damping = {short(self.chain.damping)}", False)
 
     @cached_property
-    def _damping_times(self) -> tuple[float, float]:
-        """The times of contacts, whose poles are lighter than their bodies, and of vibrations."""
-        vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
-        behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
-        in_contacts = self._damping_of_contacts() * float((inverse / (inverse + behind + ahead)).min())
-        fastest = max(float(vibrations.rate.max(initial=0.0)), float(vibrations.relaxation.max(initial=0.0)))
-        return in_contacts, 1.0 / fastest if fastest > 0.0 else inf
-
-    @cached_property
-    def longest_step(self) -> float:
-        """The step by default, s."""
-        return min(super().longest_step, self._shortest_period / (STEPS_PER_VIBRATION * max(self.fineness, 1.0)))
-
-    @cached_property
-    def _shortest_period(self) -> float:
+    def shortest_period(self) -> float:
+        """That of the beads' modes, s."""
         stiffness, arm = self.vibrations.stiffness, self.vibrations.arm
         fastest = float((stiffness + arm if arm.size else stiffness).max(initial=0.0)) ** 0.5
         return 2.0 * pi / fastest if fastest > 0.0 else inf
 
+    @property
+    def stable_step(self) -> float:
+        return min(super().stable_step, 0.9 * self.shortest_period / pi)
+
+    @cached_property
+    def longest_step(self) -> float:
+        return min(super().longest_step, self.shortest_period / (STEPS_PER_VIBRATION * max(self.fineness, 1.0)))
+
     def amplitudes(self, coordinates: Vector) -> Vector:
-        """Return the amplitudes of the modes, or their rates, from positions or velocities, saved times × bodies ×
-        modes."""
-        bodies, (_, elastic) = self.mass.size, self.vibrations.struck.shape
-        return coordinates[:, bodies : bodies * (1 + elastic)].reshape(len(coordinates), bodies, elastic)
+        """Return amplitudes of modes from positions, or rates from velocities, saved times × bodies × modes."""
+        bodies, modes = self.vibrations.struck.shape
+        return coordinates[:, bodies : bodies * (1 + modes)].reshape(len(coordinates), bodies, modes)
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
-        """Return where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see
-        `ChainState`."""
-        bodies = self.mass.size
-        amplitude = self.amplitudes(position)
+        place, amplitude = position[:, : self.mass.size], self.amplitudes(position)
         struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
-        return position[:, :bodies] + struck, position[:, :bodies] + far
+        return place + struck, place + far
 
     def section_force(self, contact_force: Vector, position: Vector, velocity: Vector) -> Vector:
         """Return the compressive force through the central section of each body, saved times × bodies, N.
@@ -220,12 +227,12 @@ class MovingDeformableChain(MovingChain):
         half.
         """
         vibrations = self.vibrations
-        amplitude = self.amplitudes(position)
         # Where nothing touches the first bead, a force history stands for its contact, which pushes all of the bead.
         pushed = np.where([law is not None for law in self.laws[:-1]], contact_force[:, :-1], 0.0)
         behind = np.column_stack([np.zeros(len(contact_force)), pushed])[:, :, None]
         ahead = contact_force[:, :, None]
-        acceleration = vibrations.struck * behind - vibrations.far * ahead - vibrations.stiffness * amplitude
+        elastic = vibrations.stiffness * self.amplitudes(position)
+        acceleration = vibrations.struck * behind - vibrations.far * ahead - elastic
         if vibrations.rate.size:
             acceleration -= vibrations.rate * self.amplitudes(velocity)
         if vibrations.arm.size:
@@ -246,53 +253,6 @@ class MovingDeformableChain(MovingChain):
         """Return the stretch q − z of the arms' springs, saved times × bodies × modes."""
         amplitude = self.amplitudes(position)
         return amplitude - position[:, -amplitude[0].size :].reshape(amplitude.shape)
-
-    def _found_law(self, bead: Any, facing: Any) -> ContactLaw:
-        """Return the law by finite elements; by formulas for surfaces of structures that are curved in one direction
-        only."""
-        analytic = contact_law(bead, facing)
-        if isinstance(facing, Surface) and facing.second_curvature != facing.curvature:
-            return analytic
-        deepest, speed = self._deepest(analytic), self.chain.impact_speed
-        try:
-            # To the next power of √2, so that the runs of a sweep share their laws.
-            return _law_of_bodies(bead, facing, max_approach=2.0 ** (ceil(2.0 * log2(deepest)) / 2.0))
-        except ValueError as error:
-            culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
-            raise ValueError(
-                f"{culprit}: a contact that holds all {self.energy:.3g} J is pressed by {deepest:.3g} m, for which "
-                "finite elements give no law; take less, or give a law"
-            ) from error
-
-    def _deepest(self, law: ContactLaw) -> float:
-        """Return the approach, m, at which one contact would hold all energy, on top of the greatest static force."""
-        beads = sum(bead.mass for bead in self.chain.beads)
-        static = self.chain.preload + abs(self.chain.gravity_along) * beads
-        return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
-
-    @cached_property
-    def rest(self) -> Vector:
-        """The positions and amplitudes in static equilibrium."""
-        force, vibrations = self.static_force, self.vibrations
-        behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
-        rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
-        amplitude = (vibrations.struck * behind - vibrations.far * ahead) / rates
-        approach = np.zeros_like(force)
-        for law, which in contacts.grouped(self.local_laws).items():
-            approach[which] = law.approach(force[which])
-        approach[[0, -1]] += np.array([self.behind_flexibility, self.flexibility]) * force[[0, -1]]
-        approach[1:] -= vibrations.cross[1:] * force[:-1]
-        approach[:-1] -= vibrations.cross[1:] * force[1:]
-        shortened = approach - (vibrations.far * amplitude).sum(axis=1)
-        shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
-        arms = amplitude.ravel() if vibrations.arm.size else np.empty(0)
-        return np.concatenate([np.cumsum(shortened[::-1])[::-1], amplitude.ravel(), arms])
-
-    def _check_step(self) -> None:
-        super()._check_step()
-        largest = self._shortest_period / pi
-        if self.dt is not None and self.dt > 0.9 * largest:
-            raise ValueError(f"dt = {self.dt!r}: too large for the beads' modes; must be below {0.9 * largest:.3g} s")
 
 
 def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:

@@ -12,17 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, pi, sqrt
-from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from particles.bead import Bead, check_bead
 from particles.laws.axisymmetric_mesh import Spheroid, body_of, cells, motions
 from structures.bodies.elasticity import body_matrices, shear_speed
-from structures.checks import positive, whole
 from structures.linear_algebra.factor import factorise
 from structures.material import Material
 from structures.structure import Vector
@@ -41,42 +38,32 @@ class Vibration:
 
     The amplitude q of a mode, in √kg·m, obeys q″ + ω² q = struck F + far F′ under forces F and F′ along the chain on
     the two poles. The poles move by the sums of struck q and far q, and by the rigid motion.
-
-    frequencies: m, ω in rad/s, without the rigid motion.
-    struck: m, 1/√kg: motion of the struck pole along the chain per unit amplitude, never negative.
-    far: m, 1/√kg: that of the other pole; −struck where the mode is symmetric about the mid-plane, +struck else.
-    compression: m/N, by what these modes, at rest, let each pole move inwards under unit forces on both poles,
-    Σ 2 struck²/ω² of the symmetric ones.
-    cross: m/N, by what a unit force along the chain at one pole moves the other along the chain, at rest relative to
-    the centre of mass, beyond these modes. In shells it falls as one over their number; in solid beads, where waves
-    along the surface meet again at the other pole, it goes on to change sign, at some 2 % of `compression`.
-    section: m, √kg: momentum along the chain of the half on the struck side per unit rate of the amplitude, 0 for the
-    modes that are not symmetric. Under contacts that push with F and F′, both positive, the compressive force through
-    the mid-plane is (F + F′)/2 − Σ section q″.
     """
 
     frequencies: Vector
+    """ω, rad/s, without the rigid motion."""
     struck: Vector
+    """Motion of the struck pole along the chain per unit amplitude, 1/√kg, never negative."""
     far: Vector
+    """That of the other pole; −struck where the mode is symmetric about the mid-plane, +struck else."""
     compression: float
+    """Σ 2 struck²/ω² of the symmetric modes, m/N: what they let each pole move inwards under unit forces on both."""
     cross: float
+    """By what a unit force at one pole moves the other at rest relative to the centre of mass, beyond these modes, m/N.
+    In shells it falls as one over their number; in solid beads, where waves along the surface meet again at the other
+    pole, it goes on to change sign, at some 2 % of `compression`."""
     section: Vector
-
-
-def vibration(bead: Bead, modes: int, spacing: float | None = None) -> Vibration:
-    """Return the lowest elastic modes of a free bead about its axis, mass-normalised; `modes` of them, or none for 0.
-
-    bead: Sphere, HollowSphere or Ellipsoid(axis="along"). Quadratic elements, consistent mass, scaled to the bead's.
-    spacing, m: size of the elements; by default a sixteenth of the radius, less in hollow spheres and where more than
-    ten modes are asked for. It leaves the frequencies 1e-4 or less too high, and b 1e-4 off.
-    Raises ValueError for other beads, and where the mesh has fewer modes or too many elements.
-    """
-    body: Any = check_bead("bead", bead)
-    return _vibration(body, whole("modes", modes, 0), None if spacing is None else positive("spacing", spacing, "m"))
+    """Momentum along the chain of the struck half per unit rate of the amplitude, √kg, 0 for modes not symmetric. Under
+    contacts that push with F and F′, the force through the mid-plane is (F + F′)/2 − Σ section q″."""
 
 
 @lru_cache(maxsize=64)
-def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
+def vibration(bead: Any, modes: int, spacing: float | None = None) -> Vibration:
+    """Return the lowest elastic modes of a free bead about its axis, mass-normalised; none for 0.
+
+    bead: Sphere, HollowSphere or Ellipsoid(axis="along"). Quadratic elements of a size `spacing`, m, consistent mass,
+    scaled to the bead's. The default size leaves the frequencies 1e-4 or less too high, and b 1e-4 off.
+    """
     body: Any = body_of(bead, 1.0, "bead")
     longest = max(body.radius, body.half) / (spacing or mode_spacing(body, modes)) * (1.0 - 1e-9)
     rows, columns = max(ceil(longest * (1.0 - body.hollow)), FEWEST), max(ceil(0.5 * pi * longest), FEWEST)
@@ -90,16 +77,19 @@ def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
     opposite, together = section.half(opposite=True), section.half(opposite=False)
     if modes > together.weight.size // 2:
         raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
+
+    # ω², motion of the pole, momentum, and whether the other pole moves oppositely, of each mode.
     found = []
     for half, rigid, sign in ((opposite, 0, -1.0), (together, 1, 1.0)):
         squares, shapes = lowest_modes(half, modes + rigid, body)
         of_half = np.column_stack([squares, shapes[half.pole], half.weight @ shapes, np.full_like(squares, sign)])
         found += [*of_half[rigid:]]
-    square, struck, momentum, same = np.array(sorted(found, key=itemgetter(0))[:modes]).reshape(-1, 4).T
+    square, struck, momentum, same = np.array(sorted(found, key=lambda mode: mode[0])[:modes]).reshape(-1, 4).T
+
+    # Compliances: in the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
     push = np.zeros(opposite.along.size)
     push[opposite.pole] = 1.0
     squeezed = factorise(opposite.stiffness)(push)[opposite.pole]
-    # In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
     held, weight = np.delete(np.arange(together.along.size), together.pole), together.weight
     sag = factorise(together.stiffness[held][:, held])(weight[held])
     drifted = weight[held] @ sag / weight.sum() ** 2
@@ -123,18 +113,18 @@ def mode_spacing(body: Spheroid, modes: int) -> float:
 
 
 class Half(NamedTuple):
-    """The part of half a bead that the supports leave free: mass, kg, and stiffness, N/m, n × n.
-
-    along: n, 1 for motions along the chain, else 0; weight: n, kg: momentum along the chain by unit rates; pole: which
-    of the n is the pole's motion along the chain; spread: what gives all degrees of freedom of the half from these.
-    """
+    """The part of half a bead that the supports leave free: mass, kg, and stiffness, N/m, n × n."""
 
     mass: sparse.csr_array
     stiffness: sparse.csr_array
     along: Vector
+    """1 for motions along the chain, else 0."""
     weight: Vector
+    """Momentum along the chain by unit rates, kg."""
     pole: int
+    """Which of the n is the pole's motion along the chain."""
     spread: sparse.csr_array
+    """What gives all degrees of freedom of the half from these."""
 
 
 class Section:

@@ -18,9 +18,9 @@ def drives(drive: Any) -> bool:
 
 
 @by_type
-def moves(drive: Any, c: int) -> bool:
-    """Return whether body 0 of chain c moves by a history."""
-    return False
+def kind_of(drive: Any, c: int) -> int:
+    """Return what body 0 of chain c is."""
+    return FREE
 
 
 @by_type
@@ -33,12 +33,6 @@ def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
 def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
     """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
     return 0.0, 0.0, 0.0
-
-
-@by_type
-def pushes(drive: Any, c: int) -> bool:
-    """Return whether a history of forces pushes bead 1."""
-    return False
 
 
 @by_type
@@ -71,8 +65,8 @@ class Driven(NamedTuple):
         return True
 
     @staticmethod
-    def moves(drive: Any, c: int) -> bool:
-        return bool(drive.kind[c] == MOVED)
+    def kind_of(drive: Any, c: int) -> int:
+        return int(drive.kind[c])
 
     @staticmethod
     def place_and_speed(drive: Any, c: int, t: float) -> tuple[float, float]:
@@ -82,10 +76,6 @@ class Driven(NamedTuple):
     def outer_forces(drive: Any, c: int, place: float, t: float) -> tuple[float, float, float]:
         push = place_and_speed(drive, c, t)[0] if drive.kind[c] == PUSHED else 0.0
         return drive.spring[c] * max(drive.spring_end[c] - place, 0.0), push + drive.preload[c], push
-
-    @staticmethod
-    def pushes(drive: Any, c: int) -> bool:
-        return bool(drive.kind[c] == PUSHED)
 
     @staticmethod
     def energy_of_loads(drive: Any, c: int, striker: float, bead: float) -> float:

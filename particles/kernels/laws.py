@@ -62,14 +62,8 @@ def force_of_step(law: Any, i: int, overlap: float) -> float:
 
 
 @by_type
-def copy_limits(law: Any, limits: Vector, first: int, last: int) -> None:
-    """Copy the overlaps beyond which the contacts from first to last yield further."""
-    return None
-
-
-@by_type
-def lost_to_yielding(law: Any, limits: Vector, first: int, last: int) -> float:
-    """Return the energy that these contacts lost by yielding since these were their limits, J."""
+def lost_to_yielding(law: Any, before: Any, first: int, last: int) -> float:
+    """Return the energy that the contacts from first to last lost by yielding since the law was as before, J."""
     return 0.0
 
 
@@ -253,12 +247,8 @@ class Mixed(NamedTuple):
         return force_of_step(law.own, i, overlap) if law.is_own[i] else force_of_step(law.others, i, overlap)
 
     @staticmethod
-    def copy_limits(law: Any, limits: Vector, first: int, last: int) -> None:
-        copy_limits(law.own, limits, first, last)
-
-    @staticmethod
-    def lost_to_yielding(law: Any, limits: Vector, first: int, last: int) -> float:
-        return lost_to_yielding(law.own, limits, first, last)
+    def lost_to_yielding(law: Any, before: Any, first: int, last: int) -> float:
+        return lost_to_yielding(law.own, before.own, first, last)
 
 
 class Yielding(NamedTuple):
@@ -324,16 +314,11 @@ class Yielding(NamedTuple):
         return float(hertz(law.hard[i], overlap - law.dent[i]))
 
     @staticmethod
-    def copy_limits(law: Any, limits: Vector, first: int, last: int) -> None:
-        for i in range(first, last + 1):
-            limits[i] = law.limit[i]
-
-    @staticmethod
-    def lost_to_yielding(law: Any, limits: Vector, first: int, last: int) -> float:
+    def lost_to_yielding(law: Any, before: Any, first: int, last: int) -> float:
         lost = 0.0
         for i in range(first, last + 1):
-            if law.limit[i] > limits[i]:
-                lost += max(plastic_work(law, i, law.limit[i]) - plastic_work(law, i, limits[i]), 0.0)
+            if law.limit[i] > before.limit[i]:
+                lost += max(plastic_work(law, i, law.limit[i]) - plastic_work(law, i, before.limit[i]), 0.0)
         return lost
 
     @staticmethod

@@ -65,21 +65,6 @@ def force_and_loss(law: Any, loss: Any, i: int, overlap: float, rate: float, fle
     return total, (total - elastic) * rate
 
 
-@inner(forceinline=True)
-def power_of_rate(rate: float, exponent: float) -> float:
-    """Return sign(δ̇) |δ̇|^α."""
-    if exponent == 1.0:
-        return rate
-    size = abs(rate) ** exponent
-    return size if rate > 0.0 else -size
-
-
-@by_type
-def force_of(loss: Any, law: Any, i: int, overlap: float, rate: float, flexibility: float) -> float:
-    """Return the force of a contact with its loss, N, as `force_and_loss`."""
-    return force_and_loss(law, loss, i, overlap, rate, flexibility)[0]
-
-
 @by_type
 def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
     """Return the force of contact i at an approach that it really has, N, and the power that its loss takes, W."""
@@ -114,10 +99,6 @@ class NoLoss(NamedTuple):
         return False
 
     @staticmethod
-    def force_of(loss: Any, law: Any, i: int, overlap: float, rate: float, flexibility: float) -> float:
-        return force(law, i, overlap)
-
-    @staticmethod
     def press(loss: Any, law: Any, i: int, approach: float, rate: float, flexibility: float) -> tuple[float, float]:
         return force_of_step(law, i, overlap_at(law, i, approach, flexibility)), 0.0
 
@@ -132,22 +113,23 @@ class NoLoss(NamedTuple):
 
 
 DASHPOT, TANGENT, SECANT = range(3)
-"""With what the loss of a contact grows: with nothing, with the slope of the elastic force, or with a mean of two
-slopes."""
+"""With what the loss of a contact grows: with nothing, with F′, or with √[(F′ + F/δ)/2]."""
 
 
 class Losses(NamedTuple):
-    """A force c g δ̇^α of each contact, and a drag on each body. One piece has all forms of g: each combination of
-    pieces compiles for seconds."""
+    """A force c g δ̇^α of each contact, and forces on each body. One piece has all forms: each combination of pieces
+    compiles for seconds. Numbers are zero where nothing is, or where the motion of a body is prescribed."""
 
     coefficient: Vector
-    """c of each contact; zero where nothing is."""
+    """c of each contact."""
     exponent: Vector
-    """α of each contact."""
+    """α of each contact and body."""
     form: Vector
-    """DASHPOT: g is 1; TANGENT: F′; SECANT: √[(F′ + F/δ)/2]."""
-    rate: Vector
-    """Of the drag on each body, 1/s; zero for a body with a prescribed motion."""
+    """g: DASHPOT, TANGENT or SECANT."""
+    drag_rate: Vector
+    """Of the drag on each body, 1/s."""
+    on_body: Vector
+    """Of a force by the difference of the approach rates at a body's contacts, equation 4.1 of Khatri's thesis."""
 
     @staticmethod
     def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
@@ -160,41 +142,17 @@ class Losses(NamedTuple):
 
     @staticmethod
     def drag(loss: Any, i: int) -> float:
-        return float(loss.rate[i])
-
-
-class BodyLoss(NamedTuple):
-    """Equation 4.1 of Khatri's thesis: a force on each body by the difference of the approach rates at its contacts."""
-
-    coefficient: Vector
-    """Of each body; zero for one with a prescribed motion."""
-    exponent: Vector
+        return float(loss.drag_rate[i])
 
     @staticmethod
     def force_on_body(loss: Any, i: int, behind: float, ahead: float) -> float:
-        return float(loss.coefficient[i] * power_of_rate(behind - ahead, loss.exponent[i]))
+        return float(loss.on_body[i] * power_of_rate(behind - ahead, loss.exponent[i]))
 
 
-class MixedLoss(NamedTuple):
-    """A piece for the contacts and bodies of some chains, and one for the others."""
-
-    own: Any
-    others: Any
-    is_own: Vector
-    """Whether a contact, and the body behind it, is of the first piece."""
-
-    @staticmethod
-    def with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-        if loss.is_own[i]:
-            return with_loss(loss.own, i, elastic, slope, overlap, rate)
-        return with_loss(loss.others, i, elastic, slope, overlap, rate)
-
-    @staticmethod
-    def drag(loss: Any, i: int) -> float:
-        return drag(loss.own, i) if loss.is_own[i] else drag(loss.others, i)
-
-    @staticmethod
-    def force_on_body(loss: Any, i: int, behind: float, ahead: float) -> float:
-        if loss.is_own[i]:
-            return force_on_body(loss.own, i, behind, ahead)
-        return force_on_body(loss.others, i, behind, ahead)
+@inner(forceinline=True)
+def power_of_rate(rate: float, exponent: float) -> float:
+    """Return sign(δ̇) |δ̇|^α."""
+    if exponent == 1.0:
+        return rate
+    size = abs(rate) ** exponent
+    return size if rate > 0.0 else -size

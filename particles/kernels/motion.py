@@ -4,24 +4,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from particles.kernels.drives import (
-    drives,
-    energy_of_loads,
-    mean_rate,
-    moves,
-    outer_forces,
-    place_and_speed,
-    pushes,
-)
-from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, with_memory
+from particles.kernels import drives as kinds
+from particles.kernels.drives import drives, energy_of_loads, kind_of, mean_rate, outer_forces, place_and_speed
+from particles.kernels.laws import force_of_step, lost_to_yielding, with_memory
 from particles.kernels.losses import drag, force_on_body, loses, move_body, overlap_at, press
-from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
+from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between
 from structures.kernels.arrays import NOT_NEGATIVE
 from structures.kernels.compiling import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
-WORK_ROWS = 9
+WORK_ROWS = 8
 """Rows of work space, each as long as the coordinates."""
 
 
@@ -113,28 +106,27 @@ class Verlet(NamedTuple):
         """Move the bodies on in one pass a step, which the compiler turns into vector instructions without losses."""
         law, loss, drive = with_memory(chains.law, y), chains.loss, chains.drive
         striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
-        past, limits, kept_y, kept_v, ahead = work[0], work[1], work[2], work[3], work[4]
-        lost, past_ahead, flown = work[5], work[6], work[7]
+        past, kept_y, kept_v, ahead, lost, past_ahead, flown = (
+            work[0], work[1], work[2], work[3], work[4], work[5], work[6],
+        )  # fmt: skip
         first = reached if again else striker
         if first > striker:
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 y[i], v[i] = kept_y[i], kept_v[i]
-        else:
-            copy_limits(law, limits, striker, last)
-            if reached > striker:
-                for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
-                    kept_y[i], kept_v[i] = y[i], v[i]
+        elif reached > striker:
+            for i in range(reached & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
+                kept_y[i], kept_v[i] = y[i], v[i]
         if loses(loss):
             for i in range(first & NOT_NEGATIVE, (last + 1) & NOT_NEGATIVE):
                 ahead[i], lost[i] = v[i], 0.0
-            if moves(drive, c):
+            if kind_of(drive, c) == kinds.MOVED:
                 ahead[striker] = place_and_speed(drive, c, t)[1]
         # Bodies up to `rear` − 1 touch nothing and fly on until something touches them.
         if first == striker:
             flown[striker] = striker if drives(drive) else flying(loss, chains, c, y, v, window)
         rear = max(first, int(flown[striker]))
         # The last body that a wave has reached; a surface that comes back presses the last body before.
-        front, source = last, striker if moves(drive, c) else striker + 1
+        front, source = last, striker if kind_of(drive, c) == kinds.MOVED else striker + 1
         quiet = chains.ends[c].quiet and not (start < 0.0 or end < 0.0)
         while quiet and front > striker and v[front] == 0.0 and y[front] == 0.0:
             front -= 1
@@ -167,7 +159,7 @@ class Verlet(NamedTuple):
                 if loses(loss):
                     lost[striker] += kick * power
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
-                if moves(drive, c):
+                if kind_of(drive, c) == kinds.MOVED:
                     v[striker], push = mean_rate(drive, c, now, drift), contact
                     y[striker] += drift * v[striker]
                     ahead[striker] = place_and_speed(drive, c, now + drift)[1]
@@ -188,7 +180,7 @@ class Verlet(NamedTuple):
             if drives(drive):
                 # It works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
                 driven += 0.5 * push * (before + drift * v[source])
-        taken = lost_to_yielding(law, limits, striker, last)
+        taken = 0.0
         if loses(loss):
             for i in range(striker, last + 1):
                 taken += lost[i]
@@ -250,8 +242,7 @@ class DampedVerlet(NamedTuple):
     ) -> tuple[float, float, float, float]:  # fmt: skip
         drive, law = chains.drive, with_memory(chains.law, y)
         striker, last, dt, rate = chains.ends[c].striker, chains.ends[c].last, window / steps, (end - start) / window
-        forces, a, half, limits = work[0], work[3], work[4], work[5]
-        copy_limits(law, limits, striker, last)
+        forces, a, half = work[0], work[3], work[4]
         outer, push = (0.0, 0.0), 0.0
         impulse, impulse_behind, lost, driven = 0.0, 0.0, 0.0, 0.0
         for i in range(striker, last + 1):
@@ -266,7 +257,7 @@ class DampedVerlet(NamedTuple):
                     v[i] = half[i] + 0.5 * dt * a[i]
                     y[i] += dt * half[i]
             if drives(drive):
-                if moves(drive, c):
+                if kind_of(drive, c) == kinds.MOVED:
                     y[striker], v[striker] = place_and_speed(drive, c, now)
                     half[striker] = v[striker]
                 on_striker, on_bead, push = outer_forces(drive, c, y[striker], now)
@@ -284,9 +275,8 @@ class DampedVerlet(NamedTuple):
             if step > 0:
                 # By ways, not by speeds, which may jump at the ends of a history.
                 driven += 0.5 * (push_before + push) * (y[striker + 1] - bead)
-                if moves(drive, c):
+                if kind_of(drive, c) == kinds.MOVED:
                     driven += 0.5 * (before + forces[striker]) * (y[striker] - place)
-        lost += lost_to_yielding(law, limits, striker, last)
         return impulse / window, impulse_behind / window if chains.inverse_mass[striker] == 0.0 else 0.0, lost, driven
 
 
@@ -300,13 +290,17 @@ def contact_forces(
     surface, rate: displacements of the surfaces, m, and their velocities. A force history stands for contact 1 where
     there is none.
     """
-    forces_of_some(chains.vibrations, chains, y, v, surface, rate, contacts, forces, work)
-    if drives(chains.drive):
-        for c in range(chains.ends.size):
-            striker = chains.ends[c].striker
-            for j in range(contacts.size):
-                if contacts[j] == striker and pushes(chains.drive, c) and not chains.ends[c].touched:
-                    forces[j] = outer_forces(chains.drive, c, y[striker], t)[2]
+    law, every = with_memory(chains.law, y), work[0]
+    for c in range(chains.ends.size):
+        striker, last = chains.ends[c].striker, chains.ends[c].last
+        for i in range(striker, last + 1):
+            every[i] = 0.0
+        k = chains.wall[last]
+        forces_between(chains.vibrations, chains, law, c, y, v, surface[k], rate[k], every, work[1:])
+        if kind_of(chains.drive, c) == kinds.PUSHED and not chains.ends[c].touched:
+            every[striker] = outer_forces(chains.drive, c, y[striker], t)[2]
+    for j in range(contacts.size):
+        forces[j] = every[contacts[j]]
 
 
 @inner(forceinline=True, fastmath={"contract", "reassoc"})
@@ -349,7 +343,8 @@ def advance(
             chains.stepper, chains, c, y, v, work, t, window, pace[c].steps, contact[wall].start, contact[wall].surface,
             pace[c].reached, again,
         )  # fmt: skip
-        contact[wall].answer, moved[c].lost = ahead, lost
+        yielded = lost_to_yielding(with_memory(chains.law, y), with_memory(chains.law, y0), striker, last)
+        contact[wall].answer, moved[c].lost = ahead, lost + yielded
         if whole:
             moved[c].driven = driven
         if behind >= 0:

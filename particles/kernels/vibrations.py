@@ -3,8 +3,8 @@
 from functools import partial
 from typing import Any, NamedTuple
 
-from particles.kernels.laws import energy, force, overlap_on_spring, slope, with_memory
-from particles.kernels.losses import drag, force_and_loss, force_of, overlap_at, with_loss
+from particles.kernels.laws import energy, force, overlap_on_spring, slope
+from particles.kernels.losses import drag, force_and_loss, overlap_at, with_loss
 from structures.kernels.arrays import NOT_NEGATIVE
 from structures.kernels.compiling import inner
 from structures.kernels.pieces import by_type
@@ -26,22 +26,6 @@ def forces_between(
     Vibrating bodies begin to settle with what is in `forces`. work: two rows.
     """
     raise NotImplementedError
-
-
-@by_type
-def forces_of_some(
-    vibrations: Any, chains: Any, y: Vector, v: Vector, surface: Vector, rate: Vector, contacts: Vector, forces: Vector,
-    work: Vector,
-) -> None:  # fmt: skip
-    """Put the forces of the contacts with these numbers into `forces`, N."""
-    law, every = with_memory(chains.law, y), work[0]
-    for c in range(chains.ends.size):
-        for i in range(chains.ends[c].striker, chains.ends[c].last + 1):
-            every[i] = 0.0
-        k = chains.wall[chains.ends[c].last]
-        forces_between(vibrations, chains, law, c, y, v, surface[k], rate[k], every, work[1:])
-    for j in range(contacts.size):
-        forces[j] = every[contacts[j]]
 
 
 @partial(by_type, small=False)
@@ -77,19 +61,6 @@ class Rigid(NamedTuple):
         return power
 
     @staticmethod
-    def forces_of_some(
-        vibrations: Any, chains: Any, y: Vector, v: Vector, surface: Vector, rate: Vector, contacts: Vector,
-        forces: Vector, work: Vector,
-    ) -> None:  # fmt: skip
-        law = with_memory(chains.law, y)
-        for j in range(contacts.size):
-            i = contacts[j]
-            k, spring = chains.wall[i], chains.spring[i]
-            ahead, speed = (y[i + 1], v[i + 1]) if k < 0 else (surface[k], rate[k])
-            overlap = overlap_at(law, i, y[i] - ahead, spring)
-            forces[j] = force_of(chains.loss, law, i, overlap, v[i] - speed, spring)
-
-    @staticmethod
     def energies_between(
         vibrations: Any, chains: Any, law: Any, c: int, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
     ) -> tuple[float, float]:
@@ -123,7 +94,7 @@ class Vibrating(NamedTuple):
     cross: Vector
     """B numbers, m/N: what a force at one pole moves the other at once."""
     rate: Vector
-    """c of the loss c q′, 1/s. No rows where no mode of the chain has a loss; so for the next two without arms."""
+    """c of the loss c q′, 1/s. No columns where no mode of the chain has a loss; so for the next two without arms."""
     arm: Vector
     """g ω² of an arm's force g ω² (q − z), 1/s²."""
     relaxation: Vector

@@ -1,7 +1,7 @@
 """Contact laws by finite elements: bodies of revolution that touch at their poles, hollow ones too.
 
 Each body is half a bead, down to its mid-plane, condensed to its surface (`surface_compliance`); both are pressed
-together without friction by a primal-dual active set. Linear elasticity, so strains must stay small.
+together without friction. Linear elasticity, so strains must stay small.
 """
 
 from dataclasses import replace
@@ -9,16 +9,15 @@ from math import log2, nan, sqrt
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
-from particles.bead import Bead, HollowSphere, check_bead, check_body
-from particles.laws.axisymmetric_mesh import WIDEST_CONTACT, Spheroid, body_of, half_plane, surface_compliance
-from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
+from particles.bead import Bead, HollowSphere, check_bead, surface_of
+from particles.laws.axisymmetric_mesh import WIDEST_CONTACT, Spheroid, body_of, surface_compliance
+from particles.laws.formulas import SMALL_CONTACT, check_bodies, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
 from structures.caution import caution, collected
 from structures.checks import within
 from structures.described import checked_call, described
-from structures.quantities import Component, ContactForce, Length, OneOf, Place, Quantity
+from structures.quantities import Component, ContactForce, Length, Place, Quantity
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 from structures.units import readable
@@ -48,15 +47,15 @@ class ComputedLaw(TabulatedLaw):
     """A law by finite elements, computed from the approach `smallest` to `largest`, m; beyond it a run warns.
 
     Below `smallest` it continues as that of its theory in series with a spring, through the first computed point.
-    error: largest relative error of the force, estimated from coarser meshes; order: the observed one of convergence,
-    nan where the meshes are too coarse to show it. formula: force at the last point by `contact_law` of the two bodies,
-    N, 0 where they are not known; a chain in which the law has other bodies warns.
     """
 
     smallest: Place = 0.0
     error: Annotated[float, Quantity(or_zero=True)] = 0.0
+    """Largest relative error of the force, estimated from coarser meshes."""
     order: Component = nan
+    """Observed order of convergence; nan where the meshes are too coarse to show it."""
     formula: ContactForce = 0.0
+    """Force at the last point by `contact_law`, N, by which a chain notices other bodies; 0 where not known."""
 
 
 def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:
@@ -71,15 +70,13 @@ def computed_law(
     second: Bead | Surface | None = None,
     max_force: Annotated[float, Quantity("N", "a force", "2 N")] | None = None,
     max_approach: Length | None = None,
-    midplane: Annotated[str, OneOf("roller", "clamped")] = "roller",
     spacing: Length | None = None,
 ) -> ComputedLaw:
     """Return the law of two bodies of revolution that touch at their poles, by axisymmetric finite elements.
 
-    Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
-    active set. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
-    converges smoothly, by the square of the spacing; between them the tangent scatters.
-    Ranges in which strains are not small, and meshes too coarse for 1 %, get a caution.
+    Quadratic elements on the true arc, no friction, small strains, mid-planes that slide sideways (thesis, 3.2, 5.3).
+    Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force converges by
+    the square of the spacing. Wide contacts, and meshes too coarse for 1 %, get a caution.
 
     Parameters
     ----------
@@ -87,12 +84,8 @@ def computed_law(
         One body: a Sphere, a HollowSphere or an Ellipsoid along the chain.
     second : Bead or Surface, optional
         The other one, or a surface; by default like the first.
-    max_force : float, optional
-        Force up to which the law is computed, N. Give this or max_approach.
-    max_approach : float, optional
-        Approach up to which the law is computed, m.
-    midplane : str
-        "roller", whose mid-planes slide sideways as in the thesis, or "clamped".
+    max_force, max_approach : float, optional
+        Force, N, or approach, m, up to which the law is computed. Give one of them.
     spacing : float, optional
         The size of the finite elements at the contact, m; by default a thirtieth of its radius.
 
@@ -101,22 +94,17 @@ def computed_law(
     ComputedLaw
         It holds its error, and the observed order of convergence.
 
-    References
-    ----------
-    Khatri's thesis, sections 3.2 and 5.3; Hintermüller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865.
-
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> hl.laws.computed_law(bead, max_force=50.0, spacing=20e-6).name
     'finite elements'
     """
-    check_bead("first", first, "a body")
-    second = first if second is None else check_body("second", second)
+    second = check_bead("first", first, "a body") if second is None else second
+    check_bodies(first, second)
     if (max_force is None) == (max_approach is None):
         raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
-    contact = _Contact(first, second, midplane)
+    contact = _Contact(first, second)
     # Narrower contacts a mesh cannot distinguish from a point.
     smallest, radius = 1e-12 / contact.sharpest, 1.0 / contact.sharpest
     if max_approach is not None:
@@ -137,14 +125,13 @@ def computed_law(
 class _Contact:
     """Two bodies that touch at their poles, and what their radii and walls allow."""
 
-    def __init__(self, first: Bead, second: Bead | Surface, midplane: str) -> None:
-        self.bodies, self.midplane = (first, second), midplane
+    def __init__(self, first: Bead, second: Bead | Surface) -> None:
+        self.bodies = (first, second)
         for name, bead in zip(("first", "second"), self.bodies, strict=True):
             body_of(bead, 1.0, name)
-        surface, facing = first.surface, second if isinstance(second, Surface) else second.surface
-        self.curvature = relative_curvatures(surface, facing)[1]
-        self.sharpest = max(sharpest_curvatures(surface, facing))
-        self.hertz, self.theory = PowerLaw(hertz_stiffness(surface, facing)), contact_law(first, second)
+        surfaces = surface_of(first), surface_of(second)
+        self.curvature, self.sharpest = relative_curvatures(*surfaces)[1], max(sharpest_curvatures(*surfaces))
+        self.hertz, self.theory = PowerLaw(hertz_stiffness(*surfaces)), contact_law(first, second)
         self.shells = [bead for bead in self.bodies if isinstance(bead, HollowSphere)]
 
     def widest(self, approach: float) -> float:
@@ -167,13 +154,13 @@ class _Contact:
                 f"{radius / ELEMENTS:.3g} m is a good one"
             )
         (approaches, forces), error, order = fine, *self._error(fine, approach, size)
-        doubts = dict[str, None]()
+        doubts = []
         if radius * self.sharpest > SMALL_CONTACT:
-            doubts[f"a contact of {readable(radius, 'm')} radius is too wide for small strains"] = None
+            doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")
         if any(approach > 0.1 * (shell.radius - shell.inner_radius) for shell in self.shells):
-            doubts[f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles"] = None
+            doubts.append(f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles")
         if error > LARGE_ERROR:
-            doubts[f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %"] = None
+            doubts.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
         words = "; ".join(doubts)
         if words:
             caution(f"contact law: {words}")
@@ -209,29 +196,27 @@ class _Contact:
         size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
         """
         compliance, gap, _ = self._mesh(approach, size, coarser)
-        edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
-        rising = edges[edges >= np.maximum.accumulate(edges)]
-        approaches = rising[: max(int(np.searchsorted(rising, approach)) + 1, 2)]
-        return approaches, forces_of_steps(compliance, gap, approaches)
+        points = np.array([pressed_to(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
+        rising = points[points[:, 0] >= np.maximum.accumulate(points[:, 0])]
+        kept = rising[: max(int(np.searchsorted(rising[:, 0], approach)) + 1, 2)]
+        return kept[:, 0], kept[:, 1]
 
     def _mesh(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
         """Return the compliance of both bodies together, m × m, m/N, the gap between them, m, and the mesh's reach, m:
         as far as they touch at an approach."""
         reach = 1.15 * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
-            known, compliance, gap = dict[Bead | Surface, Vector](), np.zeros(1), np.zeros(1)
+            known, compliance, gap = dict[Bead | Surface, Points](), np.zeros(1), np.zeros(1)
             for name, bead in zip(("first", "second"), self.bodies, strict=True):
                 body = body_of(bead, reach, name)
                 if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
                     raise ValueError(
                         f"{name}: radius = {body.radius:.3g} m is too small for a contact of {reach:.3g} m"
                     )
-                plane = half_plane(body, reach, size, coarser)
-                gap = gap + body.drop(plane.along[plane.surface])
                 if bead not in known:
-                    known[bead] = surface_compliance(body, plane, self.midplane)
-                compliance = compliance + known[bead]
-            if edge_approach(compliance, gap, gap.size - 1) >= approach:
+                    known[bead] = surface_compliance(body, reach, size, coarser)
+                gap, compliance = gap + body.drop(known[bead][0]), compliance + known[bead][1]
+            if pressed_to(compliance, gap, gap.size - 1)[0] >= approach:
                 return compliance, gap, reach
             reach *= 1.4
         raise ValueError(
@@ -239,45 +224,11 @@ class _Contact:
         )
 
 
-class ContactNotConverged(RuntimeError):
-    """The nodes in contact were not found."""
-
-
-def contact_forces(
-    compliance: Vector, gap: Vector, approach: float, touching: NDArray[np.bool_]
-) -> tuple[Vector, NDArray[np.bool_]]:
-    """Return the forces of the m nodes, N, at an approach, m, and which of them touch: a primal-dual active set.
-
-    compliance: of both bodies together, m × m, m/N; gap: between the undeformed surfaces, m numbers, m; touching: which
-    nodes to begin with, best those of an approach nearby. No node pulls, none overlaps. Ten changes are many.
-    """
-    for _ in range(100):
-        forces = np.zeros(gap.size)
-        overlap = approach - gap
-        forces[touching] = np.linalg.solve(compliance[np.ix_(touching, touching)], overlap[touching])
-        free_overlap = overlap - compliance @ forces
-        # A node on the contact's edge, whose force and gap are both zero but for rounding, may be of either kind.
-        pushed, overlapped = -1e-10 * np.abs(forces).max(), 1e-10 * abs(approach)
-        changed = np.where(touching, forces >= pushed, free_overlap > overlapped)
-        if np.array_equal(changed, touching):
-            return forces, touching
-        touching = changed
-    raise ContactNotConverged(f"approach = {approach:.4g} m: the nodes in contact were not found; try another spacing")
-
-
-def forces_of_steps(compliance: Vector, gap: Vector, approaches: Vector) -> Vector:
-    """Return the force at each of ascending approaches, N, m; each active set begins with the last."""
-    touching, total = gap < 0.5 * approaches[0], []
-    touching[0] = True
-    for approach in approaches:
-        forces, touching = contact_forces(compliance, gap, float(approach), touching)
-        total.append(forces.sum())
-    return np.array(total)
-
-
-def edge_approach(compliance: Vector, gap: Vector, last: int) -> float:
-    """Return the approach, m, at which the edge of a round contact is the node `last`: its force is then just zero."""
+def pressed_to(compliance: Vector, gap: Vector, last: int) -> tuple[float, float]:
+    """Return approach, m, and force, N, at which the edge of a round contact is the node `last`, whose own force is
+    then just zero."""
     inside = slice(0, last + 1)
     right = np.stack([gap[inside], np.ones(last + 1)], axis=1)
-    by_gap, by_approach = np.linalg.solve(compliance[inside, inside], right)[last]
-    return float(by_gap / by_approach)
+    by_gap, by_approach = np.linalg.solve(compliance[inside, inside], right).T
+    approach = by_gap[last] / by_approach[last]
+    return float(approach), float((approach * by_approach - by_gap).sum())

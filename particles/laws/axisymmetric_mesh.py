@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 from particles.bead import Bead, Ellipsoid, HollowSphere, Sphere
@@ -133,31 +132,20 @@ def graded(length: float, first: float, coarser: float = 1.0, largest: float = i
     return nodes
 
 
-@dataclass(frozen=True)
-class HalfPlane:
-    """A mesh in (r, z), and of its nodes `along` and `depth` as in `Body.place`, m.
-
-    reach, m: how far from the pole the body may touch.
-    """
-
-    mesh: Any
-    along: Vector
-    depth: Vector
-    reach: float
-
-    @property
-    def surface(self) -> Whole:
-        """Numbers of the nodes that may touch, from the pole on."""
-        touching = np.flatnonzero((self.depth == 0.0) & (self.along <= self.reach * (1.0 + 1e-9)))
-        nodes: Whole = touching[np.argsort(self.along[touching])]
-        return nodes
+def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
+    """Return the shape functions of motions on quadratic cells, and the numbers of those across and along the axis."""
+    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
+    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    return basis, across, along
 
 
-def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> HalfPlane:
-    """Return a body's mesh: nodes at equal steps of r up to `reach`, m, from there and downwards growing by GROWTH.
+def surface_compliance(body: Body, reach: float, spacing: float, coarser: float = 1.0) -> tuple[Vector, Vector]:
+    """Return where the m nodes that may touch are, m from the axis, and what a unit force on the ring of each moves all
+    along the axis, m × m, m/N.
 
-    spacing, m: size of the cells that may touch. coarser: a factor on the size of all cells. The nodes up to `reach`
-    are those of every body, whatever its size, so that those of two bodies face each other; all lie on the arc.
+    Nodes lie at equal steps of r up to `reach`, m, and are those of every body, so that those of two bodies face each
+    other; beyond and downwards cells grow by GROWTH. spacing: size of the cells that may touch, m; coarser: a factor on
+    all sizes. The mid-plane slides sideways; the far sides of a half-space are held.
     """
     width, height = body.extents
     if reach > MOST_TOUCHING * spacing * coarser:
@@ -166,41 +154,20 @@ def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -
             f"must be {reach / MOST_TOUCHING:.3g} m or more"
         )
     even = np.linspace(0.0, reach, ceil(reach / spacing / coarser * (1.0 - 1e-9)) + 1)
-    across = np.append(even[:-1], reach + graded(width - reach, spacing, coarser))
-    return HalfPlane(*cells(across, graded(height, spacing, coarser), body.place), reach)
+    outwards = np.append(even[:-1], reach + graded(width - reach, spacing, coarser))
+    mesh, place, depth = cells(outwards, graded(height, spacing, coarser), body.place)
+    touching = np.flatnonzero((depth == 0.0) & (place <= reach * (1.0 + 1e-9)))
+    touching = touching[np.argsort(place[touching])]
 
-
-def motions(mesh: Any) -> tuple[Any, Whole, Whole]:
-    """Return the shape functions of motions on quadratic cells, and the numbers of those across and along the axis."""
-    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
-    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
-    return basis, across, along
-
-
-def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sparse.csr_array, Whole]:
-    """Return the stiffness of what the supports leave free, n × n, N/m; and where in it the axial motions of
-    `plane.surface` are.
-
-    midplane: "roller", free to slide sideways, or "clamped". The far sides of a half-space are held. All nodes at the
-    centre of a solid bead share one place, which neither axis nor mid-plane lets move: held, they may share it.
-    """
-    basis, across, axial = motions(plane.mesh)
-    axis, end, bottom = plane.along == 0.0, plane.along == plane.along.max(), plane.depth == plane.depth.max()
+    # All nodes at the centre of a solid bead share one place, which neither axis nor mid-plane lets move.
+    basis, across, axial = motions(mesh)
+    end, bottom = place == place.max(), depth == depth.max()
     if isinstance(body, Block):
         end = bottom = end | bottom
-    held = [across[axis], axial[end]]
-    held += [across[end]] if isinstance(body, Block) or midplane == "clamped" else []
+    held = [across[place == 0.0], axial[end]]
+    held += [across[end]] if isinstance(body, Block) else []
     held += [across[bottom], axial[bottom]] if isinstance(body, Block) or body.hollow == 0.0 else []
     free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
-    stiffness = part_stiffnesses(basis, [body.material], np.zeros(basis.mesh.nelements, dtype=np.int64))[0]
-    return stiffness[free][:, free], np.searchsorted(free, axial[plane.surface])
-
-
-def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
-    """Return displacements along the axis of the m nodes that may touch, by unit forces there, m × m, m/N; symmetric.
-
-    A node's force is that on its whole ring. midplane: see `supported_stiffness`.
-    """
-    compliance = compliance_at(*supported_stiffness(body, plane, midplane))
-    symmetric: Vector = 0.5 * (compliance + compliance.T)
-    return symmetric
+    stiffness = part_stiffnesses(basis, [body.material], np.zeros(mesh.nelements, dtype=np.int64))[0]
+    compliance = compliance_at(stiffness[free][:, free], np.searchsorted(free, axial[touching]))
+    return place[touching], 0.5 * (compliance + compliance.T)

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.special import lambertw
 
-from particles.bead import SHAPES, Bead, Cylinder, check_bead, check_body
+from particles.bead import SHAPES, Bead, Cylinder, check_bead, surface_of
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from structures.caution import caution
-from structures.checks import one_of
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
@@ -29,14 +28,13 @@ SAMPLES, NARROWEST, WIDEST = 600, 2.0**-50, 2.0**-5
 m: from less than an atom to more than any bead bears."""
 
 
-def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") -> ContactLaw:
+def contact_law(first: Bead, second: Bead | Surface) -> ContactLaw:
     """Return the law between two bodies by formulas; its `name` states which one was picked.
 
-    Spheres, ellipsoids, crossed cylinders and a user's bodies, any two of them: Hertz. Parallel cylinders: Johnson's
-    line contact over the shorter length. Hollow spheres: Hertz in series with the compliance of Reissner's shell.
-    A cylinder on a flat surface touches it along its whole length, and the law carries a caution. So do contacts more
-    elongated than those of cylinders that cross at 10°, where half-space theory ends. The force of such cylinders
-    never exceeds that of parallel ones over the shorter length.
+    Spheres, ellipsoids, crossed cylinders and a user's bodies: Hertz. Hollow spheres: Hertz in series with the
+    compliance of Reissner's shell. Parallel cylinders, or one on a flat surface: Johnson's line contact over the
+    shorter length, whose force those that cross below 10° never exceed. Where half-space theory ends, the law carries a
+    caution (Johnson, Contact Mechanics (1985), 4.2 and 5.6; Khatri's thesis, equations 5.1 to 5.8).
 
     Parameters
     ----------
@@ -44,49 +42,40 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
         One body.
     second : Bead or Surface
         The other body, or the surface of a structure.
-    axis_ratio : str
-        Axis ratio b/a of an elliptic contact: "exact", or "approximate" as in the thesis, see `hertz_stiffness`.
 
     Returns
     -------
     ContactLaw
         A PowerLaw or a TabulatedLaw.
 
-    Raises
-    ------
-    ValueError
-        For bodies whose surfaces conform, and for a line contact of bodies that are no cylinders.
-
-    References
-    ----------
-    Johnson, Contact Mechanics (1985), sections 4.2 and 5.6; Khatri's thesis, equations 5.1 to 5.8; Reissner,
-    J. Math. Phys. 25 (1946) 279.
-
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> law = hl.contact_law(bead, hl.Surface(hl.PTFE))
+    >>> law = hl.contact_law(hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Surface(hl.PTFE))
     >>> law.name, round(float(law.force(10e-6)), 2)  # N
     ('Hertz, round contact', 5.6)
     """
-    check_bead("first", first, "a body")
-    check_body("second", second)
-    one_of("axis_ratio", axis_ratio, ("exact", "approximate"))
+    check_bodies(first, second)
     # A user's body may change, or be no key of a dictionary; those defined here are frozen.
     known = isinstance(first, SHAPES) and isinstance(second, (*SHAPES, Surface))
-    law: ContactLaw = (_known_law if known else _law)(first, second, axis_ratio)  # type: ignore[arg-type]
+    law: ContactLaw = (_known_law if known else _law)(first, second)  # type: ignore[arg-type]
     if law.caution:
         caution(f"contact law: {law.caution}")
     return law
 
 
-def _law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
-    surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
+def check_bodies(first: Any, second: Any) -> None:
+    """Raise a ValueError where two bodies are no Bead, and no Bead or Surface."""
+    check_bead("first", first, "a body")
+    if not isinstance(second, Surface):
+        check_bead("second", second, "a body or a Surface")
+
+
+def _law(first: Bead, second: Bead | Surface) -> ContactLaw:
+    surface, facing = surface_of(first), surface_of(second)
     flat, sharp = relative_curvatures(surface, facing)
     if flat <= 1e-12 * sharp:
         return _line_contact(first, second)
-    stiffness = hertz_stiffness(surface, facing, axis_ratio)
+    stiffness = hertz_stiffness(surface, facing)
     # Along a relative curvature c a contact is √(δ/c) wide to either side: as round ones are, and long ones to √2.
     directions = zip((flat, sharp), sharpest_curvatures(surface, facing), strict=True)
     largest = SMALL_CONTACT**2 / max(sharpest * (sharpest / relative) for relative, sharpest in directions)
@@ -99,7 +88,7 @@ def _law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
         return TabulatedLaw(*points, name, largest=float(approaches[-1]))  # type: ignore[arg-type]
     if sharp < NEARLY_ROUND_CONTACT * flat:
         return PowerLaw(stiffness, 1.5, largest, "Hertz, round contact")
-    name = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}"
+    name = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}"
     if sharp / flat <= MOST_ELONGATED:
         return PowerLaw(stiffness, 1.5, largest, name)
     doubt = f"{name}, is as long as between cylinders that cross below 10°, where half-space theory ends"
@@ -140,11 +129,8 @@ def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
     F* = −(δ/C)/W₋₁(−(δ/C) e^{−B}) with the Lambert function's branch −1; see docs/theory.md, which corrects the
     thesis's equation 5.8.
     """
-    scaled = np.asarray(approach, float) / compliance
-    if np.any(scaled > np.exp(offset - 1.0)):
-        raise ValueError(f"approach = {approach!r}: must be at most {compliance * np.exp(offset - 1.0):.4g} m")
-    argument = np.maximum(scaled * np.exp(-offset), 1e-300)
-    return np.where(scaled > 0.0, -scaled / lambertw(-argument, -1).real, 0.0)
+    scaled = approach / compliance
+    return -scaled / lambertw(-scaled * np.exp(-offset), -1).real  # type: ignore[no-any-return]
 
 
 def _line_contact(first: Any, second: Any) -> TabulatedLaw:
@@ -153,7 +139,7 @@ def _line_contact(first: Any, second: Any) -> TabulatedLaw:
     if not cylinders or not all(isinstance(body, Cylinder | Surface) for body in (first, second)):
         raise ValueError(f"second = {second!r}: touches the first along a line; give the chain a law= of this contact")
     length = min(body.length for body in cylinders)
-    surfaces = [body if isinstance(body, Surface) else body.surface for body in (first, second)]
+    surfaces = surface_of(first), surface_of(second)
     curvatures = [max(surface.curvature, float(surface.second_curvature or 0.0), key=abs) for surface in surfaces]
     relative = sum(curvatures)
     shares = []

@@ -9,13 +9,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import inf, pi
+from math import exp, inf, pi
 from typing import NamedTuple
 
 import numpy as np
 
-from particles.bead import Bead
-from particles.kernels.laws import table_energies
+from particles.bead import Bead, contact_modulus, surface_of
 from particles.laws.formulas import NEARLY_ROUND_CONTACT, contact_law
 from particles.laws.law import ContactLaw, PowerLaw, inverse, kernel_table
 from structures.caution import collected
@@ -34,17 +33,18 @@ ONSET = 1.9
 
 
 class RoundContact(NamedTuple):
-    """The properties of two bodies that a yielding law takes.
-
-    radius: relative radius of curvature, m; modulus: contact modulus E*, 1/E* = Σ(1 − ν²)/E, Pa; material: the one that
-    yields first, with its strength, Pa, and the pressure at which it begins, Pa.
-    """
+    """The properties of two bodies that a yielding law takes."""
 
     radius: float
+    """Relative radius of curvature, m."""
     modulus: float
+    """Contact modulus E*, Pa."""
     material: Material
+    """The one that yields first."""
     strength: float
+    """Its strength, Pa."""
     pressure: float
+    """The pressure at which it begins to yield, Pa."""
 
 
 @described
@@ -60,24 +60,8 @@ class YieldingLaw(ABC):
 
     Examples
     --------
-    A contact whose force stays a straight line, and whose dent is all of the overlap beyond yield:
-
-    >>> import hertzlink as hl
-    >>> from dataclasses import dataclass
-    >>> @dataclass(frozen=True)
-    ... class Straight(hl.laws.YieldingLaw):
-    ...     def overlap(self, bodies):
-    ...         return 9.87 / 4.0 * (bodies.pressure / bodies.modulus) ** 2 * bodies.radius
-    ...
-    ...     def loading(self, bodies, x):
-    ...         return 1.5 * x
-    ...
-    ...     def dent(self, bodies, x):
-    ...         return 0.5 * x**2 / (1.0 + x)
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, law=Straight())
-    >>> round(1e6 * chain.law.contact(bead, bead).overlap, 2)  # µm
-    4.55
+    >>> isinstance(hl.laws.Thornton(yield_strength=1e9), hl.laws.YieldingLaw)
+    True
     """
 
     yield_strength: Strength | None = None
@@ -103,7 +87,7 @@ class YieldingLaw(ABC):
         touch in a circle, and for hollow ones.
         """
         law = contact_law(first, second) if elastic is None else elastic
-        surface, facing = (body if isinstance(body, Surface) else body.surface for body in (first, second))
+        surface, facing = surface_of(first), surface_of(second)
         material = min((surface.material, facing.material), key=yield_pressure)
         strength = self.yield_strength or material.yield_strength
         if strength is None:
@@ -114,13 +98,12 @@ class YieldingLaw(ABC):
                 f"law = {short(self)}: needs solid bodies that touch in a circle; between {short(first)} and "
                 f"{short(second)} the law is {law.name}"
             )
-        modulus = 1.0 / (1.0 / surface.material.contact_modulus + 1.0 / facing.material.contact_modulus)
-        return _yielding(self, (flat * sharp) ** -0.5, modulus, material, strength, law)
+        return _yielding(self, (flat * sharp) ** -0.5, contact_modulus(surface, facing), material, strength, law)
 
 
 @described
 class Thornton(YieldingLaw):
-    """A contact whose greatest pressure is that of the first yield; beyond it the force rises on a straight line.
+    """A contact whose greatest pressure is that of the first yield (Thornton, J. Appl. Mech. 64 (1997) 383).
 
     F = F_y + π p_y R (δ − δ_y) from δ_y = R (π p_y/2E*)² on. Unloading is Hertz's with the radius R_p = R F_e/F*, where
     F_e is Hertz's force at the largest overlap and F* the force there. p_y is `theory.yield_pressure`, 1.61 times the
@@ -129,19 +112,13 @@ class Thornton(YieldingLaw):
     Parameters
     ----------
     yield_strength : float, optional
-        Yield strength of every contact, Pa; by default, of each contact, the material's that yields first.
-
-    References
-    ----------
-    Thornton, J. Appl. Mech. 64 (1997) 383.
+        As in `YieldingLaw`.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_316)
-    >>> contact = hl.laws.Thornton().contact(bead, bead)
-    >>> round(contact.yield_force, 2), round(1e6 * contact.overlap, 3)  # N, µm
-    (0.09, 0.057)
+    >>> round(hl.laws.Thornton().contact(bead, bead).yield_force, 2)  # N
+    0.09
     """
 
     def overlap(self, bodies: RoundContact) -> float:
@@ -164,23 +141,18 @@ class JacksonGreen(YieldingLaw):
     With δ_c = R (π C S/2E*)², C = 1.295 e^(0.736 ν), F_c Hertz's force there, y = δ/δ_c and the yield strength S:
     F/F_c = y^1.5 e^(−y^(5/12)/4) + (4 H/C S) y [1 − e^(−y^(5/9)/25)], H/S = 2.84 [1 − e^(−0.82 (a/R)^−0.7)],
     a/R = √(δ_c y/R) (y/1.9)^(B/2), B = 0.14 e^(23 S/E*), where that is less than Hertz's force, beyond y = 1.9; and
-    the dent δ_r/δ* = 1.02 [1 − ((y* + 5.9)/6.9)^−0.54] from y* = 1 on.
+    the dent δ_r/δ* = 1.02 [1 − ((y* + 5.9)/6.9)^−0.54] from y* = 1 on (Jackson and Green, J. Tribol. 127 (2005) 343;
+    Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217).
 
     Parameters
     ----------
     yield_strength : float, optional
-        Yield strength of every contact, Pa; by default, of each contact, the material's that yields first.
-
-    References
-    ----------
-    Jackson and Green, J. Tribol. 127 (2005) 343; the dent: Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217.
+        As in `YieldingLaw`.
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_316)
-    >>> contact = hl.laws.JacksonGreen().contact(bead, bead)
-    >>> round(float(contact.force(5e-6)), 1)  # N
+    >>> round(float(hl.laws.JacksonGreen().contact(bead, bead).force(5e-6)), 1)  # N
     37.5
     """
 
@@ -197,7 +169,7 @@ class JacksonGreen(YieldingLaw):
 
     def _fit(self, bodies: RoundContact, y: Vector) -> Vector:
         """Return F/F_c beyond y = 1.9."""
-        widening = 0.14 * np.exp(23.0 * bodies.strength / bodies.modulus)
+        widening = 0.14 * exp(23.0 * bodies.strength / bodies.modulus)
         radius = np.sqrt(self.overlap(bodies) / bodies.radius * y) * (y / ONSET) ** (0.5 * widening)  # a/R
         hardness = 2.84 * -np.expm1(-0.82 * radius**-0.7)
         elastic = y**HERTZ * np.exp(-0.25 * y ** (5.0 / 12.0))
@@ -212,7 +184,7 @@ class JacksonGreen(YieldingLaw):
 
 def _factor(bodies: RoundContact) -> float:
     """Return C."""
-    return float(1.295 * np.exp(0.736 * bodies.material.poisson_ratio))
+    return 1.295 * exp(0.736 * bodies.material.poisson_ratio)
 
 
 @dataclass(frozen=True)
@@ -234,14 +206,9 @@ class YieldingContact:
         """F_y, N."""
         return float(self.elastic.force(np.array(self.overlap)))
 
-    def force(self, overlap: Vector, largest: Vector = 0.0) -> Vector:  # type: ignore[assignment]
-        """Return the force, N, at overlaps, m, after the largest overlap before, m: on loading where there was none
-        larger."""
-        overlap = np.asarray(overlap, float)
-        most = np.maximum(overlap, np.asarray(largest, float))
-        elastic = np.maximum(overlap - self.dent(most), 0.0)
-        plastic = self._loading(most) * (elastic / np.maximum(most - self.dent(most), 1e-300)) ** HERTZ
-        return np.where(most > self.overlap, plastic, self.elastic.force(elastic))
+    def loading(self, overlap: Vector) -> Vector:
+        """Return the force, N, of a contact that is pressed to overlaps, m, beyond yield, and further than ever."""
+        return self.yield_force * (1.0 + self.law.loading(self.bodies, self._beyond(overlap)))
 
     def dent(self, largest: Vector) -> Vector:
         """Return the overlap δ_r, m, that is left after a largest overlap, m."""
@@ -249,25 +216,29 @@ class YieldingContact:
             return np.zeros_like(largest, float)
         return np.asarray(self.overlap * self.law.dent(self.bodies, self._beyond(largest)))
 
-    def dissipated(self, largest: Vector) -> Vector:
-        """Return the energy, J, that the contact has lost after a largest overlap, m: the work of loading less that
-        returned."""
-        largest = np.asarray(largest, float)
+    def _beyond(self, overlap: Vector) -> Vector:
+        """Return x, zero before yield."""
+        excess: Vector = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
+        return excess
+
+    def force(self, overlap: Vector, largest: Vector = 0.0) -> Vector:  # type: ignore[assignment]
+        """Return the force, N, at overlaps, m, after the largest overlap before, m: on loading where there was none
+        larger."""
+        overlap = np.asarray(overlap, float)
         if self.overlap == inf:
-            return np.zeros_like(largest)
-        depth = np.maximum(largest - self.overlap, 0.0)
-        work = self.elastic.energy(np.array(self.overlap)) + self.yield_force * depth
-        work = work + table_energies(self.tables[0], depth)
-        returned = 0.4 * self._loading(largest) * (largest - self.dent(largest))
-        return np.where(depth > 0.0, work - returned, 0.0)
+            return self.elastic.force(overlap)
+        most = np.maximum(overlap, np.asarray(largest, float))
+        elastic = np.maximum(overlap - self.dent(most), 0.0)
+        plastic = self.loading(most) * (elastic / np.maximum(most - self.dent(most), 1e-300)) ** HERTZ
+        return np.where(most > self.overlap, plastic, self.elastic.force(elastic))
 
     def approach(self, force: Vector) -> Vector:
         """Return the overlap, m, at a force on loading, N."""
         force = np.asarray(force, float)
         elastic = self.elastic.approach(force)
-        if self.overlap == inf or not np.any(force > self.yield_force):
+        if not np.any(force > self.yield_force):
             return elastic
-        return np.where(force > self.yield_force, inverse(self._loading, force), elastic)
+        return np.where(force > self.yield_force, inverse(self.loading, force), elastic)
 
     @cached_property
     def tables(self) -> tuple[Vector, Vector]:
@@ -278,16 +249,6 @@ class YieldingContact:
         loading = _Curve(lambda depth: self.yield_force * self.law.loading(self.bodies, depth / self.overlap))
         dent = _Curve(lambda depth: self.overlap * self.law.dent(self.bodies, depth / self.overlap))
         return kernel_table(loading), kernel_table(dent)
-
-    def _beyond(self, overlap: Vector) -> Vector:
-        """Return x, zero before yield."""
-        excess: Vector = np.maximum(np.asarray(overlap, float) / self.overlap - 1.0, 0.0)
-        return excess
-
-    def _loading(self, overlap: Vector) -> Vector:
-        if self.overlap == inf:
-            return self.elastic.force(overlap)
-        return self.yield_force * (1.0 + self.law.loading(self.bodies, self._beyond(overlap)))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from scipy.integrate import simpson
 import hertzlink as hl
 from coupling.plots.motion import known_motion
 from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
-from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import computed_law
 
 STEEL = hl.STEEL_316
@@ -304,12 +303,6 @@ def test_points_of_a_sweep_have_the_first_ones_input() -> None:
     assert motion.stress.values == pytest.approx(own.stress.values, rel=1e-6, abs=1.0)
     with pytest.raises(ValueError, match=r"body: is struck with .* J, that of the run with .* J; give the one"):
         hl.plots.motion(last, of_speed_and_material(0.3, hl.ALUMINIUM_6061), 8e-6, 1)
-
-
-def test_modes_from_elsewhere_have_no_shapes(run: xr.Dataset) -> None:
-    chain = replace(CHAIN, vibrations=lambda bead, modes: vibration(bead, modes))
-    with pytest.raises(ValueError, match="body: has vibrations of its own"):
-        hl.plots.motion(run, chain, 1e-5)
 
 
 def test_runs_of_another_kind(run: xr.Dataset) -> None:

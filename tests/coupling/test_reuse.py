@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from particles import facts
+from particles.moving import known_facts
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 2.5e-4
@@ -66,7 +66,7 @@ FAMILIES: dict[str, tuple[Callable[[Any], hl.CoSimulation], list[Any]]] = {
 
 @pytest.fixture(autouse=True)
 def _nothing_known() -> None:
-    facts.CHAINS.clear()
+    known_facts.cache_clear()
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_runs_of_a_batch_are_runs_of_their_own(name: str, threads: int) -> None:
     runs = hl.batch(build, UNTIL, save_every=1e-6, sensors=[5], threads=threads, value=drawn)
     assert not any(runs.error.values)
     for i, value in enumerate(drawn):
-        facts.CHAINS.clear()
+        known_facts.cache_clear()
         alone = build(value).run(UNTIL, save_every=1e-6, sensors=[5])
         np.testing.assert_array_equal(runs.contact_force[i], alone.contact_force)
         np.testing.assert_array_equal(runs.velocity[i], alone.velocity)
@@ -124,10 +124,7 @@ def test_parts_that_may_change_share_nothing(part: dict[str, Any]) -> None:
     assert one.shared is not other.shared
 
 
-def test_chains_that_differ_in_speed_alone_share_their_facts_and_few_are_kept() -> None:
+def test_chains_that_differ_in_speed_alone_share_their_facts() -> None:
     one, other = (hl.CoSimulation(chain(impact_speed=v), ROD).chain for v in (0.2, 0.4))
     assert one.model is other.model
     assert one.contact_time > other.contact_time
-    for i in range(facts.MOST_CHAINS + 5):
-        hl.CoSimulation(chain(preload=0.1 * i), ROD)
-    assert len(facts.CHAINS) == facts.MOST_CHAINS

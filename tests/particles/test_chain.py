@@ -1,6 +1,6 @@
 """The chain: an independent code's numbers, conservation, orders, preload, dashpots, mixed beads, bad input."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 
 import hertzlink as hl
 from particles.kernels.laws import Hertz, overlap_on_spring
-from particles.kernels.motion import forces_of_chains
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -45,31 +44,6 @@ def advanced(chain: hl.Chain, dt: float, until: float, start: ChainState | None 
     moving = hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=dt)
     state, _ = moving.advance(start or moving.start(), (0.0, 0.0), until)
     return state.position - moving.rest
-
-
-def test_equal_laws_of_many_objects_are_one_law() -> None:
-    """A function may make a new table for every contact, and a pair and its mirror image have one each."""
-    approaches = np.geomspace(1e-8, 1e-4, 30)
-
-    def table(*_: object) -> hl.laws.TabulatedLaw:
-        return hl.laws.TabulatedLaw(list(approaches), list(3e9 * approaches**1.5))
-
-    runs = [hl.CoSimulation(uniform(law=law), None).run(until=3e-4) for law in (table, table())]
-    assert float(runs[0].contact_force.sel(contact=10).max()) > 10.0
-    assert np.array_equal(runs[0].contact_force, runs[1].contact_force)
-    shell = hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061)
-    by_turns = hl.Chain([BEAD, shell] * 3, BEAD, SPEED, preload=2.0)
-    moving, forces = hl.stepping.MovingChain(by_turns, hl.Surface(hl.STEEL_440C)), np.zeros(7)
-    position, velocity = moving.start()[:2]
-    work = moving.work_space()
-    forces_of_chains(moving.model, position, velocity, 0.0, *np.zeros((2, 1)), np.arange(7), forces, work)
-    assert forces[1:] == pytest.approx(np.full(6, 2.0), rel=1e-9)
-
-
-def test_verlet_has_order_two() -> None:
-    finest = advanced(uniform(), 5e-9, 1e-4)
-    errors = [abs(advanced(uniform(), dt, 1e-4) - finest).max() for dt in (4e-7, 2e-7, 1e-7)]
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
 
 
 def test_verlet_with_dashpots_has_order_two() -> None:
@@ -139,17 +113,6 @@ def test_unlike_spheres_collide_as_hertz_says() -> None:
     assert second - first == pytest.approx(0.4, rel=1e-6)
 
 
-def test_flexibility_is_a_spring_in_series() -> None:
-    """A bead on a soft massless spring behind Hertz's contact: δ = (F/k)^(2/3) + f F at the deepest point."""
-    flexibility = 1e-7
-    moving = hl.stepping.MovingChain(hl.Chain([BEAD], BEAD, 0.3), hl.Surface(hl.STEEL_440C), flexibility)
-    stiffness, force = moving.stiffness[-1], 30.0
-    depth = (force / stiffness) ** (2.0 / 3.0) + flexibility * force
-    state = ChainState(np.array([0.0, depth]), np.zeros(2), 0.0)
-    _, mean = moving.advance(state, (0.0, 0.0), 1e-10)
-    assert mean == pytest.approx(force, rel=1e-6)
-
-
 @pytest.mark.parametrize("flexibility", [2e-7, 1e-6])
 def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -> None:
     """A bead on Hertz's contact with a dashpot, and a massless spring behind both: δ = δ_h + f F, integrated exactly.
@@ -216,38 +179,9 @@ def test_bodies_ahead_of_the_wave_are_left_out_only_where_nothing_moves_them(sur
     assert (state.velocity[-2] == 0.0) == (surface >= 0.0)
 
 
-def test_alike_beads_are_described_in_full() -> None:
-    """Each stands in the input as what it is, in its place."""
-    small, large = hl.Sphere(2e-3, hl.STEEL_316), hl.Sphere(6e-3, hl.PTFE)
-    chain = hl.Chain([small, large, small], small, 0.5, 9.81, hl.LinearDashpot(5.0))
-    first, second = ({"class": "Sphere", **asdict(bead)} for bead in (small, large))
-    loss = {"class": "LinearDashpot", "coefficient": 5.0}
-    given = {"beads": [first, second, first], "striker": first, "dissipation": loss}
-    assert chain.describe() == {**asdict(chain), **given}
-
-
-def test_advance_has_no_hidden_state() -> None:
-    moving = hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C))
-    state, _ = moving.advance(moving.start(), (0.0, 0.0), 5e-6)
-    before = state.position.copy()
-    one, other = moving.advance(state, (0.0, 1e-9), 5e-7), moving.advance(state, (0.0, 1e-9), 5e-7)
-    assert np.array_equal(one[0].position, other[0].position)
-    assert np.array_equal(state.position, before)
-
-
 def test_runs_that_would_not_end_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"dt = 1e-16: takes .* steps in 0\.0001 s; give a longer dt"):
+    with pytest.raises(ValueError, match=r"dt = 1e-16: takes .* steps in 0\.0001 s; must take fewer"):
         hl.CoSimulation(uniform(), hl.half_space(hl.STEEL_440C), dt=1e-16).run(until=1e-4)
     for loss in (hl.LinearDashpot(1e30), hl.MassProportional(1e15)):
-        with pytest.raises(ValueError, match="give a weaker loss"):
+        with pytest.raises(ValueError, match=r"dissipation = .* must take fewer"):
             hl.CoSimulation(uniform(dissipation=loss), hl.half_space(hl.STEEL_440C)).run(until=1e-4)
-
-
-def test_a_bead_that_repeats_is_described_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """To describe each of a thousand equal beads took three times as long as their run."""
-    seen = []
-    monkeypatch.setattr("particles.chain.plain_data", lambda thing: seen.append(thing) or thing)
-    bead, other = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Sphere(4.76e-3, hl.PTFE)
-    beads = hl.Chain([bead] * 30 + [other] * 30, None, 0.4).describe()["beads"]
-    assert [thing for thing in seen if isinstance(thing, hl.Sphere)] == [bead, other]
-    assert beads == [bead] * 30 + [other] * 30

@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 
 import hertzlink as hl
 from particles.deformable.deformable_chain import MovingDeformableChain, moving_chain
-from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import computed_law
-from particles.moving import ChainState
 
 STEEL, BEAD = hl.STEEL_316, hl.Sphere(2.38e-3, hl.STEEL_316)
 SURFACE = hl.Surface(STEEL)
@@ -66,18 +64,6 @@ def test_with_one_mode_it_is_a_chain_with_that_law(law: Any, structure: str, mor
         assert peak[1].values == pytest.approx(peak[0].values, rel=0.03)
 
 
-def test_with_one_mode_and_laws_for_all_contacts_it_is_a_chain_on_a_rod(law: Any) -> None:
-    def laws(one: Any, other: Any) -> Any:
-        return hl.contact_law(one, other) if isinstance(other, hl.Surface) else law
-
-    rod = hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)])
-    more: dict[str, Any] = {"gravity": 9.81, "dissipation": hl.LinearDashpot(1.0), "law": laws}
-    rigid = hl.CoSimulation(hl.Chain([BEAD] * 5, BEAD, 0.5, **more), rod).run(until=2e-4)
-    soft = hl.CoSimulation(hl.DeformableChain([BEAD] * 5, BEAD, 0.5, modes=1, **more), rod).run(until=2e-4)
-    for name in rigid.data_vars:
-        assert np.array_equal(rigid[name], soft[name], equal_nan=True), name
-
-
 beads = st.one_of(
     st.builds(hl.Sphere, st.sampled_from([2e-3, 3e-3, 4.76e-3]), st.sampled_from([STEEL, hl.ALUMINIUM_6061, hl.PTFE])),
     st.sampled_from([hl.HollowSphere(4e-3, 2e-3, STEEL), hl.HollowSphere(5e-3, 4e-3, hl.ALUMINIUM_6061)]),
@@ -96,13 +82,6 @@ def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> N
     assert hl.energy_error(run) < 1e-5
     if modes == 1:
         assert float(abs(run.vibration_energy).max()) == 0.0
-
-
-@pytest.mark.thorough
-def test_energy_and_work_on_a_structure_balance() -> None:
-    run = hl.CoSimulation(deformable(), hl.rod([hl.Layer(hl.PTFE, 20e-3, 5e-3)])).run(until=3e-4)
-    assert hl.energy_error(run) < 1e-5
-    assert float(abs(run.interface_mismatch).max()) < 1e-9 * float(run.impact_energy)
 
 
 @pytest.mark.parametrize("loss", [None, hl.LinearDashpot(2.0), hl.Tsuji(0.05)])
@@ -129,31 +108,12 @@ def test_verlet_has_order_two(loss: Any) -> None:
 
 
 @pytest.mark.thorough
-def test_static_equilibrium_stays(law: Any) -> None:
-    chain = hl.DeformableChain([BEAD] * 4, None, gravity=9.81, preload=5.0, modes=6)
-    run = hl.CoSimulation(chain, hl.half_space(STEEL)).run(until=1e-4)
-    assert float(abs(run.displacement).max()) < 1e-8 * law.largest
-    assert run.contact_force.values[:, 1:] == pytest.approx(
-        np.broadcast_to(run.static_force.values[1:], run.contact_force.values[:, 1:].shape), rel=1e-8
-    )
-
-
-@pytest.mark.thorough
 @pytest.mark.parametrize("modes", [1, 2, 4, 9])
 def test_even_compression_is_that_of_the_law(law: Any, modes: int) -> None:
     """Whatever the modes are, the mid-planes of beads pressed equally on both sides approach by the law of both."""
     chain = hl.DeformableChain([BEAD] * 4, None, preload=5.0, modes=modes, law=law)
     moving = moving_chain(chain, SURFACE)
     assert -np.diff(moving.rest[2:5]) == pytest.approx(np.full(2, law.approach(5.0)), rel=1e-9)
-
-
-def test_a_push_on_one_side_moves_the_other_by_the_whole_flexibility() -> None:
-    """Rigid motion, modes and the rest together: what is known of both poles does not depend on the number of modes."""
-    across = []
-    for modes in (1, 3, 8):
-        shape = vibration(BEAD, modes)
-        across.append(shape.cross + float((shape.struck * shape.far / shape.frequencies**2).sum()))
-    assert across == pytest.approx([across[0]] * 3, rel=1e-6)
 
 
 def test_a_chain_turned_around_moves_as_its_mirror_image() -> None:
@@ -198,16 +158,6 @@ def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
     )
 
 
-@pytest.mark.thorough
-def test_a_push_on_the_whole_of_a_bead_is_half_a_push_on_its_half() -> None:
-    """Slowly pushed by a history, which acts on all of the bead, half of the force ahead goes through its middle."""
-    push = hl.PushedBead([0.0, 2e-4, 4e-4], [0.0, 5.0, 0.0])
-    run = hl.CoSimulation(hl.DeformableChain([BEAD] * 3, push, modes=4), hl.half_space(STEEL)).run(until=2e-4)
-    ahead = run.contact_force.sel(contact=2)
-    assert float(ahead.max()) > 1.0
-    assert run.section_force.sel(bead=1).values == pytest.approx(0.5 * ahead.values, abs=0.05 * float(ahead.max()))
-
-
 def test_vibration_left_behind_is_small() -> None:
     """Rayleigh (Phil. Mag. 11 (1906) 283): of spheres that collide slowly hardly any energy stays in vibrations."""
     chain = hl.DeformableChain([BEAD], BEAD, 0.5, modes=10)
@@ -231,18 +181,6 @@ def test_chains_of_both_kinds_share_a_run(monkeypatch: pytest.MonkeyPatch) -> No
     assert not np.isnan(run.section_force.isel(chain=1, bead=slice(0, 4))).any()
 
 
-@pytest.mark.thorough
-def test_two_ends_and_a_gap() -> None:
-    """Struck from behind by a structure that is pushed, the chain passes the push on; its gap gives the poles'."""
-    rod = hl.rod([hl.Layer(STEEL, 30e-3, 4e-3)])
-    chain = hl.DeformableChain([BEAD] * 3, None, 0.3, modes=5)
-    run = hl.CoSimulation(chain, hl.half_space(STEEL), behind=rod).run(until=8e-5)
-    assert hl.energy_error(run) < 2e-5
-    open_ones = run.gap.values > 1e-12
-    forces = np.stack([run.contact_force.values[:, -1], run.contact_force.values[:, 0]], axis=-1)
-    assert np.all(forces[open_ones] == 0.0)
-
-
 def test_too_fast_a_striker_is_named_and_not_its_law() -> None:
     with pytest.raises(ValueError, match=r"^impact_speed = 1000\.0: a contact that holds all 226 J") as caught:
         hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 1e3), None)
@@ -262,32 +200,3 @@ def test_a_law_that_is_stiffer_than_the_beads_is_named() -> None:
 def test_too_long_a_step_is_named() -> None:
     with pytest.raises(ValueError, match=r"dt = 2e-07: too large for the beads' modes"):
         hl.CoSimulation(deformable(10), None, dt=2e-7)
-
-
-def test_a_batch_runs_deformable_chains() -> None:
-    """The same bits as a run of its own."""
-    runs = hl.batch([deformable()], until=2e-5, save_every=1e-6)
-    alone = hl.CoSimulation(deformable(), None).run(2e-5, save_every=1e-6)
-    assert np.array_equal(runs.contact_force[0].values, alone.contact_force.values)
-
-
-def test_a_window_repeats() -> None:
-    moving = moving_chain(deformable(), SURFACE)
-    state = moving.start()
-    for _ in range(5):
-        state, _ = moving.advance(state, (0.0, 1e-8), 5e-6)
-    ends = [moving.advance(state, (1e-8, 2e-8), 5e-6) for _ in range(2)]
-    assert isinstance(ends[0][0], ChainState)
-    for one, other in zip(ends[0][0], ends[1][0], strict=True):
-        assert np.array_equal(one, other)
-    assert ends[0][1] == ends[1][1]
-
-
-def test_a_push_gives_its_impulse_to_unequal_beads() -> None:
-    """The momentum of all beads is the integral of the force, whichever of them is heavier."""
-    beads = [hl.Sphere(radius, STEEL) for radius in (2e-3, 4e-3, 3e-3)]
-    time = np.linspace(0.0, 2e-5, 81)
-    push = hl.PushedBead(time, 8.0 * np.sin(np.pi * time / 2e-5) ** 2)
-    run = hl.CoSimulation(hl.DeformableChain(beads, push), None).run(4e-5)
-    mass = np.array([bead.mass for bead in beads])
-    assert mass @ run.velocity.values[-1, 1:] == pytest.approx(8.0 * 1e-5, rel=1e-4)

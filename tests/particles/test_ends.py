@@ -1,7 +1,6 @@
 """Chains that face a structure with both ends, or start by themselves: mirrors, closed forms, ledgers, orders."""
 
 from collections.abc import Callable
-from dataclasses import asdict
 from math import pi
 
 import numpy as np
@@ -161,23 +160,6 @@ def test_a_surface_behind_that_moves_as_told_is_a_piston(loss: Dissipation | Non
     assert work > 0.1 * piston.energy
 
 
-@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(3.0), hl.Restitution(0.9), hl.MassProportional(1e3)])
-def test_a_first_bead_that_starts_by_itself_is_a_striker(loss: Dissipation | None) -> None:
-    """The same bodies, numbered from one instead of from zero."""
-    alone = hl.Chain([BEAD, LARGE, BEAD], None, 0.4, dissipation=loss)
-    struck = hl.Chain([LARGE, BEAD], BEAD, 0.4, dissipation=loss)
-    assert alone.impact_energy == struck.impact_energy
-    one, other = MovingChain(alone, FLAT), MovingChain(struck, FLAT)
-    state, state_too = one.start(), other.start()
-    for _ in range(100):
-        state, force = one.advance(state, (0.0, 0.0), 1e-6)
-        state_too, force_too = other.advance(state_too, (0.0, 0.0), 1e-6)
-        assert force == pytest.approx(force_too, abs=1e-9)
-    assert state.position[1:] == pytest.approx(state_too.position, abs=1e-15)
-    assert state.velocity[0] == state.position[0] == 0.0
-    assert state.lost == pytest.approx(state_too.lost, rel=1e-9)
-
-
 def test_a_bead_to_and_fro_between_two_walls() -> None:
     """A period is two of Hertz's collisions, T = 2.94 δ/v with ½mv² = ⅖kδ^2.5 on each wall, and two flights."""
     speed, gap, window = 0.3, 2e-5, 1e-6
@@ -209,21 +191,6 @@ def test_modes_of_a_preloaded_chain_between_two_walls(mode: int) -> None:
     assert found == pytest.approx(np.cos(2.0 * pi * np.arange(9) / 8.0), abs=2e-4)
 
 
-def test_springs_behind_both_contacts_are_in_series() -> None:
-    """A preloaded bead swings with ω² m = 2/(1/k_t + f); the springs are short of f F₀ at rest."""
-    preload, spring = 20.0, 5e-8
-    chain = hl.Chain([BEAD], None, preload=preload)
-    moving = MovingChain(chain, FLAT, spring, behind=FLAT, behind_flexibility=spring)
-    contact = hertz_stiffness(BEAD.surface, FLAT)
-    short = (preload / contact) ** (2 / 3) + spring * preload
-    assert moving.rest == pytest.approx([2.0 * short, short], rel=1e-12)
-    stiffness = 2.0 / (1.0 / (1.5 * contact ** (2 / 3) * preload ** (1 / 3)) + spring)
-    period = 2.0 * pi * (BEAD.mass / stiffness) ** 0.5
-    states, _ = run(moving, still, period / 8.0, 8, moving.start()._replace(position=moving.rest + [0.0, 1e-12]))
-    found = [(state.position[1] - moving.rest[1]) / 1e-12 for state in states]
-    assert found == pytest.approx(np.cos(2.0 * pi * np.arange(9) / 8.0), abs=2e-3)
-
-
 @pytest.mark.parametrize("loss", [None, hl.KuwabaraKono(1e-6)])
 def test_order_two_between_moving_walls(loss: Dissipation | None) -> None:
     """All contacts stay closed, so that forces are smooth; springs behind both ends; one window."""
@@ -237,125 +204,3 @@ def test_order_two_between_moving_walls(loss: Dissipation | None) -> None:
     exact = after(1e-8)
     errors = [abs(after(dt) - exact).max() for dt in (5e-7, 2.5e-7, 1.25e-7)]
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-
-
-@pytest.mark.parametrize("loss", LOSSES)
-def test_a_held_chain_rests(loss: Dissipation | None) -> None:
-    """Preload at contact 1, and weights add up from there; nothing moves, and no force is above the static one."""
-    keywords: dict[str, object] = {"preload": 3.0, "gravity": 9.81, "dissipation": loss}
-    moving = moving_chain(hl.Chain([BEAD] * 4, None, **keywords), None, (1e-8, 1e-8))  # type: ignore[arg-type]
-    weights = BEAD.mass * 9.81 * np.arange(5)
-    assert moving.static_force == pytest.approx(3.0 + weights, rel=1e-12)
-    states, forces = run(moving, still, 5e-5, 2)
-    assert abs(states[-1].position - moving.rest).max() < 1e-16
-    assert abs(forces).max() < 1e-9
-    out = np.empty(5)
-    kernels.forces_of_chains(
-        moving.model, *states[-1][:2], 1e-4, *np.zeros((2, 2)), np.arange(5), out, moving.work_space()
-    )
-    assert out == pytest.approx(3.0 + weights, rel=1e-9)
-
-
-@pytest.mark.parametrize("loss", LOSSES)
-def test_a_pushed_bead_with_a_structure_behind(loss: Dissipation | None) -> None:
-    """The force pulls the first bead against the surface behind; its work and that of the surface are kept apart."""
-    push = hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, -20.0, 0.0))
-    moving = moving_chain(hl.Chain([BEAD] * 3, push, dissipation=loss, preload=1.0), 5e-9)
-    window = 1e-6
-    states, forces = run(moving, waving, window, 80)
-    ways = np.array([waving((i + 1) * window) - waving(i * window) for i in range(80)])
-    given_away = float(((forces + moving.static_force[[-1, 0]]) * ways).sum())
-    gained = energy(moving, states[-1], waving(80 * window)) - energy(moving, states[0], np.zeros(2))
-    assert gained + given_away + states[-1].lost == pytest.approx(states[-1].driven, abs=1e-5 * moving.energy)
-    assert abs(states[-1].driven) > 0.01 * moving.energy
-    out = np.empty(4)
-    now, work = states[20], moving.work_space()
-    kernels.forces_of_chains(moving.model, *now[:2], now.time, waving(2e-5), np.zeros(2), np.arange(4), out, work)
-    approach = now.position[0] - now.position[1]
-    if loss is None:
-        assert out[0] == pytest.approx(hertz_stiffness(BEAD.surface, FLAT) * approach**1.5, rel=1e-9)
-    assert out[0] > 5.0
-
-
-def test_the_last_bead_may_face_nothing() -> None:
-    """Started backwards by a surface that comes from behind: a heavy wall at u gives a bead 2u."""
-    moving = MovingChain(hl.Chain([BEAD], None), None, behind=FLAT, impact_energy=0.5 * BEAD.mass * 0.2**2)
-    states, forces = run(moving, lambda time: np.array([0.0, -0.1 * time]), 1e-5, 20)
-    assert states[-1].velocity[1] == pytest.approx(0.2, rel=1e-6)
-    assert 1e-5 * forces[:, 1].sum() == pytest.approx(BEAD.mass * 0.2, rel=1e-6)
-    assert abs(forces[:, 0]).max() == 0.0
-
-
-def test_windows_repeat_and_leave_their_state() -> None:
-    moving = moving_chain(hl.Chain([BEAD] * 3, None, 0.3))
-    state = moving.start()
-    copies = [state.position.copy(), state.velocity.copy()]
-    one, other = (moving.advance(state, (still(0.0), np.array([1e-7, 2e-7])), 1e-6) for _ in range(2))
-    assert np.array_equal(one[0].position, other[0].position)
-    assert np.array_equal(one[1], other[1])
-    assert np.array_equal(state[:2], copies)
-    assert one[0].position[0] == moving.rest[0] - 2e-7
-    assert one[0].velocity[0] == pytest.approx(-0.2)
-
-
-def test_scales() -> None:
-    """½mv² = ⅖kδ^2.5 and F = kδ^1.5 at the last contact, for the chain's own energy or a given one."""
-    chain = hl.Chain([BEAD, LARGE], None, 0.3)
-    assert chain.impact_energy == pytest.approx(0.5 * BEAD.mass * 0.3**2)
-    for asked, scale in ((None, chain.impact_energy), (1e-3, 1e-3)):
-        moving = MovingChain(chain, SOFT, behind=FLAT, impact_energy=asked)
-        stiffness = hertz_stiffness(LARGE.surface, SOFT)
-        depth = (2.5 * scale / stiffness) ** 0.4
-        assert moving.scales[1] == pytest.approx(depth)
-        assert moving.scales[0] == pytest.approx(stiffness * depth**1.5)
-        assert moving.speed == pytest.approx((2.0 * scale / BEAD.mass) ** 0.5)
-    shortest = MovingChain(chain, SOFT, behind=FLAT).contact_time
-    assert MovingChain(chain, SOFT, behind=FLAT, impact_energy=1e10 * chain.impact_energy).contact_time == (
-        pytest.approx(shortest / 10.0)  # As v^(−1/5).
-    )
-    # Facing nothing ahead, the hardest contact stands for the last one.
-    alone = MovingChain(chain, None)
-    stiffness = hertz_stiffness(BEAD.surface, LARGE.surface)
-    depth = (2.5 * chain.impact_energy / stiffness) ** 0.4
-    assert alone.scales == pytest.approx((stiffness * depth**1.5, depth))
-    assert hl.Chain([BEAD], None).impact_energy == pytest.approx(0.5 * BEAD.mass * 1e-4)
-    assert hl.Chain([BEAD], None, 0).impact_energy == hl.Chain([BEAD], None).impact_energy
-
-
-def test_the_given_energy_sets_what_is_stable() -> None:
-    """Stiffnesses grow as E^(1/5), and with them viscoelastic losses, and what a negative spring must bear."""
-    chain = hl.Chain([BEAD], None, 0.3, dissipation=hl.KuwabaraKono(1e-6))
-    times = [MovingChain(chain, FLAT, impact_energy=scale).damping_time for scale in (1e-6, 1e-1)]
-    assert times[0] / times[1] == pytest.approx(10.0)
-    stiffness = 1.5 * hertz_stiffness(BEAD.surface, FLAT) ** 0.8 * 2.5**0.2
-    for keyword in ("flexibility", "behind_flexibility"):
-        spring = {keyword: -0.9 / (stiffness * 1e-6**0.2)}
-        MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-6, **spring)  # type: ignore[arg-type]
-        with pytest.raises(ValueError, match=f"{keyword} = .*: more negative than"):
-            MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-4, **spring)  # type: ignore[arg-type]
-    plain, step = hl.Chain([BEAD], None), 0.9 * (2.0 * BEAD.mass / (stiffness * 1e-6**0.2)) ** 0.5
-    MovingChain(plain, FLAT, dt=step, impact_energy=1e-6)
-    with pytest.raises(ValueError, match="too large for a stable step"):
-        MovingChain(plain, FLAT, dt=step, impact_energy=1e-4)
-
-
-@pytest.mark.parametrize("loss", LOSSES)
-def test_a_striker_is_no_surface_behind(loss: Dissipation | None) -> None:
-    """There is one force, that of the last bead, though contact 1 is closed."""
-    moving = MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss), FLAT)
-    _, force = moving.advance(moving.start(), (0.0, 0.0), 1e-5)
-    assert force > 0.0
-
-
-def test_runs_without_a_striker() -> None:
-    """The co-simulation takes them; body 0 stays in its place, and a dead load presses on the first bead."""
-    for keywords in ({}, {"gravity": 9.81, "preload": 1.0}, {"dissipation": hl.LinearDashpot(3.0), "gravity": 9.81}):
-        chain = hl.Chain([BEAD] * 8, None, 0.3, **keywords)  # type: ignore[arg-type]
-        found = hl.CoSimulation(chain, hl.half_space(STEEL)).run(until=2e-4)
-        assert hl.energy_error(found) < 1e-5
-        assert float(abs(found.displacement.sel(bead=0)).max()) == 0.0
-        assert float(abs(found.contact_force.sel(contact=1)).max()) == 0.0
-        assert float(found.velocity.sel(bead=1)[0]) == 0.3
-    described = chain.describe()
-    assert described["striker"] is None
-    assert described["beads"] == [{"class": "Sphere", **asdict(BEAD)}] * 8

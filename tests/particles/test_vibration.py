@@ -2,13 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from math import ceil, pi, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import spherical_jn, spherical_yn
@@ -145,24 +142,6 @@ def test_breathing_shells(inner: float) -> None:
         assert found.section[mode] / sqrt(shell.mass) == pytest.approx(0.25, rel=0.003)
 
 
-@pytest.mark.thorough
-def test_observed_order() -> None:
-    """Quadratic elements: frequencies by the fourth power of the spacing."""
-    coarse, fine, finest = (vibration(SPHERE, 10, RADIUS / cells).frequencies for cells in (8, 16, 32))
-    assert np.log2((coarse - fine) / (fine - finest)) == pytest.approx(4.0, abs=0.2)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(("bead", "finer"), list(zip(BEADS, [0.03, 0.01, 0.03, 0.05, 0.02], strict=True)))
-def test_default_spacing(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, finer: float) -> None:
-    """Compared with a much finer mesh, ten frequencies are within 1e-4."""
-    found, exact = vibration(bead, 10), vibration(bead, 10, finer * bead.radius)
-    assert found.frequencies == pytest.approx(exact.frequencies, rel=1e-4)
-    assert found.compression == pytest.approx(exact.compression, rel=3e-4)
-    assert between_poles(found) == pytest.approx(between_poles(exact), rel=1e-4)
-    assert found.section == pytest.approx(exact.section, abs=1e-4 * sqrt(bead.mass))
-
-
 def pole_to_pole(bead: hl.Sphere, slow: float) -> float:
     """Exact motion along the chain, m/N, of one pole of a solid sphere by a harmonic unit force at the other.
 
@@ -197,34 +176,6 @@ def test_answer_of_the_other_pole(poisson_ratio: float, modes: int, slow: float,
     answer = by_modes + found.cross - 1.0 / (bead.mass * square)
     given_way = vibration(bead, 10).compression
     assert answer == pytest.approx(pole_to_pole(bead, slow), rel=0.0, abs=tolerance * given_way)
-
-
-def left_after(found: Vibration, fewest: int) -> Vector:
-    """What `cross` would be after `fewest` modes and more, up to twice as many, over `compression`."""
-    left = between_poles(found) - np.cumsum(found.struck * found.far / found.frequencies**2)
-    return left[fewest : 2 * fewest] / found.compression
-
-
-@pytest.mark.thorough
-def test_more_modes_leave_less() -> None:
-    """In a shell `cross` falls as the modes' number rises. In a solid bead it does not: waves along the surface meet
-    again at the other pole, so each pair of modes adds as much as it takes, and only the mean over them tends to 0."""
-    shell, sphere = (vibration(bead, 100, 0.0625 * bead.radius) for bead in (SHELL, SPHERE))
-    sizes = [float(np.abs(left_after(shell, count)).max()) for count in (6, 12, 25, 50)]
-    assert all(more < 0.7 * fewer for fewer, more in pairwise(sizes))
-    for count in (6, 12, 25, 50):
-        assert 0.01 < np.abs(left_after(sphere, count)).max() < 0.03
-    assert abs(left_after(sphere, 50).mean()) < 0.004
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("bead", [SPHERE, SHELL, OBLATE])
-def test_share_of_the_mass(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid) -> None:
-    """Seen as a sum of modes, halves that move oppositely need all symmetric ones: Σ section² → mass/4, from below."""
-    found = vibration(bead, 100, 0.0625 * bead.radius)
-    shares = np.cumsum(4.0 * found.section**2) / bead.mass
-    assert 0.2 < shares[3] < shares[15] < 0.83
-    assert 0.9 < shares[-1] < 1.0
 
 
 def whole_bead(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, rows: int, columns: int) -> Vibration:
@@ -271,26 +222,3 @@ def test_halves_make_the_whole(bead: hl.Sphere) -> None:
     assert found.far == pytest.approx(expected.far[:12], rel=1e-5)
     assert found.section == pytest.approx(expected.section[:12], rel=1e-5, abs=1e-6 * sqrt(bead.mass))
     assert between_poles(found) == pytest.approx(expected.cross, rel=1e-6)
-
-
-@pytest.mark.thorough
-@settings(max_examples=6, deadline=None)
-@given(st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 100.0))
-def test_scaling(size: float, modulus: float, density: float) -> None:
-    """Units: ω by √(E/ρ)/R, poles by 1/√(ρR³), compliances by 1/ER, momenta by √(ρR³)."""
-    material = Material(200e9 * modulus, 0.25, 8000.0 * density)
-    found, unit = vibration(hl.Sphere(RADIUS * size, material), 5), vibration(SPHERE_OF_LAMB, 5)
-    mass, softness = sqrt(density * size**3), 1.0 / (modulus * size)
-    assert found.frequencies == pytest.approx(unit.frequencies * sqrt(modulus / density) / size, rel=1e-7)
-    assert found.struck == pytest.approx(unit.struck / mass, rel=1e-7)
-    assert found.far == pytest.approx(unit.far / mass, rel=1e-7)
-    assert found.section == pytest.approx(unit.section * mass, rel=1e-7)
-    assert found.compression == pytest.approx(unit.compression * softness, rel=1e-7)
-    assert found.cross == pytest.approx(unit.cross * softness, rel=1e-7)
-
-
-def test_without_modes() -> None:
-    found = vibration(SPHERE, 0)
-    assert found.frequencies.shape == found.struck.shape == found.far.shape == found.section.shape == (0,)
-    assert found.compression == 0.0
-    assert found.cross == pytest.approx(between_poles(vibration(SPHERE, 10)), rel=1e-9)

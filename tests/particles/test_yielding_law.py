@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.integrate import quad
 
 import hertzlink as hl
 from particles.laws.yielding import RoundContact, YieldingContact, YieldingLaw
@@ -72,20 +71,6 @@ def test_restitution_falls_as_the_fourth_root_of_the_speed() -> None:
     assert fast[1] == pytest.approx(1.18 * 4e3**-0.25, rel=0.01)
 
 
-def test_restitution_falls_as_in_hardness_tests_too() -> None:
-    """Jackson and Green's contact is harder the more it yields at first: more comes back than by Thornton's law."""
-    speeds = np.array([0.05, 0.2, 0.8])
-    thornton, fitted = (np.array([rebound(law, speed) for speed in speeds]) for law in LAWS)
-    assert np.all(np.diff(fitted) < 0.0)
-    assert np.all(fitted > thornton)
-
-
-def test_an_improbable_strength_is_told_once(recwarn: pytest.WarningsRecorder) -> None:
-    """By the law, not by the material that borrows it."""
-    assert hl.laws.Thornton(301.5).contact(HARD, HARD) is not None
-    assert [str(one.message).partition(" = ")[0] for one in recwarn] == ["Thornton yield_strength"]
-
-
 def test_thorntons_curve() -> None:
     """F_y = π³R²p_y³/6E*², the straight line, and R_p F* = R F_e with the residual overlap that follows."""
     found = contact(hl.laws.Thornton())
@@ -147,16 +132,6 @@ def test_jackson_and_greens_curve_rises_under_a_hard_bead_on_a_soft_wall(modulus
     assert np.diff(force).max() < 0.1 * force[40]
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_dissipated_work_is_the_area_of_the_loop(law: YieldingLaw) -> None:
-    found = contact(law)
-    for factor in (1.5, 5.0, 60.0):
-        most, kinks = factor * found.overlap, [found.overlap, 1.9 * found.overlap, 2.0 * found.overlap]
-        loaded = quad(lambda o: float(found.force(o)), 0.0, most, points=[k for k in kinks if k < most], limit=400)[0]
-        returned = quad(lambda o, m=most: float(found.force(o, m)), float(found.dent(most)), most)[0]
-        assert float(found.dissipated(most)) == pytest.approx(loaded - returned, rel=1e-4)
-
-
 MORE: dict[str, dict[str, Any]] = {
     "plain": {},
     "gravity": {"gravity": 9.81},
@@ -204,13 +179,6 @@ def test_a_chain_that_never_yields_is_hertzian_to_the_bit(kind: Callable[[float]
     assert float(abs(strong.dent).max()) == 0.0
 
 
-@pytest.mark.parametrize("more", [MORE["dashpot"], MORE["preload"]], ids=["dashpot", "preload"])
-def test_others_are_hertzian_up_to_rounding(more: dict[str, Any]) -> None:
-    runs = [hl.CoSimulation(chain(law, bead=HARD, **more), WALL).run(3e-4) for law in (None, hl.laws.Thornton(NEVER))]
-    force = [run.contact_force.values for run in runs]
-    assert abs(force[1] - force[0]).max() < 1e-9 * force[0].max()
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_order_of_convergence(law: YieldingLaw) -> None:
     """Two, as forces are continuous although their slopes are not."""
@@ -225,65 +193,6 @@ def velocities(made: hl.Chain, dt: float) -> Any:
     return moving.advance(moving.start(), (0.0, 0.0), 8e-5)[0].velocity
 
 
-def test_a_window_repeats_to_the_bit() -> None:
-    moving = hl.stepping.MovingChain(chain(LAWS[0]), hl.Surface(hl.STEEL_316))
-    state, _ = moving.advance(moving.start(), (0.0, 0.0), 4e-5)
-    kept = [part.copy() for part in (state.position, state.velocity)]
-    first, second = (moving.advance(state, (0.0, 1e-7), 2e-5) for _ in range(2))
-    assert first[1] == second[1]
-    assert all(np.array_equal(a, b) for a, b in zip(first[0], second[0], strict=True))
-    assert all(np.array_equal(a, b) for a, b in zip(kept, state[:2], strict=True))
-    assert np.all(first[0].position[9:] >= state.position[9:])
-
-
-def test_schemes_and_waveforms_agree() -> None:
-    rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), 3e-4)
-    runs = [hl.CoSimulation(chain(LAWS[1]), rod, scheme).run(3e-4) for scheme in (hl.Condensed(), hl.Aitken())]
-    assert abs(runs[1].contact_force - runs[0].contact_force).max() < 1e-6 * runs[0].contact_force.max()
-
-
-@pytest.mark.filterwarnings("ignore:yield")
-def test_a_batch_is_the_single_runs() -> None:
-    """Chains that yield and one that does not; several in one run are in test_cosimulation."""
-    made = [chain(LAWS[0], speed=0.3), chain(LAWS[1], speed=0.5), chain(None, speed=0.5)]
-    with pytest.warns(hl.HertzlinkWarning, match="yield"):
-        many = hl.batch(made, 3e-4, WALL, save_every=1e-6)
-    single = [hl.CoSimulation(one, WALL).run(3e-4, save_every=1e-6) for one in made]
-    for i, one in enumerate(single):
-        assert np.array_equal(many.contact_force[i].values, one.contact_force.values)
-
-
-def test_a_structure_behind_and_a_push() -> None:
-    """Contacts at both ends yield, and the ledger closes."""
-    rods = [hl.reduce(hl.rod([hl.Layer(hl.ALUMINIUM_6061, 0.1, 9.525e-3)]), 2e-4) for _ in range(2)]
-    push = hl.PushedBead(np.array([0.0, 1e-5, 2e-5, 2e-4]), np.array([0.0, 60.0, 0.0, 0.0]))
-    run = hl.CoSimulation(hl.Chain([SOFT] * 5, push, law=LAWS[0]), rods[0], behind=rods[1]).run(2e-4)
-    assert hl.energy_error(run) < 1e-5
-    assert float(run.dent[-1, -1]) > 0.0
-
-
-def test_the_wall_yields_if_it_is_softer() -> None:
-    """Brass of 170 MPa under hardened steel, and not the steel against itself."""
-    run = hl.CoSimulation(chain(LAWS[0], bead=HARD, speed=0.3), hl.half_space(hl.BRASS_360)).run(4e-4)
-    assert np.all(run.dent[-1, :-1] == 0.0)
-    assert float(run.dent[-1, -1]) > 1e-6
-
-
-def test_a_wave_decays_in_soft_steel() -> None:
-    """Fast at first, more slowly as forces come down to that of the first yield: never below it by plasticity."""
-    run = hl.CoSimulation(chain(LAWS[0], 40, speed=0.4), None).run(3e-3)
-    peak = run.contact_force.max("time").values[:-1]
-    limit = contact(LAWS[0]).yield_force
-    assert np.all(peak > limit)
-    assert peak[10] < 0.2 * peak[0]
-    assert 0.4 * peak[10] < peak[20] < 0.6 * peak[10]
-    assert np.all(run.dent[-1, :-1] > 0.0)
-    with pytest.warns(hl.HertzlinkWarning, match="yield"):
-        elastic = hl.CoSimulation(chain(None, 40, speed=0.4), None).run(4e-4).contact_force.max("time").values
-    assert peak[0] < 0.4 * elastic[0]
-    assert elastic[20] == pytest.approx(elastic[10], rel=0.01)
-
-
 def test_static_loads_beyond_yield_are_on_the_loading_curve() -> None:
     moving = hl.stepping.MovingChain(chain(LAWS[0], 3, preload=20.0), hl.Surface(hl.STEEL_316))
     found = contact(LAWS[0])
@@ -294,11 +203,6 @@ def test_static_loads_beyond_yield_are_on_the_loading_curve() -> None:
     resting = hl.Chain([SOFT] * 3, None, law=LAWS[0], preload=20.0)
     run = hl.CoSimulation(resting, WALL).run(1e-4)
     assert float(abs(run.displacement).max()) < 1e-14
-
-
-def test_fits_are_not_followed_silently() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="beyond .*trusted"):
-        hl.CoSimulation(hl.Chain([SOFT], None, 40.0, law=LAWS[1]), WALL).run(1e-4)
 
 
 NAMELESS = hl.Material(200e9, 0.3, 7800.0)
@@ -324,11 +228,6 @@ BAD: dict[str, tuple[Callable[[], Any], str]] = {
 def test_bad_input(make: Callable[[], Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make()
-
-
-def test_the_input_says_the_law() -> None:
-    described = chain(hl.laws.Thornton(3e8)).describe()["law"]
-    assert described == {"class": "Thornton", "yield_strength": 3e8}
 
 
 @dataclass(frozen=True)
