@@ -198,5 +198,5 @@ def test_a_law_that_is_stiffer_than_the_beads_is_named() -> None:
 
 
 def test_too_long_a_step_is_named() -> None:
-    with pytest.raises(ValueError, match=r"dt = 2e-07: too large for the beads' modes"):
+    with pytest.raises(ValueError, match=r"dt = 2e-07: too large for a stable step"):
         hl.CoSimulation(deformable(10), None, dt=2e-7)
