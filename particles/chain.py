@@ -76,7 +76,9 @@ class Chain:
             if self.impact_speed is not None:
                 raise ValueError(f"impact_speed = {self.impact_speed!r}: the striker sets it; must be left out")
         elif self.striker is not None:
-            check_bead("striker", self.striker, "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None")
+            if id(self.striker) not in places:  # the user was warned of what is odd in a bead
+                what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
+                check_bead("striker", self.striker, what)
             Likely.SPEED.check("impact_speed", self.impact_speed)  # type: ignore[arg-type]
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(
