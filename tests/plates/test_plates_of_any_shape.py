@@ -400,7 +400,7 @@ def test_parts_of_a_plate_that_touch() -> None:
     two = meshio.Mesh(
         np.concatenate([one.points, moved]), [("triangle", np.concatenate([cells, cells + len(one.points)]))]
     )
-    with pytest.raises(ValueError, match=r"2 pieces that share no points; 6 points coincide .* merge=5e-07 joins them"):
+    with pytest.raises(ValueError, match=r"6 points coincide .* merge=5e-07 joins them"):
         hl.mindlin_panel(two, 0.02, MATERIAL)
     panel = hl.mindlin_panel(two, 0.02, MATERIAL, merge=1e-6)
     assert panel.shape.area == pytest.approx(2.0)
