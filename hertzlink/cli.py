@@ -11,7 +11,7 @@ import joblib
 
 from coupling.black_box import NotConverged
 from coupling.results.provenance import versions
-from hertzlink.cases.faults import CaseError
+from hertzlink.cases.paths import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
 from hertzlink.commands.precice_command import precice_case

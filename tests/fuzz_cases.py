@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from hertzlink.cases.case import read
-from hertzlink.cases.faults import CaseError, Fault
-from hertzlink.cases.running import task_of
-from hertzlink.cases.toml import as_toml
+from hertzlink.cases.paths import CaseError, Fault, as_toml
+from hertzlink.cases.tasks import task_of
 from structures.caution import collected
 
 Place = tuple[str | int, ...]

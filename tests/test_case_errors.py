@@ -14,7 +14,7 @@ import xarray as xr
 from skfem.io.meshio import to_meshio
 
 from hertzlink.cases.case import read
-from hertzlink.cases.running import task_of
+from hertzlink.cases.tasks import task_of
 from hertzlink.cli import main
 
 ROD = """\
@@ -88,7 +88,7 @@ WRONG_RODS = [
     # What is missing.
     ('[run]\nuntil = "0.1 ms"\n', "", None, 'run: is missing; give a section: [run] with until = "1.5 ms"'),
     ('until = "0.1 ms"', "", 14, 'run.until: is missing; give a time, such as "1.5 ms", or a number in s'),
-    ("beads = 8", "", 1, "chain.beads: is missing; give a number of beads, such as 20"),
+    ("beads = 8", "", 1, "chain.beads: is missing; give a whole number of beads, such as 20"),
     ('impact_speed = "0.3 m/s"', "", 1, 'chain.impact_speed: is missing; give a speed, such as "0.31 m/s", or a drop_height'),
     ('bead = { shape = "sphere", diameter = "9.53 mm", material = "steel 440C" }', "", 1, "chain.bead: is missing; give a bead"),
     ('shape = "sphere", ', "", 3, "chain.bead.shape: is missing; must be one of cylinder, ellipsoid, hollow_sphere, sphere"),
@@ -160,7 +160,7 @@ WRONG_RODS = [
     ('length = "20 mm", radius = "9.5 mm" },\n]', 'length = "0 mm", radius = "9.5 mm" },\n]', 11, 'structure.layers[1].length: "0 mm" must be a positive number of m'),
     ('kind = "rod"', 'kind = "rod"\nelements = 10000000', 9, "structure.elements: 20000000 are too many"),
     ('kind = "rod"', 'kind = "rod"\ndamping = [{ kind = "modal", ratio = 0.01 }]', 9, "structure.damping[0]: structure: its"),
-    ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be positive'),
+    ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be a positive number of s'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry here; must be one of kind, predictor, parallel"),
@@ -239,7 +239,7 @@ WRONG_QUESTIONS = [
     ('["1 mm", "6 mm"]', '["6 mm", "1 mm"]', 29, 'identify.unknowns."structure.thickness": the lowest value comes first'),
     ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2'),
     ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is no unit of this quantity'),
-    ('"structure.thickness" = ["1', '"structure.thicknes" = ["1', 29, '"structure.thicknes" is no number of this case; [structure] has structure.thickness, '),
+    ('"structure.thickness" = ["1', '"structure.thicknes" = ["1', 29, '"structure.thicknes" is no number of this case; [structure] has structure.length, structure.width, structure.thickness, '),
     ('"structure.thickness" = ["1', '"structure.x" = ["1', 29, 'structure.thickness, structure.material.youngs_modulus, structure.material.poisson_ratio, structure.material.density, structure.at[0], structure.at[1]'),
     ('"structure.thickness" = ["1', '"structure.at" = ["1', 29, 'structure.at[0]'),
     ('"structure.thickness" = ["1', '"structure.at[2]" = ["1', 29, '"structure.at[2]" is no number of this case; '),

@@ -94,7 +94,7 @@ WRONG: list[tuple[str, Any, str]] = [
     ("structure.reduce", "yes", r"structure\.reduce: .*must be true, false, or a table"),
     ("behind", {"kind": "half_space", "material": "PTFE"}, r"behind: belongs to one \[chain\]"),
     ("measure", {"chain": 2}, r"measure\.chain: 2 is no chain of 2"),
-    ("chain", 3, r"chain: 3 must be a section \[chain\]"),
+    ("chain", 3, r"chain: 3 must be a section: \[chain\]"),
     ("chain", [], r"chain: \[\] has 0 entries"),
     ("structure", [], r"structure: \[\] has 0 entries"),
     ("chain[0].law", {"kind": "numerical", "max_force": -1.0}, r"chain\[0\]\.law\.max_force"),
@@ -104,15 +104,15 @@ WRONG: list[tuple[str, Any, str]] = [
 
 @pytest.mark.parametrize(("path", "value", "words"), WRONG)
 def test_what_is_wrong_with_several_is_named(path: str, value: Any, words: str) -> None:
-    from hertzlink.cases.running import task_of
+    from hertzlink.cases.tasks import task_of
 
     with pytest.raises(ValueError, match=words):
         task_of(Case(tomllib.loads(TWO)).changed({path: value})).case.simulation()
 
 
 def test_what_takes_one_chain_says_so() -> None:
-    from hertzlink.cases.identify_fit import question_of
-    from hertzlink.cases.running import task_of
+    from hertzlink.cases.identification import question_of
+    from hertzlink.cases.tasks import task_of
 
     axis = {"sweep": {"structure.at[0][0]": [0.01, 0.015, 0.02]}}
     swept = Case(tomllib.loads(TWO) | axis | {"measure": {"sensor": 2}})

@@ -21,7 +21,7 @@ import pytest
 
 import hertzlink as hl
 from hertzlink.cases.case import read
-from hertzlink.cases.running import task_of
+from hertzlink.cases.tasks import task_of
 from hertzlink.cli import main
 from hertzlink.explore.answers import MOST_POINTS, Explorer, modes_for, thinned
 from hertzlink.explore.server import Server
@@ -298,10 +298,10 @@ def test_axes_of_a_sweep_are_the_sliders(tmp_path: Path) -> None:
     assert list(explorer.sliders[0].choices) == ["PTFE", "brass 360"]
     layer = "structure.layers[0]"
     changed = explorer.changed({f"{layer}.material": "brass 360", f"{layer}.length": "1.25", "chain.beads": "13"})
-    assert changed.model.chain.beads == 13
-    assert changed.model.chain.gravity == 9.81
-    body: Any = changed.model.structure
-    assert (body.layers[0].material, body.layers[0].length) == ("brass 360", 1.25 * 0.0254)
+    layers = ("structure", "layers", 0)
+    found = [changed.value(path) for path in (("chain", "beads"), ("chain", "gravity"), (*layers, "length"))]
+    assert found == [13, 9.81, 1.25 * 0.0254]
+    assert changed.value((*layers, "material")) == hl.BRASS_360
     with pytest.raises(ValueError, match=r"layer 1 material: 'glass' is no choice; take one of PTFE, brass 360"):
         explorer.changed({f"{layer}.material": "glass"})
 

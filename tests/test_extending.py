@@ -12,9 +12,9 @@ import xarray as xr
 
 from coupling.results.provenance import stored
 from hertzlink.__main__ import main
-from hertzlink.cases import with_parts
+from hertzlink.cases import case as cases
 from hertzlink.cases.case import read
-from hertzlink.cases.running import task_of
+from hertzlink.cases.tasks import task_of
 from hertzlink.explore.sliders import sliders_of, start_of
 from structures import described
 
@@ -43,7 +43,7 @@ def cantilever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the page's case and the file that describes its structure; the chain is short."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(described, "_ALL", dict(described._ALL))
-    monkeypatch.setattr(with_parts, "_LOADED", {})
+    monkeypatch.setattr(cases, "_LOADED", {})
     (tmp_path / "mine.py").write_text(EXAMPLES["A structure"], encoding="utf-8")
     case = re.search(r"^```toml\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
     assert case is not None

@@ -21,7 +21,7 @@ DECLARED_AS = {
 }
 """Packages that need not be installed here, by the modules that they bring."""
 
-PARTS_OF = {"pydantic_core": "pydantic", "vtkmodules": "pyvista"}
+PARTS_OF = {"vtkmodules": "pyvista"}
 """Modules whose package and version another one determines, of which they are a part."""
 
 

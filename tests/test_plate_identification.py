@@ -4,6 +4,7 @@ import tomllib
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +15,8 @@ from coupling.inference.identification import Identification, Unknown
 from coupling.inference.plates import on_modes
 from coupling.yield_check import CURE
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import YIELDING
-from hertzlink.cases.identify_fit import Question, question_of
-from hertzlink.cases.identify_section import answer, tables
+from hertzlink.cases.identification import Question, answer_of, fit, question_of
+from hertzlink.cases.paths import YIELDING
 from hertzlink.cases.templates import template
 from structures.unmeshed import unmeshed
 
@@ -122,12 +122,12 @@ def test_identify_finds_an_edge_of_a_small_thin_plate(record: str) -> None:
     """
     question = asked(record)
     true = question.case.changed({PLACE: "37 mm", "structure.highest_frequency": "240 kHz"})
-    found = answer(question, measured(true, 0.01, 11))
+    found = fit(question, measured(true, 0.01, 11))
     assert found.explained
     place = found[PLACE]
     assert abs(place.value - 0.037) < 3.3 / 1.96 * place.error
     assert place.error < 0.01 * 0.037
-    assert "whole plate: modes" in " ".join(tables(question, found)[0].split())
+    assert "whole plate: modes" in " ".join(answer_of(question, found, Path("tap.csv")).text.split())
 
 
 def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> None:
@@ -139,6 +139,6 @@ def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> No
     unknown = Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
     unknowns = {PLACE: unknown, "chain.impact_speed": replace(unknown, name="chain.impact_speed")}
     found = Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
-    text = tables(question, found)[0]
+    text = answer_of(question, found, Path("tap.csv")).text
     assert YIELDING in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80

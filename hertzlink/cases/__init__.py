@@ -1,4 +1,4 @@
 """Case files: a chain, a structure and what to do with them, as TOML; see docs/cases.md.
 
-pydantic and pint are loaded with the modules of this package, so only by the commands that read cases.
+pint is loaded with the modules of this package, so only by the commands that read cases.
 """

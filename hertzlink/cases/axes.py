@@ -8,29 +8,25 @@ from itertools import pairwise
 from math import floor, prod
 from typing import Any
 
-from pydantic import BaseModel
-
 from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
-from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
-from hertzlink.cases.checking import SECTIONS, perhaps_at, value_at
-from hertzlink.cases.entry_paths import Path, parsed, written
-from hertzlink.cases.faults import Fault
-from hertzlink.cases.materials import Isotropic, material_named
-from hertzlink.cases.model import Steps
-from hertzlink.cases.parts import notes_of
-from hertzlink.cases.plates import RectanglePlate
-from hertzlink.cases.units import Unit, shown
+from hertzlink.cases.paths import Fault, Path, parsed, shown, written
+from hertzlink.cases.reader import Call, alternatives, is_list, items_of, number
+from structures.described import Parameter, noted
+from structures.quantities import Quantity
 from structures.units import NUMBER, factor
 
 MOST_POINTS = 100_000
 """Points of a sweep; a case of more is a mistake."""
 
+VARIED = ("chain", "structure", "behind", "materials")
+"""Sections whose entries can vary. The section [run] holds for all runs."""
+
 OWN_NAMES = OF_RUNS | {"sensor", "distance", "within", "end", "error"}
 """Names that results use themselves."""
 
-PLACES = {0: "distance from the left edge", 1: "distance from the bottom edge"}
+PLACES = ("distance from the left edge", "distance from the bottom edge")
 """The two numbers of the place `at` of a contact on a rectangular plate."""
 
 
@@ -54,33 +50,35 @@ class Axis:
         """True if the values are numbers."""
         return all(isinstance(value, int | float) for value in self.values)
 
-    def shown(self, value: Any) -> str:
+    def shown(self, value: Any, digits: int = 6) -> str:
         """Return a value in the unit of tables."""
-        if not isinstance(value, int | float):
-            return str(value)
-        return f"{value / self.size:.6g}" if self.unit else f"{value:.6g}"
+        return f"{value / self.size:.{digits}g}" if isinstance(value, int | float) else str(value)
 
     @property
     def head(self) -> str:
         """Name and unit, for the head of a table."""
-        label = _label(self.path)
-        return f"{label}, {self.unit}" if self.unit else label
+        return f"{_label(self.path)}, {self.unit}" if self.unit else _label(self.path)
 
 
 def axes_of(case: Case) -> list[Axis]:
     """Return the axes of the section [sweep], those of the structure first: runs that share it share a process."""
-    sweep_of_case = case.model.sweep or {}
     axes: list[Axis] = []
-    for key, entry in sweep_of_case.items():
+    for key, given in case.tree.entries.get("sweep", {}).items():
         path = path_of(key, ("sweep", key))
         if any(axis.path == path for axis in axes):
             raise Fault(("sweep", key), "is given twice")
-        values = _steps(case, path, key, entry) if isinstance(entry, Steps) else _values(case, path, key, entry)
-        texts = [*(case.data["sweep"][key] if isinstance(entry, list) else case.data["sweep"][key].values())]
+        if isinstance(given, Call):
+            values, texts = _steps(case, path, key, given), [*given.entries.values()]
+        else:
+            values, texts = [si_value(case, path, value, ("sweep", key, i)) for i, value in enumerate(given)], given
+            for i, value in enumerate(values):
+                if value in values[:i]:
+                    raise Fault(("sweep", key, i), f"{shown(given[i])} is given twice")
         unit, size, si = unit_at(case, path, values[0], texts)
-        axes.append(
-            Axis(path, name_of(path, [axis.name for axis in axes]), values, unit, size, si, words_of(case, path))
-        )
+        name = _label(path)
+        if name in OWN_NAMES or name in [axis.name for axis in axes]:
+            name = re.sub(r"\W+", "_", written(path)).strip("_")
+        axes.append(Axis(path, name, values, unit, size, si, words_of(case, path)))
     if (count := prod(len(axis.values) for axis in axes)) > MOST_POINTS:
         raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
     return sorted(axes, key=lambda axis: axis.path[0] == "chain")
@@ -92,7 +90,7 @@ def path_of(key: str, place: Path) -> Path:
         path = parsed(key)
     except ValueError as error:
         raise Fault(place, str(error)) from None
-    if path[0] not in SECTIONS or len(path) < 2:
+    if path[0] not in VARIED or len(path) < 2:
         raise Fault(place, f'"{key}" cannot be varied; take an entry of [chain] or [structure]')
     return path
 
@@ -102,7 +100,7 @@ def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
     if not isinstance(value, int | float | str) or isinstance(value, bool):
         raise Fault(place, f"{shown(value)} must be a number or a text")
     try:
-        si = value_at(case.changed({path: value}).model, path)
+        si = case.changed({path: value}).value(path)
     except Fault as fault:
         reason = fault.reason if fault.path == path else f"makes {written(fault.path)}: {fault.reason}"
         raise Fault(place, reason) from None
@@ -111,76 +109,72 @@ def si_value(case: Case, path: Path, value: Any, place: Path) -> Any:
     return si if isinstance(si, int | float | str) else value
 
 
-def named_property(case: Case, path: Path) -> Any:
-    """Return the property (SI) that an entry of a case has by the name of its material; None where it has none."""
-    material = perhaps_at(case.model, path[:-1])
-    name = material.like if isinstance(material, Isotropic) else material
-    named = material_named(name, world_of(case.model, case.folder).materials) if isinstance(name, str) else None
-    return getattr(named, str(path[-1]), None)
-
-
 def unit_at(case: Case, path: Path, value: Any, texts: Iterable[Any]) -> tuple[str, float, str]:
     """Return the unit that a user wrote, or that of the entry; its size in SI units; and the SI unit."""
-    at: Any = case.changed({path: value}).model
-    notes: list[Any] = []
-    for part in path:
-        if isinstance(at, BaseModel):
-            notes = notes_of(type(at).model_fields[str(part)])
-        at = value_at(at, (part,))
-    units = [note.unit for note in notes if isinstance(note, Unit)]
-    if not units or not units[0]:
-        return "", 1.0, ""
+    quantity = quantity_of(case.changed({path: value}).parameter(path))
+    si = quantity.unit_in_files if quantity else ""
     for text in texts:
-        match = NUMBER.fullmatch(text) if isinstance(text, str) else None
+        match = NUMBER.fullmatch(text) if isinstance(text, str) and si else None
         if match and match[2]:
-            return match[2], float(factor(match[2], units[0])), units[0]
-    return units[0], 1.0, units[0]
+            return match[2], float(factor(match[2], si)), si
+    return si, 1.0, si
 
 
-def _values(case: Case, path: Path, key: str, listed_values: list[Any]) -> list[Any]:
-    values = [si_value(case, path, entry, ("sweep", key, i)) for i, entry in enumerate(listed_values)]
-    for i, value in enumerate(values):
-        if value in values[:i]:
-            raise Fault(("sweep", key, i), f"{shown(listed_values[i])} is given twice")
-    return values
+def quantity_of(parameter: Parameter | None) -> Quantity | None:
+    """Return the quantity of a number, also of those in a list."""
+    for kind, notes in alternatives(parameter.type, parameter.notes) if parameter else ():
+        for note in notes:
+            if isinstance(note, Quantity):
+                return note
+        if is_list(kind) and (inner := quantity_of(Parameter("", *noted(items_of(kind)[0]), None, False))):
+            return inner
+    return None
 
 
-def _steps(case: Case, path: Path, key: str, steps_given: Steps) -> list[Any]:
+def _steps(case: Case, path: Path, key: str, given: Call) -> list[Any]:
     """Return evenly spaced values; decimal, so that three steps of 10 mm are 30 mm to the last digit."""
-    if (steps_given.step is None) == (steps_given.count is None):
+
+    def si(name: str) -> Any:
+        value = si_value(case, path, given.entries[name], ("sweep", key, name))
+        if not isinstance(value, int | float):
+            raise Fault(("sweep", key, name), f"{shown(value)} must be a number; list the values instead")
+        return value
+
+    if ("step" in given.entries) == ("count" in given.entries):
         raise Fault(("sweep", key), 'needs a step, such as step = "10 mm", or else a count')
-    ends = {name: si_value(case, path, end, ("sweep", key, name)) for name, end in
-            (("from", steps_given.start), ("to", steps_given.end))}  # fmt: skip
-    integral = all(isinstance(end, int) for end in ends.values())
-    for name, bound in ends.items():
-        if not isinstance(bound, int | float):
-            raise Fault(("sweep", key, name), f"{shown(bound)} must be a number; list the values instead")
-    start, end = (Decimal(repr(end)) for end in ends.values())
+    ends = si("from"), si("to")
+    start, end = (Decimal(repr(value)) for value in ends)
     if end <= start:
-        raise Fault(("sweep", key, "to"), f"{shown(steps_given.end)} must be above the first value")
-    if steps_given.count is not None:
-        values = [start + (end - start) * i / (steps_given.count - 1) for i in range(steps_given.count)]
+        raise Fault(("sweep", key, "to"), f"{shown(given.entries['to'])} must be above the first value")
+    if "count" in given.entries:
+        last = given.entries["count"] - 1
+        values = [start + (end - start) * i / last for i in range(last + 1)]
     else:
-        step = si_value(case, path, steps_given.step, ("sweep", key, "step"))
+        place, typed = ("sweep", key, "step"), shown(given.entries["step"])
+        quantity = quantity_of(case.changed({path: ends[0]}).parameter(path))
+        try:
+            # A step may lie outside of the range of the values.
+            step = number(given.entries["step"], quantity) if quantity else given.entries["step"]
+        except ValueError as error:
+            raise Fault(place, str(error)) from None
         if not isinstance(step, int | float) or step <= 0:
-            raise Fault(("sweep", key, "step"), f"{shown(steps_given.step)} must be positive")
-        count = floor((end - start) / Decimal(repr(step)) * Decimal("1.000000001"))
+            raise Fault(place, f"{typed} must be positive")
+        wide = Decimal(repr(step))
+        count = floor((end - start) / wide * Decimal("1.000000001"))
         if count >= MOST_POINTS:
-            raise Fault(
-                ("sweep", key, "step"), f"{shown(steps_given.step)} makes {count + 1} values; at most {MOST_POINTS}"
-            )
-        values = [start + i * Decimal(repr(step)) for i in range(count + 1)]
-    if integral and all(value == int(value) for value in values):
-        return [int(value) for value in values]
-    return [float(value) for value in values]
+            raise Fault(place, f"{typed} makes {count + 1} values; at most {MOST_POINTS}")
+        values = [start + i * wide for i in range(count + 1)]
+    whole = all(isinstance(value, int) for value in ends) and all(value == int(value) for value in values)
+    return [int(value) if whole else float(value) for value in values]
 
 
 def words_of(case: Case, path: Path) -> str:
     """Return the entry at a path in words, such as "layer 2 Young's modulus"."""
-    rectangle = "at" in path and isinstance(value_at(case.model, path[: path.index("at")]), RectanglePlate)
+    struck = case.value(path[: path.index("at")]) if "at" in path else None
+    rectangle = isinstance(struck, Call) and struck.kind in ("kirchhoff_plate", "mindlin_plate")
     words = [] if path[0] in ("chain", "structure", "measure") else [str(path[0])]
     for before, part in pairwise(path):
-        if isinstance(part, int) and before == "at" and part in PLACES:
+        if isinstance(part, int) and before == "at" and part < len(PLACES):
             words[-1:] = [PLACES[part] if rectangle else "xy"[part]]
         elif isinstance(part, int):
             words[-1:] = [f"{str(before).removesuffix('s')} {part + 1}"]
@@ -195,11 +189,3 @@ def _label(path: Path) -> str:
     if path[-2:-1] == ("at",) and last in (0, 1):
         return "xy"[int(last)]
     return re.sub(r"\W", "_", str(last) if isinstance(last, str) else f"{path[-2]}_{last}")
-
-
-def name_of(path: Path, earlier: Iterable[str]) -> str:
-    """Return a short name for an entry, which no other has."""
-    name = _label(path)
-    if name in OWN_NAMES or name in earlier:
-        return re.sub(r"\W+", "_", written(path)).strip("_")
-    return name

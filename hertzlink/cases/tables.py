@@ -3,70 +3,94 @@
 import csv
 import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from textwrap import fill, wrap
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import NUMERICAL_ERROR, UNCERTAINTY, reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
-from hertzlink.cases.faults import YIELDING
-from hertzlink.cases.running import Task, of_chain, points
+from hertzlink.cases.paths import YIELDING
+from hertzlink.cases.tasks import Task, count_of_beads, of_chain
 from structures.caution import collected
 from structures.checks import count_of
 
 WIDTH = 80
-CONTINUED = "  "
-"""Before lines that belong to the one above."""
 
 MOST_ROWS = 40
 """Rows of a table on the terminal; the file has all."""
 
-TRACES, TRACES_YIELDING = "traces.csv", "traces_yielding.csv"
-
-SPOTS = ("elastic", "fresh spot")
-"""The same in the table of the terminal."""
-
 ON_A_FRESH_SPOT = f"fresh spot: there the metal yields; computed with {YIELDING}"
-"""Below such a table."""
-
-CONTACT_LAWS = ("elastic", "Jackson-Green")
-"""Of the rows of CSV files, where the metal yields."""
-
-OF_SECOND = (3, 4)
-"""Columns of the second wave behind the axes of a sweep; a table without such a wave leaves them out."""
+"""Below a table of both contact laws."""
 
 Row = Sequence[Any]
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list[str]:
-    """Return the lines of a table, numbers to the right; what is left out is said to be in the file.
+@dataclass(frozen=True)
+class Table:
+    """A table: the file with its numbers in SI units, and what is shown of it.
 
-    Of a table that is too wide the heads have two lines; if that does not help, the widest column stands on a line
-    above each row, or each row is a sentence.
+    columns, rows: those of the file. head, cells: in the units of the user; rows of texts. Without a head the table is
+    a file alone.
     """
-    shown = [*rows[:MOST_ROWS]]
-    more = [f"... and {len(rows) - MOST_ROWS} more in {file}"] if len(rows) > MOST_ROWS else []
-    first, *lines = _aligned(head, *shown)
-    if len(first) <= WIDTH:
-        return [first, "-" * len(first), *lines, *more]
-    halves = [(words.rpartition(" ")[::2] if " " in words else ("", words)) for words in head]
-    top, first, *lines = _aligned(*zip(*halves, strict=True), *shown)
-    if len(first) <= WIDTH:
-        return [top, first, "-" * len(first), *lines, *more]
-    sizes = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
-    widest = sizes.index(max(sizes))
-    first, *lines = _aligned(*([*row[:widest], *row[widest + 1 :]] for row in (head, *shown)))
-    if len(first) + len(CONTINUED) <= WIDTH:
-        both = zip(shown, lines, strict=True)
-        pairs = [line for row, rest in both for line in (*wrap(row[widest], WIDTH), CONTINUED + rest)]
-        return [head[widest], CONTINUED + first, "-" * (len(CONTINUED) + len(first)), *pairs, *more]
-    texts = ["; ".join(f"{name}: {cell}" for name, cell in zip(head, row, strict=True)) for row in shown]
-    return [*(fill(text, WIDTH, subsequent_indent=CONTINUED) for text in texts), *more]
+
+    file: str
+    columns: list[str]
+    rows: list[list[Any]]
+    head: list[str] = field(default_factory=list)
+    cells: list[list[str]] = field(default_factory=list)
+
+    def csv(self) -> str:
+        """Return a CSV file; numbers have all their digits, and what is unknown is empty."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.columns)
+        for row in self.rows:
+            writer.writerow(["" if isinstance(cell, float) and np.isnan(cell) else cell for cell in row])
+        return text.getvalue()
+
+    def lines(self) -> list[str]:
+        """Return the lines of the table, numbers to the right; what is left out is said to be in the file.
+
+        Of a table that is too wide the heads have two lines; if that does not help, the widest column stands on a line
+        above each row, or each row is a sentence.
+        """
+        head, rows = self.head, self.cells[:MOST_ROWS]
+        left_out = len(self.cells) - MOST_ROWS
+        more = [f"... and {left_out} more in {self.file}"] if left_out > 0 else []
+        first, *lines = _aligned(head, *rows)
+        if len(first) <= WIDTH:
+            return [first, "-" * len(first), *lines, *more]
+        halves = [(words.rpartition(" ")[::2] if " " in words else ("", words)) for words in head]
+        top, first, *lines = _aligned(*zip(*halves, strict=True), *rows)
+        if len(first) <= WIDTH:
+            return [top, first, "-" * len(first), *lines, *more]
+        sizes = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+        widest = sizes.index(max(sizes))
+        first, *lines = _aligned(*([*row[:widest], *row[widest + 1 :]] for row in (head, *rows)))
+        if len(first) + 2 <= WIDTH:
+            pairs = zip(rows, lines, strict=True)
+            shown = [line for row, rest in pairs for line in (*wrap(row[widest], WIDTH), f"  {rest}")]
+            return [head[widest], f"  {first}", "-" * (len(first) + 2), *shown, *more]
+        texts = ["; ".join(f"{name}: {cell}" for name, cell in zip(head, row, strict=True)) for row in rows]
+        return [*(fill(text, WIDTH, subsequent_indent="  ") for text in texts), *more]
+
+    def with_yielding(self, yielded: "Table") -> "Table":
+        """Return the table of both contact laws: a last column says which one a row is of."""
+        laws = ("elastic", "Jackson-Green"), (self.rows, yielded.rows)
+        rows = [[*row, law] for law, some in zip(*laws, strict=True) for row in some]
+        cells = []
+        for elastic, fresh in zip(self.cells, yielded.cells, strict=True):
+            cells += [[*elastic, "elastic"], *([[*fresh, "fresh spot"]] if fresh != elastic else [])]
+        head = [*self.head, "contacts"] if self.head else []
+        return Table(self.file, [*self.columns, "contact law"], rows, head, cells)
 
 
 def _aligned(*rows: Sequence[str]) -> list[str]:
@@ -75,102 +99,94 @@ def _aligned(*rows: Sequence[str]) -> list[str]:
     return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
 
 
-def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
-    """Return a CSV file; numbers have all their digits, and what is unknown is empty."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(head)
-    for row in rows:
-        writer.writerow(["" if isinstance(cell, float) and np.isnan(cell) else cell for cell in row])
-    return file.getvalue()
+@dataclass(frozen=True)
+class Answer:
+    """What a command on a case gives: its result, tables, and lines below the first one.
+
+    yielded: the result with a law of yielding. sketched: what is drawn where the result does not hold it. others: files
+    that are no tables, by name. code: the exit code.
+    """
+
+    data: xr.Dataset
+    tables: list[Table]
+    below: list[str] = field(default_factory=list)
+    title: str = ""
+    yielded: xr.Dataset | None = None
+    sketched: CoSimulation | None = None
+    others: dict[str, str] = field(default_factory=dict)
+    code: int = 0
+
+    @property
+    def text(self) -> str:
+        """The text for the terminal."""
+        title = [fill(self.title, WIDTH), ""] if self.title else []
+        return "\n".join([*title, *self.tables[0].lines(), *self.below])
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The files by name."""
+        return {table.file: table.csv() for table in self.tables} | self.others
 
 
-class Answer(NamedTuple):
-    """A table by its head and rows, the file that has all of these, lines below the table, and CSV files by name."""
-
-    head: list[str]
-    rows: list[list[str]]
-    file: str
-    below: list[str]
-    files: dict[str, str]
-
-
-def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
-    """Return the text for the terminal, and CSV files by name. yielded: the result with a law of yielding."""
-    of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
-    head, rows, file, below, files = of(task, data)
+def report(task: Task, data: xr.Dataset, yielded: xr.Dataset | None = None) -> Answer:
+    """Return the tables of a task's result. yielded: the result with a law of yielding."""
+    tables_of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
+    tables, below = tables_of(task, data)
     if yielded is not None:
         with collected():  # The warnings of a run are those of its elastic contacts.
-            law = of(task, yielded)
-        head, files = [*head, "contacts"], _both(files, law.files)
-        pairs = zip(rows, law.rows, strict=True)
-        rows = [
-            [*row, spot]
-            for pair in pairs
-            for row, spot in zip(pair, SPOTS, strict=True)
-            if row != pair[0] or spot == SPOTS[0]
-        ]
-        below = [fill(ON_A_FRESH_SPOT, WIDTH), *below]
-    title = [fill(task.case.model.title, WIDTH), ""] if task.case.model.title else []
-    return "\n".join([*title, *table(head, rows, file), *below]), files
+            others, _ = tables_of(task, yielded)
+        both = []
+        for elastic, fresh in zip(tables, others, strict=True):
+            if elastic.file == "traces.csv":  # The times differ.
+                both += [elastic, Table("traces_yielding.csv", fresh.columns, fresh.rows)]
+            else:
+                both.append(elastic.with_yielding(fresh))
+        tables, below = both, [fill(ON_A_FRESH_SPOT, WIDTH), *below]
+    return Answer(data, tables, below, task.case.title, yielded)
 
 
-def _both(elastic: Mapping[str, str], yielded: Mapping[str, str]) -> dict[str, str]:
-    """Return CSV files of both contact laws: a last column says which; traces, whose times differ, are two files."""
-    files = dict(elastic)
-    for name, text in yielded.items():
-        if name == TRACES:
-            files[TRACES_YIELDING] = text
-            continue
-        rows = [*csv.reader(io.StringIO(elastic[name]))], [*csv.reader(io.StringIO(text))]
-        both = [[*row, law] for law, (_, *some) in zip(CONTACT_LAWS, rows, strict=True) for row in some]
-        files[name] = csv_text([*rows[0][0], "contact law"], both)
-    return files
-
-
-def _run(task: Task, data: xr.Dataset) -> Answer:
+def _run(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     rows: list[list[Any]] = []
-    chains = task.case.model.chains
-    of = [(chain, sensor) for chain, part in enumerate(chains) for sensor in task.sensors if sensor <= part.count]
-    forces = [sensor_force(of_chain(data, chain), sensor) for chain, sensor in of]
-    for chain, sensor in of:
-        waves = _waves(of_chain(data, chain), sensor)
+    chains = range(len(task.case.chains))
+    read = [(c, sensor) for c in chains for sensor in task.sensors if sensor <= count_of_beads(task.case, c)]
+    for chain, sensor in read:
+        try:
+            waves: Any = reflections(of_chain(data, chain), sensor)
+        except NoWaveError:  # as in a chain that nothing strikes
+            waves = None
         for name in ("incident", "primary", "secondary"):
             wave = getattr(waves, name, None)
-            if not wave:
-                rows.append([chain, sensor, name, *[float("nan")] * 4])
-                continue
-            ratio = 1.0 if name == "incident" else wave.amplitude_ratio
-            flight = 0.0 if name == "incident" else wave.time_of_flight
-            rows.append([chain, sensor, name, wave.amplitude, wave.arrival, ratio, flight])
+            measures = [float("nan")] * 4
+            if wave:
+                incident = name == "incident"
+                ratio, flight = (1.0, 0.0) if incident else (wave.amplitude_ratio, wave.time_of_flight)
+                measures = [wave.amplitude, wave.arrival, ratio, flight]
+            rows.append([chain, sensor, name, *measures])
+    columns = ["chain", "sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
     head = ["chain", "bead", "wave", "peak, N", "arrival, µs", "AR", "TOF, µs"]
-    heads = ["chain", "sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
-    shown = [[str(row[0]), str(row[1]), row[2], *map(_cell, row[3:], ("", "µs", "", "µs"))] for row in rows]
-    names = [f"force at bead {sensor}{f' of chain {chain}' * (len(chains) > 1)} (N)" for chain, sensor in of]
-    if len(chains) == 1:
-        head, heads, shown, rows = head[1:], heads[1:], [row[1:] for row in shown], [row[1:] for row in rows]
-    error = float(energy_error(data))
-    above = _above_one(row[-2] for row in rows)
-    lines = [*above, f"energy created or lost: {error:.1e} of the impact's"]
-    lines += ["\n" + entry["text"] for entry in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
+    cells = [[str(row[0]), str(row[1]), row[2], *map(_cell, row[3:], ("", "µs", "", "µs"))] for row in rows]
+    first = int(len(chains) == 1)
+    waves_table = Table(
+        "waves.csv", columns[first:], [row[first:] for row in rows], head[first:], [c[first:] for c in cells]
+    )
+
+    names = [f"force at bead {sensor}{f' of chain {c}' * (len(chains) > 1)} (N)" for c, sensor in read]
+    forces = [sensor_force(of_chain(data, c), sensor).values for c, sensor in read]
+    traces = Table("traces.csv", ["time (s)", *names], np.column_stack([data.time.values, *forces]).tolist())
+
+    below = [
+        *_above_one(row[-2] for row in rows),
+        f"energy created or lost: {float(energy_error(data)):.1e} of the impact's",
+    ]
+    below += ["\n" + error["text"] for error in json.loads(data.attrs.get(NUMERICAL_ERROR, "{}")).values()]
     for sensor, budget in json.loads(data.attrs.get(UNCERTAINTY, "{}")).items():
-        lines += [f"\nuncertainty at bead {sensor}, with the share of each entry", budget["text"]]
-    columns = np.column_stack([data.time.values, *(force.values for force in forces)])
-    files = {"waves.csv": csv_text(heads, rows), TRACES: csv_text(["time (s)", *names], columns.tolist())}
-    return Answer(head, shown, "waves.csv", lines, files)
+        below += [f"\nuncertainty at bead {sensor}, with the share of each entry", budget["text"]]
+    return [waves_table, traces], below
 
 
 def _above_one(ratios: Iterable[float]) -> list[str]:
     """Return a remark where an AR exceeds 1."""
     return [fill(f"AR {ABOVE_ONE}", WIDTH)] if any(ratio > 1.0 for ratio in ratios) else []
-
-
-def _waves(run: xr.Dataset, sensor: int) -> Any:
-    """Return the waves at a sensor; nothing where no wave came, as in a chain that nothing strikes."""
-    try:
-        return reflections(run, sensor)
-    except NoWaveError:
-        return None
 
 
 def _cell(value: float, unit: str) -> str:
@@ -179,36 +195,47 @@ def _cell(value: float, unit: str) -> str:
     return f"{1e6 * value:.2f}" if unit == "µs" else f"{value:.4g}"
 
 
-def _heads(axes: Iterable[Axis]) -> list[str]:
+def _columns(axes: Iterable[Axis]) -> list[str]:
     return [f"{axis.name} ({axis.si})" if axis.si else axis.name for axis in axes]
 
 
-def _sweep(task: Task, data: xr.Dataset) -> Answer:
+def _sweep(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
     names = "amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight"
-    rows, shown = [], []
-    for at, values, texts in points(task.axes, data):
+    rows, cells = [], []
+    for at, values, texts in task.points(task.axes, data):
         for sensor in task.sensors:
             measures = [float(at[name].sel(sensor=sensor)) for name in names]
             rows.append([*values, sensor, *measures])
-            shown.append([*texts, str(sensor), *map(_cell, measures, ("", "µs", "", "µs"))])
+            cells.append([*texts, str(sensor), *map(_cell, measures, ("", "µs", "", "µs"))])
     wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
     head = [*(axis.head for axis in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
-    below = _above_one(ratio for row in rows for ratio in (row[-4], row[-2]))
-    if all(row[-2] == "-" for row in shown):
-        head, *shown = (
-            [cell for i, cell in enumerate(row) if i - len(task.axes) not in OF_SECOND] for row in (head, *shown)
-        )
-    files = {"points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)}
-    return Answer(head, shown, "points.csv", below, files)
+    if all(row[-2] == "-" for row in cells):  # no second wave
+        head, cells = head[:-2], [row[:-2] for row in cells]
+    points = Table("points.csv", [*_columns(task.axes), "bead", *wide], rows, head, cells)
+    tables = [points]
+    if "sensor_force" in data:
+        tables.append(_swept_traces(task, data))
+    return tables, _above_one(ratio for row in rows for ratio in (row[-4], row[-2]))
 
 
-def _critical(task: Task, data: xr.Dataset) -> Answer:
-    along, wanted = task.along, task.case.model.measure.critical_distance
+def _swept_traces(task: Task, data: xr.Dataset) -> Table:
+    """Return the forces of a sweep over time: a column for each run and sensor."""
+    columns, traces = ["time (s)"], [data.time.values]
+    for at, _, texts in task.points(task.axes, data):
+        where = [f"{axis.head} {text}" for axis, text in zip(task.axes, texts, strict=True)]
+        for sensor in task.sensors:
+            columns.append(f"force at bead {sensor}, {', '.join(where)} (N)")
+            traces.append(at.sensor_force.sel(sensor=sensor).values)
+    return Table("traces.csv", columns, np.column_stack(traces).tolist())
+
+
+def _critical(task: Task, data: xr.Dataset) -> tuple[list[Table], list[str]]:
+    along, wanted = task.along, task.case.measure.critical_distance
     assert along is not None
     assert wanted is not None
-    rows, shown, samples = [], [], []
-    remarks = set()
-    for at, values, texts in points(task.others, data):
+    shown = partial(along.shown, digits=4)
+    rows, cells, samples, remarks = [], [], [], set()
+    for at, values, texts in task.points(task.others, data):
         low, high = (float(end) for end in at.bracket)
         critical, far = float(at.critical_distance), float(at.far_value)
         rows.append([*values, critical, low, high, far, wanted.tolerance])
@@ -216,31 +243,22 @@ def _critical(task: Task, data: xr.Dataset) -> Answer:
             remarks.add("> : AR does not settle within the distances or the record; the true one is larger")
         if low == 0.0:
             remarks.add("< : AR is within the tolerance at all distances; give smaller ones")
-        number = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{_round(along, critical)}"
-        bracket = f"{_round(along, low)} to {_round(along, high)}" if np.isfinite(high) else "-"
-        shown.append([*texts, number, bracket, f"{far:.4f}"])
-        done = at.sampled.values.astype(bool)
-        for i in np.flatnonzero(done):
+        best = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{shown(critical)}"
+        between = f"{shown(low)} to {shown(high)}" if np.isfinite(high) else "-"
+        cells.append([*texts, best, between, f"{far:.4f}"])
+        for i in np.flatnonzero(at.sampled.values.astype(bool)):
             sample = at.isel(distance=int(i))
-            samples.append(
-                [*values, float(sample.distance), float(sample.amplitude_ratio), float(sample.time_of_flight)]
-            )
+            measured = (sample.distance, sample.amplitude_ratio, sample.time_of_flight)
+            samples.append([*values, *map(float, measured)])
     unit = f", {along.unit}" if along.unit else ""
-    heads = _heads(task.others)
     head = [*(axis.head for axis in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
-    axis = f"distance ({along.si})"
-    lines = [fill(remark, WIDTH) for remark in sorted(remarks)]
-    share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
-    lines.append(f"beyond the critical distance AR stays within {share} of AR far away")
-    lines.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
+    others, distance = _columns(task.others), f"distance ({along.si})"
     within = f"tolerance of AR{', as a part of AR far away' * wanted.relative}"
-    of_curves = [*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away", within]
-    files = {
-        "critical_distance.csv": csv_text(of_curves, rows),
-        "points.csv": csv_text([*heads, axis, "amplitude ratio", "time of flight (s)"], samples),
-    }
-    return Answer(head, shown, "critical_distance.csv", lines, files)
-
-
-def _round(along: Axis, value: float) -> str:
-    return f"{value / along.size:.4g}"
+    columns = [*others, f"critical {distance}", "low (m)", "high (m)", "AR far away", within]
+    curve = [*others, distance, "amplitude ratio", "time of flight (s)"]
+    tables = [Table("critical_distance.csv", columns, rows, head, cells), Table("points.csv", curve, samples)]
+    share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
+    below = [fill(remark, WIDTH) for remark in sorted(remarks)]
+    below.append(f"beyond the critical distance AR stays within {share} of AR far away")
+    below.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
+    return tables, below

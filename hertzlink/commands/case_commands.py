@@ -4,10 +4,11 @@ What reads cases is loaded by the commands themselves, so that the others stay f
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,13 +16,8 @@ from hertzlink.studies.writing import FORMATS
 from hertzlink.terminal import complain, printable, say, show, written
 
 if TYPE_CHECKING:
-    from xarray import Dataset
-
-    from coupling.cosimulation import CoSimulation
     from hertzlink.cases.case import Case
-
-NOT_IDENTIFIED = 3
-"""Exit code of `hertzlink identify` where results are written, but an unknown is not identified."""
+    from hertzlink.cases.tables import Answer
 
 CASE = click.argument("case", metavar="CASE.toml", type=click.Path())
 CHANGES = click.option(
@@ -56,7 +52,7 @@ def of_case(function: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(function)
     def command(case: str, changes: tuple[str, ...], parts: tuple[Path, ...], **others: Any) -> Any:
         from hertzlink.cases.case import read
-        from hertzlink.cases.faults import Fault
+        from hertzlink.cases.paths import Fault
 
         full_case, source = read(case, changes, parts)
         try:
@@ -79,29 +75,15 @@ def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: in
     AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
     sensor.
     """
-    from hertzlink.cases.run_with_yielding import run_both
-    from hertzlink.cases.running import task_of
     from hertzlink.cases.tables import report
+    from hertzlink.cases.tasks import run_both, task_of
 
     task = task_of(case)
 
-    def work() -> Done:
-        data, yielded = run_both(task, jobs)
-        return Done(data, *report(task, data, yielded), yielded=yielded)
+    def work() -> "Answer":
+        return report(task, *run_both(task, jobs))
 
     write_results(name, output, force, case, work, task.sensors, form)
-
-
-class Done(NamedTuple):
-    """A Dataset, its text, CSV files by name, what to sketch where the Dataset does not hold it, the exit code, and the
-    result with a law of yielding."""
-
-    data: "Dataset"
-    text: str
-    files: dict[str, str]
-    sketched: "CoSimulation | None" = None
-    code: int = 0
-    yielded: "Dataset | None" = None
 
 
 def write_results(
@@ -109,7 +91,7 @@ def write_results(
     output: Path | None,
     force: bool,
     case: "Case",
-    work: Callable[[], Done],
+    work: Callable[[], "Answer"],
     sensors: Sequence[int] | None = None,
     form: str | None = None,
 ) -> int:
@@ -119,7 +101,7 @@ def write_results(
     form: of the report's figures as files; None for no such files.
     """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
-    from hertzlink.cases.faults import of_case
+    from hertzlink.cases.paths import of_case
     from hertzlink.output_folder import check_output, write_folder
     from structures.caution import collected
 
@@ -136,29 +118,30 @@ def write_results(
         # What the table's notes say is not said twice.
         warn([finding for finding in one_of_each(list(map(of_case, findings))) if finding not in said])
     messages = [of_case(finding) for finding in (*findings_of(done.data), *findings)]
-    done = done._replace(data=with_warnings(done.data, messages), text=of_case(done.text))
+    done = replace(done, data=with_warnings(done.data, messages))
+    text = of_case(done.text)
     took = perf_counter() - began
 
     def write(into: Path) -> None:
         (into / "results.nc").write_bytes(done.data.to_netcdf(engine="h5netcdf"))
-        (into / "table.txt").write_text(printable(done.text) + "\n", encoding="utf-8")
+        (into / "table.txt").write_text(printable(text) + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
         for file, content in done.files.items():
             (into / file).write_text(content, encoding="utf-8")
         try:
-            write_report(into, done, case.model.title or printable(Path(name).stem), took, sensors, form)
+            write_report(into, done, case.title or printable(Path(name).stem), took, sensors, form)
         except (OSError, RuntimeError, ValueError) as error:
             # The numbers have taken long. Fonts or programs that figures need may be missing.
             complain(f"warning: the report is not complete: {error}")
 
     write_folder(folder, write, force)
-    show(done.text)
+    show(text)
     written(folder)
     return done.code
 
 
 def write_report(
-    into: Path, done: Done, title: str, took: float, sensors: Sequence[int] | None, form: str | None
+    into: Path, done: "Answer", title: str, took: float, sensors: Sequence[int] | None, form: str | None
 ) -> None:
     """Write the report of a case, and its figures as files of a form."""
     from hertzlink.reports.page import default_style, html
@@ -175,10 +158,10 @@ def write_report(
 @of_case
 def check_case(name: str, case: "Case") -> None:
     """Check a case without running it. Prints what would be run, and an estimate of the time that it takes."""
-    from hertzlink.cases.running import task_of
-    from hertzlink.cases.trial import trial
+    from hertzlink.cases.check import outlook
+    from hertzlink.cases.tasks import task_of
 
-    say(trial(task_of(case)))
+    say(outlook(task_of(case)))
 
 
 @click.command("identify", short_help="Find unknowns of a case from a measured trace.")
@@ -197,22 +180,13 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
     A file without times needs --set identify.interval="0.5 us". The section [identify] of the case names the columns
     and the unknowns; `hertzlink new identify` writes an example of both files.
     """
-    from hertzlink.cases.identify_fit import question_of
-    from hertzlink.cases.identify_section import answer, of_file, signal_of, simulation_of, tables
-    from hertzlink.cases.templates import TRACE
+    from hertzlink.cases.identification import answer_of, fit, question_of, signal_of
 
     question = question_of(case)
     signal = signal_of(question, trace)
 
-    def work() -> Done:
-        try:
-            identification = answer(question, signal)
-        except ValueError as error:
-            raise of_file(error, trace) from None
-        attributes = {"case": case.to_toml(), TRACE: printable(str(trace.absolute()))}
-        data = identification.to_dataset().assign_attrs(attributes)
-        code = 0 if identification.identified else NOT_IDENTIFIED
-        return Done(data, *tables(question, identification), simulation_of(question, identification), code)
+    def work() -> "Answer":
+        return answer_of(question, fit(question, signal, trace), trace)
 
     return write_results(name, output or Path(f"{Path(name).stem}-found"), force, case, work, form=form)
 
@@ -241,16 +215,15 @@ def map_case(
     [measure]. The exit code is 3 where a point failed or is not identified. Ctrl-C keeps the answers in FOLDER.parts,
     from which the same command continues; answers of points that did not fail stay there until all points have one.
     """
-    from hertzlink.cases.mapping import all_identified, grid_of, map_of, text_of
+    from hertzlink.cases.maps import grid_of, map_of
     from hertzlink.output_folder import forget
 
     folder = output or Path(f"{Path(name).stem}-map")
     parts = folder.with_name(f"{folder.name}.parts")
     grid = grid_of(case, table)
 
-    def work() -> Done:
-        data = map_of(case, grid, parts, jobs)
-        return Done(data, *text_of(data), code=0 if all_identified(data) else NOT_IDENTIFIED)
+    def work() -> "Answer":
+        return map_of(case, grid, parts, jobs)
 
     code = write_results(name, folder, force, case, work, form=form or "png")
     if not code:
@@ -293,8 +266,8 @@ def print_schema(parts: tuple[Path, ...]) -> None:
     """Print the JSON schema of case files. With it, editors complete and check the entries of a case."""
     import json
 
-    from hertzlink.cases.model import schema
-    from hertzlink.cases.with_parts import load
+    from hertzlink.cases.case import load
+    from hertzlink.cases.schema import schema
 
     load(parts)
     click.echo(json.dumps(schema(), indent=2, ensure_ascii=False))

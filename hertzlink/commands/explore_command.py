@@ -29,7 +29,7 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
     waves change. The sliders are the axes of [sweep], or else the usual parameters of the structure; the impact speed;
     and the sensor. Only this computer can open the page. Ctrl-C ends it.
     """
-    from hertzlink.cases.running import task_of
+    from hertzlink.cases.tasks import task_of
     from hertzlink.explore.answers import Explorer, modes_for
     from hertzlink.explore.server import Server
     from hertzlink.explore.sliders import sliders_of, start_of
@@ -49,7 +49,7 @@ def explore_case(name: str, case: "Case", port: int, no_browser: bool) -> None:
             notes[0] += f" At the first values AR differs by {abs(of_modes - own):.1e} from that of `hertzlink run`."
         say(notes[0])
     try:
-        server = Server(explorer, case.model.title or Path(name).stem, notes, port)
+        server = Server(explorer, case.title or Path(name).stem, notes, port)
     except OSError as error:
         raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
     with server:

@@ -31,8 +31,8 @@ def precice_case(name: str, case: "Case", participant: str | None, output: Path 
     from coupling.ports.precice import precice_configuration, run_in_precice
     from coupling.results.ar_and_tof import reflections
     from coupling.results.provenance import provenance
-    from hertzlink.cases.faults import Fault
-    from hertzlink.cases.running import task_of
+    from hertzlink.cases.paths import Fault
+    from hertzlink.cases.tasks import task_of
     from hertzlink.output_folder import check_output, write_folder
     from structures.moving import MovingStructure
 

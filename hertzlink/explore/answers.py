@@ -19,8 +19,8 @@ from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
 from coupling.results.waves import NoWave
 from hertzlink.cases.case import Case, run_once
-from hertzlink.cases.faults import of_case
-from hertzlink.cases.running import sensors_of
+from hertzlink.cases.paths import of_case
+from hertzlink.cases.tasks import sensors_of
 from hertzlink.explore.sliders import Slider
 from hertzlink.reports.page import drawn, svg
 from structures.caution import collected
@@ -103,7 +103,8 @@ class Explorer:
 def modes_for(case: Case, sliders: Sequence[Slider]) -> PlateModes | None:
     """Return the modes of the plates at all values of the sliders; None where modes do not serve them all."""
     moved = [slider for slider in sliders if slider.path[0] in ("structure", "materials")]
-    if not moved or case.model.run.reduce is not True or any(slider.choices for slider in moved):
+    reduced = case.tree.entries["run"].entries.get("reduce", True)
+    if not moved or reduced is not True or any(slider.choices for slider in moved):
         return None
     changes: list[dict[str, float]] = [{}, *({s.name: s.si(end)} for s in moved for end in (s.low, s.high))]
     return modes_of([struck_by(case.changed(change).simulation) for change in changes], case.until)

@@ -5,19 +5,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from math import ceil, floor, inf, log10
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 from hertzlink.cases.axes import Axis, unit_at, words_of
-from hertzlink.cases.bodies import Built
-from hertzlink.cases.building import world_of
-from hertzlink.cases.case import Case
-from hertzlink.cases.checking import perhaps_at
-from hertzlink.cases.declared import Declared
-from hertzlink.cases.entry_paths import Path, put, written
-from hertzlink.cases.materials import material_of
-from hertzlink.cases.parts import World
-from hertzlink.cases.plates import PlateBody, RectanglePlate, Walled
-from hertzlink.cases.running import Task
+from hertzlink.cases.case import Case, contacts_of
+from hertzlink.cases.paths import Path, entry, put, written
+from hertzlink.cases.reader import Call
+from hertzlink.cases.tasks import Task, count_of_beads
 from structures.material import Material
 from structures.units import factor
 
@@ -105,9 +99,9 @@ def start_of(task: Task) -> Case:
     data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify", "sensitivities")}
     case = replace(task.case, data=data).changed({})
     for axis in task.axes:
-        value = perhaps_at(task.case.data, axis.path)
+        value = entry(task.case.data, axis.path)
         # What the file gives may be a text with a unit: the checked value counts.
-        number = None if value is None else perhaps_at(task.first.changed({axis.path: value}).model, axis.path)
+        number = None if value is None else task.first.changed({axis.path: value}).value(axis.path)
         if axis.is_number and isinstance(number, int | float):
             inside = min(axis.values) <= number <= max(axis.values)
         else:
@@ -124,58 +118,56 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
     if not task.axes:
         sliders = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
     varied = [*(slider.path for slider in sliders), *(axis.path for axis in task.axes)]
-    chain, world = start.model.only_chain("the page"), world_of(start.model, start.folder)
-    losses = getattr(chain, "dissipation", None)
+    chain = start.only_chain("the page")
+    losses, drop = chain.entries.get("dissipation"), chain.entries.get("drop_height")
     stated = [
-        *_stated(chain, ("chain",), world),
-        *(_stated(losses, ("chain", "dissipation"), world) if isinstance(losses, Declared) else ()),
-        *([(DROP, chain.drop_height, WIDE, inf)] if chain.drop_height else []),
+        *_stated(start, chain),
+        *(_stated(start, losses) if isinstance(losses, Call) else ()),
+        *([(DROP, drop, WIDE, inf)] if drop else []),
     ]
     sliders += [_around(start, path, value, part, most) for path, value, part, most in stated if path not in varied]
     if SENSOR not in varied:
         sensor = Decimal(start.data["measure"]["sensor"])
-        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(chain.count), sensor, whole=True))
+        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(count_of_beads(start, 0)), sensor, whole=True))
     return sliders
 
 
 def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
     """Yield what usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
-    body, world, none = case.model.structure, world_of(case.model, case.folder), inf
-    at: Path = ("structure",)
-    if isinstance(body, Built) and not isinstance(body, Walled):
-        for i, layer in enumerate(getattr(body, "layers", [])[:LAYERS]):
-            inside: Path = ("structure", "layers", i)
-            yield (*inside, "length"), layer.length, WIDE, none
-            modulus = material_of(layer.material, world, *inside, "material").youngs_modulus
-            yield (*inside, "material", "youngs_modulus"), modulus, WIDE, none
-        yield from _stated(body, at, world)
-    if isinstance(body, RectanglePlate) and body.contacts == 1 and body.place[0] > 0.0:
-        yield (*at, "at", 0), body.place[0], NEAR, body.length
-    if isinstance(body, Walled) and body.thickness is not None:
-        yield (*at, "thickness"), body.thickness, NEARER if isinstance(body, PlateBody) else HALVES, none
+    body: Call = case.tree.entries["structure"]
+    is_plate, struck_once = "wall" in body.form.entries, contacts_of(body) == 1 and "at" in body.form.entries
+    if not is_plate:
+        for i, layer in enumerate(body.entries.get("layers", [])[:LAYERS]):
+            inside = *body.path, "layers", i
+            yield (*inside, "length"), layer.entries["length"], WIDE, inf
+            modulus = (*inside, "material", "youngs_modulus")
+            yield modulus, case.value(modulus), WIDE, inf
+        yield from _stated(case, body)
+    if is_plate and struck_once and "width" in body.entries and body.entries["at"][0] > 0.0:
+        yield (*body.path, "at", 0), body.entries["at"][0], NEAR, body.entries["length"]
+    if is_plate and "thickness" in body.entries:
+        ends = NEARER if "at" in body.form.entries else HALVES
+        yield (*body.path, "thickness"), body.entries["thickness"], ends, inf
 
 
-def _stated(body: Declared, inside: Path, world: World) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
-    """Yield the positive numbers that a case states of a described part, and Young's modulus of its material.
+def _stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+    """Yield the positive numbers that a case states of a part, and Young's modulus of its material.
 
     Frequencies and times are left out: they say how finely, and for how long, it is computed.
     """
-    for parameter in body.of.parameters.values():
-        by_diameter = parameter.name == "radius" and getattr(body, "diameter", None) is not None
-        name = "diameter" if by_diameter else parameter.name
-        at, value = (*inside, name), cast("Any", getattr(body, name, None))
-        if Material in (parameter.type, *get_args(parameter.type)):
-            modulus = material_of(value, world, *at).youngs_modulus
-            yield (*at, "youngs_modulus"), modulus, HALVES, inf
-        elif (
-            (quantity := parameter.quantity) is not None and quantity.unit not in ("Hz", "s")
-            and name in body.model_fields_set and isinstance(value, float) and value > 0.0
-        ):  # fmt: skip
+    for name, parameter in body.form.entries.items():
+        at, value, quantity = (*body.path, name), body.entries.get(name), parameter.quantity
+        if name in body.form.common or name == "drop_height":
+            continue
+        if value is not None and Material in (parameter.type, *get_args(parameter.type)):
+            modulus = (*at, "youngs_modulus")
+            yield modulus, case.value(modulus), HALVES, inf
+        elif quantity and quantity.unit not in ("Hz", "s") and isinstance(value, float) and value > 0.0:
             yield at, value, HALVES if name == "thickness" else WIDE, quantity.high
 
 
 def _of_axis(axis: Axis, start: Case) -> Slider:
-    start_value = perhaps_at(start.model, axis.path)
+    start_value = start.value(axis.path)
     if not axis.is_number:
         texts = {str(value): value for value in axis.values}
         return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), _text_of(start_value, texts), choices=texts)
@@ -192,7 +184,7 @@ def _text_of(value: Any, texts: Mapping[str, Any]) -> str:
 
 def _around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float = float("inf")) -> Slider:
     """Return a slider around the value (SI) in the case, in the unit that the case gives."""
-    unit, number, si = unit_at(case, path, value, [perhaps_at(case.data, path)])
+    unit, number, si = unit_at(case, path, value, [entry(case.data, path)])
     if unit == si and unit in PREFERRED:
         unit, number = PREFERRED[unit], float(factor(PREFERRED[unit], si))
     first = _digits(value / number)

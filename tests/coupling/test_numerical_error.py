@@ -15,9 +15,9 @@ from scipy.optimize import minimize_scalar
 import hertzlink as hl
 from coupling.inference.numerical_error import MESH, REDUCTION
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import Fault
-from hertzlink.cases.running import run_task, task_of
+from hertzlink.cases.paths import Fault
 from hertzlink.cases.tables import report
+from hertzlink.cases.tasks import run_task, task_of
 from structures.fineness import finer
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -190,10 +190,10 @@ CASE = {
 
 def test_cases_estimate_the_error_of_a_run() -> None:
     task = task_of(Case(CASE))
-    text = report(task, run_task(task))[0]
+    text = report(task, run_task(task)).text
     assert f"bead {SENSOR} " in text
     assert "mesh: cells halved" in text
-    assert "±" not in report(task, run_task(task_of(Case({**CASE, "measure": {"sensor": SENSOR}}))))[0]
+    assert "±" not in report(task, run_task(task_of(Case({**CASE, "measure": {"sensor": SENSOR}})))).text
     with pytest.raises(Fault, match="one run"):
         task_of(Case({**CASE, "sweep": {"chain.beads": [12, 14]}}))
 

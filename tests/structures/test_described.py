@@ -16,7 +16,7 @@ import pytest
 import hertzlink as hl
 from hertzlink import _described as _described
 from hertzlink.cases.case import Case
-from hertzlink.cases.model import SIMULATION, case_model
+from hertzlink.cases.reader import form_of
 from hertzlink.quantities import Count, OneOf, Quantity
 from structures import described as described_module
 from structures.described import Described, description, registered
@@ -38,10 +38,9 @@ SECOND = {
 
 
 def ours() -> list[Described]:
-    case_model()  # loads all parts
     described = [one for one in registered() if str(one.target.__module__).partition(".")[0] in ROOMS]
-    calls = filter(None, map(description, (hl.CoSimulation.run, hl.reduce, hl.laws.computed_law)))
-    return [*described, SIMULATION, *calls]
+    more = (hl.CoSimulation.__init__, hl.CoSimulation.run, hl.reduce, hl.laws.computed_law)
+    return [*described, *filter(None, map(description, more))]
 
 
 def names_checked(one: Described) -> set[str]:
@@ -71,37 +70,13 @@ def test_a_range_stands_in_one_place() -> None:
     assert {(one.name, name) for one in ours() for name in names_checked(one)} <= SECOND
 
 
-def test_a_unit_of_an_entry_stands_in_one_place() -> None:
-    """The entries of cases take units from quantities; those that no part of the simulation has are named here."""
-    known = {"N/V", "N", ""}
-    texts = [file.read_text("utf-8") for file in (HOME / "hertzlink" / "cases").glob("*.py")]
-    assert {unit for text in texts for unit in re.findall(r'Unit\("([^"]*)"', text)} <= known
-    fields = [name for one in ours() if one.called == "Kirchhoff plate" for name in one.parameters]
-    written = "\n".join(texts)
-    assert not [name for name in fields if re.search(rf"^    {name}: .*Unit\(", written, re.MULTILINE)]
-
-
-def test_an_entry_of_a_chain_or_a_run_stands_in_one_place() -> None:
-    """The tables of a chain and of a run have no field by hand for what a signature declares with its range."""
-    for of, file in (("DeformableChain", "chains"), ("__init__", "model"), ("run", "model")):
-        known = next(one for one in ours() if one.name == of)
-        text = (HOME / "hertzlink" / "cases" / f"{file}.py").read_text("utf-8")
-        # The record is positive before a structure is built for it.
-        names = [name for name, one in known.parameters.items() if one.notes and name != "until"]
-        assert len(names) >= 1
-        assert not [name for name in names if re.search(rf"^    {name}: .* = ", text, re.MULTILINE)]
-
-
-def test_an_entry_of_a_structure_or_a_wall_stands_in_one_place() -> None:
-    """No table says the type of what a signature declares: materials, walls, dampings, reductions."""
-    names = {name for one in ours() for name, parameter in one.parameters.items() if parameter.notes}
-    for file in ("bodies", "plates", "materials", "chains"):
-        text = (HOME / "hertzlink" / "cases" / f"{file}.py").read_text("utf-8")
-        typed = r"^    (\w+): .*\b(Length|Duration|Force|Frequency|Number|Unit|Literal|Annotated|int|float)\b.* = "
-        by_hand = {name for name, *_ in re.findall(typed, text, re.MULTILINE)}
-        # A plate may leave out its thickness, where it has a wall; a layer that is damped is a number; `foundation`
-        # takes the quantity of Foundation.
-        assert not by_hand & names - {"thickness", "layer", "foundation"}, file
+def test_entries_of_a_case_have_the_ranges_of_signatures() -> None:
+    """No table of a case says the range of what a signature declares."""
+    pairs = [(form_of(of.target).entries, of.parameters) for of in ours()]
+    names = [(entries, of, name) for entries, of in pairs for name in entries if name in of and of[name].quantity]
+    shared = [(entries[name], of[name]) for entries, of, name in names]
+    assert len(shared) > 100
+    assert all(entry.quantity == parameter.quantity for entry, parameter in shared)
 
 
 def test_a_damping_of_ones_own_stands_in_a_case(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """Case files that are written: first ones, by kind, and the case of a result."""
 
 import os
+import tomllib
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
@@ -9,9 +10,11 @@ from shlex import quote
 import numpy as np
 
 from coupling.files.loading import read_netcdf
+from coupling.results.measures import sensor_force
 from coupling.results.provenance import stored
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import CaseError
+from hertzlink.cases.identification import TRACE
+from hertzlink.cases.paths import CaseError
 from structures.caution import collected
 from structures.checks import nearest
 
@@ -20,71 +23,54 @@ KINDS = (
     "laminate", "half-plane", "sweep", "critical-distance", "identify",
 )  # fmt: skip
 
-TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
-"""The plate of the example's trace, which the template of `identify` does not know."""
-
-TRACE = "trace"
-"""The attribute of an identification that names the file of its signal."""
-
-NOISE, LEAD, VOLTS = 0.01, 50e-6, 25.0
-"""Noise over the peak, s before the impact, and N/V of the example's trace."""
-
 
 def template(kind: str) -> str:
-    """Return the text of a first case file; raise a ValueError for an unknown kind."""
-    if kind not in KINDS:
-        raise CaseError(f'hertzlink: new: "{kind}" {_no_kind(kind)}')
-    return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
-
-
-def _no_kind(kind: str) -> str:
-    """Return what a word is that is no kind, and what to give: files and folders are taken for places of results."""
+    """Return the text of a first case file; a CaseError for an unknown kind, or for a file or folder in its place."""
+    if kind in KINDS:
+        return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
     place = Path(kind)
     if not kind or (len(place.parts) == 1 and not place.suffix and not place.exists()):
-        return f"is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}"
-    if place.suffix == ".toml":
-        return f"is a case file already; `hertzlink run {quote(kind)}` runs it"
-    result = (place if place.is_dir() else place.parent) / "results.nc"
-    cure = f"did you mean {result}?" if result.is_file() else f"give results.nc of a run, or one of {', '.join(KINDS)}"
-    return f"is neither a kind of case nor a result; {cure}"
+        what = f"is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}"
+    elif place.suffix == ".toml":
+        what = f"is a case file already; `hertzlink run {quote(kind)}` runs it"
+    else:
+        result = (place if place.is_dir() else place.parent) / "results.nc"
+        cure = (
+            f"did you mean {result}?" if result.is_file() else f"give results.nc of a run, or one of {', '.join(KINDS)}"
+        )
+        what = f"is neither a kind of case nor a result; {cure}"
+    raise CaseError(f'hertzlink: new: "{kind}" {what}')
 
 
 def write_new(kind: str, path: Path | None) -> list[str]:
     """Write a first case, or the case of a result, into a new file; lines that say what was written, and what next."""
-    if kind.endswith(".nc"):
-        text, measured = case_again(Path(kind))
-        path = path or Path(f"{Path(kind).stem}.toml")
-        measured = measured.removeprefix(f"{Path.cwd()}{os.sep}")
-        _write(path, text)
-        again = f"next: hertzlink identify {quote(str(path))} {quote(measured)}"
-        return [f"written: {path}", again if measured else _next(path)]
-    text, path = template(kind), path or Path(f"{kind}.toml")
-    if kind != "identify":
-        _write(path, text)
-        return [f"written: {path}", _next(path)]
-    trace = path.with_suffix(".csv")
-    if trace.exists():
-        raise _exists(trace)
+    text, trace = case_again(Path(kind)) if kind.endswith(".nc") else (template(kind), "")
+    path = path or Path(f"{Path(kind).stem}.toml")
+    written = str(path)
+    if kind == "identify":
+        measured = path.with_suffix(".csv")
+        if measured.exists():
+            raise CaseError(f"{measured}: exists already; give another PATH")
     _write(path, text)
-    try:
-        with collected():  # the fit warns of it
-            _write(trace, example_trace(path))
-    except OSError:
-        path.unlink()
-        raise
-    again = f"next: hertzlink identify {quote(str(path))} {quote(str(trace))}"
-    return [f"written: {path}, {trace} (a simulated trace)", again]
-
-
-def _next(path: Path) -> str:
-    return f"next: hertzlink check {quote(str(path))}, then hertzlink run {quote(str(path))}"
+    if kind == "identify":
+        try:
+            with collected():  # the fit warns of it
+                _write(measured, example_trace(text))
+        except OSError:
+            path.unlink()
+            raise
+        trace, written = str(measured), f"{path}, {measured} (a simulated trace)"
+    case = quote(str(path))
+    again = f"hertzlink check {case}, then hertzlink run {case}"
+    if trace:
+        again = f"hertzlink identify {case} {quote(trace.removeprefix(f'{Path.cwd()}{os.sep}'))}"
+    return [f"written: {written}", f"next: {again}"]
 
 
 def case_again(file: Path) -> tuple[str, str]:
-    """Return the text of the case of a result, and the name of the signal's file where the case was identified from
-    one.
+    """Return the text of the case of a result, and the name of the signal's file if it was identified from one.
 
-    A ValueError that says in one line what else the file holds.
+    A CaseError says in one line what else the file holds.
     """
     data = read_netcdf(file)
     if "case" in data.attrs:
@@ -94,23 +80,19 @@ def case_again(file: Path) -> tuple[str, str]:
     raise CaseError(f"{file}: holds no case, as what was made in Python; `hertzlink new` writes a first one")
 
 
-def example_trace(path: Path) -> str:
-    """Return a trace such as an oscilloscope's: a run of the case with another plate, with noise."""
-    import tomllib
-
-    case = Case(tomllib.loads(path.read_text(encoding="utf-8"))).changed(TRUE)
-    run = case.run()
-    from coupling.results.measures import sensor_force
-
-    time = np.arange(0.0, float(run.time[-1]) + LEAD, 0.5e-6)
+def example_trace(text: str) -> str:
+    """Return a trace such as an oscilloscope's: a run of the case with another plate, with noise of 1 % of the peak."""
+    true = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
+    run = Case(tomllib.loads(text)).changed(true).run()
+    lead, volts = 50e-6, 25.0
+    time = np.arange(0.0, float(run.time[-1]) + lead, 0.5e-6)
     random = np.random.default_rng(7)
-    lines = ["time (s),channel 1 (V),channel 2 (V)"]
     columns = []
     for sensor in (7, 13):
-        force = np.interp(time - LEAD, run.time.values, sensor_force(run, sensor).values, left=0.0)
-        columns.append((force + random.normal(0.0, NOISE * force.max(), time.size)) / VOLTS)
-    lines += [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
-    return "\n".join(lines) + "\n"
+        force = np.interp(time - lead, run.time.values, sensor_force(run, sensor).values, left=0.0)
+        columns.append((force + random.normal(0.0, 0.01 * force.max(), time.size)) / volts)
+    lines = [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
+    return "\n".join(["time (s),channel 1 (V),channel 2 (V)", *lines]) + "\n"
 
 
 def _write(path: Path, text: str) -> None:
@@ -118,13 +100,9 @@ def _write(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise _exists(path) from None
+        raise CaseError(f"{path}: exists already; give another PATH") from None
     except OSError as error:
         with suppress(OSError):
             if path.is_file() and path.stat().st_size == 0:
                 path.unlink()
         raise CaseError(f"{path}: cannot be written ({error.strerror})") from None
-
-
-def _exists(path: Path) -> CaseError:
-    return CaseError(f"{path}: exists already; give another PATH")

@@ -18,25 +18,22 @@ from coupling.results.signals import read_signal
 from coupling.sweeps.store import Store
 from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case
-from hertzlink.cases.entry_paths import written
-from hertzlink.cases.identify_fit import question_of
-from hertzlink.cases.identify_section import answer, of_file, signal_of
-from hertzlink.cases.running import sensors_of
-from hertzlink.cases.tables import WIDTH, csv_text, table
+from hertzlink.cases.identification import NOT_IDENTIFIED, fit, question_of, signal_of
+from hertzlink.cases.paths import written
+from hertzlink.cases.tables import WIDTH, Answer, Table
+from hertzlink.cases.tasks import sensors_of
 from structures.checks import count_of
-
-MAP = "map.csv"
 
 
 @dataclass(frozen=True)
-class OfCase:
+class Taken:
     """What is asked at each point of a map: the section [identify] of a case, or AR and TOF without one."""
 
     case: Case
 
     def read(self, file: Path) -> xr.Dataset:
         """Return the signal of a file. Without [identify], its columns 1, 2, … are the sensors of [measure]."""
-        if self.case.model.identify is not None:
+        if self.case.identify is not None:
             return signal_of(question_of(self.case), file)
         columns = {sensor: column for column, sensor in enumerate(sensors_of(self.case, self.case), 1)}
         try:
@@ -49,60 +46,47 @@ class OfCase:
 
     def answer(self, signal: xr.Dataset, point: Mapping[str, Any]) -> Identification:
         """Return what the signal says at a point, whose entries the case gets."""
-        entries = {name: value for name, value in point.items() if is_entry(name)}
-        try:
-            return answer(question_of(self.case.changed(entries)), signal)
-        except ValueError as error:
-            raise of_file(error, Path("signal")) from None
+        entries = {name: value for name, value in point.items() if "." in name}
+        return fit(question_of(self.case.changed(entries)), signal)
 
     def convert(self, name: str, text: str, unit: str) -> Any:
-        """Return the value (SI) that an entry of the case gets from a cell; other columns as they are."""
-        if not is_entry(name):
+        """Return the value (SI) that an entry of the case gets from a cell; other columns, without a point in their
+        name, as they are."""
+        if "." not in name:
             return text
-        number: Any = f"{text} {unit}" if unit else text
+        value: Any = f"{text} {unit}".strip()
         if not unit:
             try:
-                number = float(text)
+                value = float(text)
             except ValueError:
-                number = text
+                value = text
         path = path_of(name, ())
-        asked = self.case.model.identify.unknowns if self.case.model.identify else ()
+        asked = self.case.identify.unknowns if self.case.identify else ()
         if written(path) in (written(path_of(key, ())) for key in asked):
             raise ValueError("is an unknown of [identify] as well; leave the column out, or the unknown")
-        return si_value(self.case, path, number, path)
-
-
-def is_entry(name: str) -> bool:
-    """Return whether a column of a table sets an entry of the case."""
-    return "." in name
+        return si_value(self.case, path, value, path)
 
 
 def grid_of(case: Case, table: Path) -> Grid:
     """Return the points of a table, or of points.csv in a folder, checked with the case."""
-    asked = OfCase(case)
-    if case.model.identify is not None:
+    if case.identify is not None:
         question_of(case)
-    return read_grid(table, asked.convert)
+    return read_grid(table, Taken(case).convert)
 
 
-def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> xr.Dataset:
+def map_of(case: Case, grid: Grid, keep: Path, jobs: int | None) -> Answer:
     """Return the map. keep: a folder for the answers, from which a map that was interrupted continues."""
-    asked = OfCase(case)
+    taken, toml = Taken(case), case.to_toml()
     keep.mkdir(exist_ok=True)
-    work = Taps(asked.answer, 0.0, asked.read, Store(keep), asked=case.model.identify is not None)
-    return mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{case.to_toml()}").assign_attrs(
-        case=case.to_toml()
-    )
-
-
-def text_of(data: xr.Dataset) -> tuple[str, dict[str, str]]:
-    """Return the text for the terminal, and files by name."""
-    head, rows = rows_of(data)
+    work = Taps(taken.answer, 0.0, taken.read, Store(keep), asked=case.identify is not None)
+    data = mapped_taps(grid, work, jobs, f"{versions()['hertzlink']}\n{toml}").assign_attrs(case=toml)
     failed = [
         fill(f"failed: {where(data, k)}: {error}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
         for k, error in enumerate(data.error.values) if error
     ]  # fmt: skip
-    return "\n".join([*table(head, rows, MAP), *failed, summary(data)]), {MAP: csv_text(*csv_rows(data))}
+    columns, rows = csv_rows(data)
+    table = Table("map.csv", columns, rows, *rows_of(data))
+    return Answer(data, [table], [*failed, summary(data)], code=0 if all_identified(data) else NOT_IDENTIFIED)
 
 
 def interesting(data: xr.Dataset) -> list[str]:
