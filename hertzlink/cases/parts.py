@@ -269,7 +269,7 @@ Wall = Annotated[
 Places = Annotated[
     Point | Sequence[Point], Asks('the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
 ]
-OF_PLACES = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",)}
+OF_PLACES = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",), "x, y, face": ("face",)}
 
 
 @in_cases(kirchhoff_plate, mindlin_plate, named=OF_PLACES)
