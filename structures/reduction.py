@@ -5,7 +5,6 @@ from copy import deepcopy
 from dataclasses import replace
 from typing import Annotated, Any
 
-import joblib
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
@@ -110,6 +109,8 @@ def _latest(
     structure: Structure, until: float, tolerance: float, largest: int, pulse: float
 ) -> tuple[Modes, dict[str, Any]]:
     """Return the oscillators of a structure and the report: those of an equal one that was reduced lately."""
+    import joblib  # here, as a run without a reduction does not need it
+
     matrices = [matrix for matrix in (structure.mass, structure.stiffness, structure.damping) if matrix is not None]
     arrays = [(matrix.indptr, matrix.indices, matrix.data) for matrix in matrices]
     key = joblib.hash([until, tolerance, largest, pulse, structure.contact, arrays])
