@@ -22,26 +22,15 @@ from particles.moving import MovingChain
 
 Answers = NDArray[np.float64]
 
-WINDOW, FORCE, MOTION = 1e-6, 10.0, 2e-6
-"""s, N, m: a thirtieth of a contact of 9.5 mm beads, and what a drop of 10 mm brings."""
-
-STRONG = 30.0
-"""Times these forces are those of heavy beads. A structure must bear them, too."""
-
-SHORT = 1e-7
-"""Window whose halves are compared with it, s."""
-
-HELD = 4e-4
-"""Time for which a force is held that shows the compliance, s."""
-
-MARGIN = 3.0
-"""Factor to which the user need know a mass or a stiffness; a wrong unit is off by a thousand."""
-
-WINDOWS = 48
-
+# s, N, m: a thirtieth of a contact of 9.5 mm beads, and what a drop of 10 mm brings.
+WINDOW, FORCE, MOTION, WINDOWS = 1e-6, 10.0, 2e-6, 48
+STRONG = 30.0  # Times these forces are those of heavy beads. A structure must bear them, too.
+SHORT = 1e-7  # Window whose halves are compared with it, s.
+HELD = 4e-4  # Time for which a force is held that shows the compliance, s.
+MARGIN = 3.0  # Factor to which the user need know a mass or a stiffness; a wrong unit is off by a thousand.
+# Force over motion of what draws energy out of a structure, in units of what fed it. From 0.5 on it no longer draws
+# out all of it.
 WITHDRAWAL = 0.2
-"""Force over motion of what draws energy out of a structure, in units of what fed it. Greater values draw it out
-sooner; from 0.5 on they no longer draw out all of it."""
 
 
 class Trial:

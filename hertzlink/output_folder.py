@@ -11,11 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from secrets import token_hex
 
-LISTING = "files.txt"
-"""The file in a folder of results that lists the others with their SHA-256, as the program sha256sum does."""
-
-LISTED = re.compile(r"([0-9a-f]{64})  (.+)")
-"""A line of it."""
+# The file in a folder of results that lists the others with their SHA-256, as the program sha256sum does.
+LISTING, LISTED = "files.txt", re.compile(r"([0-9a-f]{64})  (.+)")
 
 
 def check_output(folder: Path, force: bool) -> None:

@@ -24,6 +24,7 @@ from hertzlink.output_folder import check_output, write_folder
 from hertzlink.studies import draw, thesis
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp
+from structures.kernels.compiling import users_folder
 
 
 class Done(NamedTuple):
@@ -66,20 +67,22 @@ until = "0.1 ms"
 """
 
 
-@pytest.mark.parametrize("program", [["hertzlink"], ["python", "-m", "hertzlink"]], ids=" ".join)
-def test_files_beside_a_case_neither_run_nor_redirect(tmp_path: Path, program: list[str]) -> None:
+@pytest.mark.thorough
+@pytest.mark.parametrize("command", ["hertzlink run tap.toml --jobs 2", "python -m hertzlink run tap.toml --jobs 1"])
+def test_files_beside_a_case_neither_run_nor_redirect(tmp_path: Path, command: str) -> None:
     """Neither modules named like libraries, in this process and in those of a sweep, nor settings of libraries."""
-    sweep = '[sweep]\n"chain.impact_speed" = [0.1, 0.2]\n'
-    (tmp_path / "tap.toml").write_text(TAP + sweep)
+    (tmp_path / "tap.toml").write_text(TAP + '[sweep]\n"chain.impact_speed" = [0.1, 0.2]\n')
     for name in ("joblib", "numpy", "scipy", "click", "numba"):
         (tmp_path / f"{name}.py").write_text("open('ran', 'w')\nraise SystemExit('this ran')\n")
     (tmp_path / ".numba_config.yaml").write_text("cache_dir: theirs\n")
     (tmp_path / "matplotlibrc").write_text("text.usetex: true\n")
-    program = [str(Path(sys.executable).with_name(program[0])), *program[1:]]
+    # The usual folder of kernels is found without NUMBA_CACHE_DIR.
+    (tmp_path / "caches").mkdir()
+    (tmp_path / "caches" / "hertzlink").symlink_to(users_folder())
     settings = {name: value for name, value in os.environ.items() if name not in ("NUMBA_CACHE_DIR", "PYTHONPATH")}
-    settings["XDG_CACHE_HOME"] = os.environ.get("NUMBA_CACHE_DIR", str(tmp_path.parent))
-    command = [*program, "run", "tap.toml", "--jobs", "2"]
-    done = subprocess.run(command, cwd=tmp_path, env=settings, capture_output=True, text=True, check=False)
+    settings["XDG_CACHE_HOME"] = str(tmp_path / "caches")
+    words = [str(Path(sys.executable).with_name(command.split()[0])), *command.split()[1:]]
+    done = subprocess.run(words, cwd=tmp_path, env=settings, capture_output=True, text=True, check=False)
     assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
     assert not (tmp_path / "ran").exists()
     assert not (tmp_path / "theirs").exists()

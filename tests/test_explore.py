@@ -3,7 +3,9 @@
 import json
 import os
 import re
+import shutil
 import signal
+import subprocess
 import threading
 import tomllib
 import urllib.request
@@ -287,6 +289,33 @@ def test_the_page_loads_nothing_and_escapes_its_words(server: Server) -> None:
     assert "eval(" not in page
     with urllib.request.urlopen(server.address) as reply:
         assert nonce[1] not in reply.headers["Content-Security-Policy"]
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+MOVE = """
+const range = document.querySelector('input[type=range][aria-label^="thickness"]');
+range.value = 1.5;
+range.dispatchEvent(new Event("input"));
+"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+def test_a_slider_that_is_moved_in_a_browser_shows_another_ar(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    page, shown = server.page, []
+
+    def moved(nonce: str) -> str:
+        return page(nonce).replace("</body>", f'<script nonce="{nonce}">{MOVE}</script></body>')
+
+    command = [str(BROWSER), "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=20000", "--dump-dom"]
+    for body in (page, moved):
+        monkeypatch.setattr(server, "page", body)
+        done = subprocess.run([*command, server.address], capture_output=True, text=True, timeout=120, check=True)
+        (ratio,) = re.findall(r'<th scope="row">primary</th><td>([\d.]+)</td>', done.stdout)
+        shown.append(float(ratio))
+    expected = [asked(server, structure__thickness=text)[1]["waves"]["primary"] for text in ("2.29", "1.5")]
+    assert shown == [pytest.approx(wave["amplitude_ratio"], abs=6e-5) for wave in expected]
+    assert abs(shown[1] - shown[0]) > 0.01
 
 
 def test_axes_of_a_sweep_are_the_sliders(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ What reads cases is loaded by the commands themselves, so that the others stay f
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from time import perf_counter
@@ -79,57 +78,56 @@ def run_case(name: str, case: "Case", output: Path | None, force: bool, jobs: in
     from hertzlink.cases.tasks import run_both, task_of
 
     task = task_of(case)
-
-    def work() -> "Answer":
-        return report(task, *run_both(task, jobs))
-
-    write_results(name, output, force, case, work, task.sensors, form)
+    folder = output or Path(Path(name).stem)
+    write_results(name, case, folder, force, lambda: report(task, *run_both(task, jobs)), task.sensors, form)
 
 
 def write_results(
     name: str,
-    output: Path | None,
-    force: bool,
     case: "Case",
+    folder: Path,
+    force: bool,
     work: Callable[[], "Answer"],
     sensors: Sequence[int] | None = None,
     form: str | None = None,
 ) -> int:
-    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table; the exit
-    code.
+    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table.
 
-    form: of the report's figures as files; None for no such files.
+    Returns the exit code. form: of the report's figures as files; None for no such files.
     """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.paths import of_case
     from hertzlink.output_folder import check_output, write_folder
+    from hertzlink.reports.page import default_style, html
+    from hertzlink.reports.report import page_of
     from structures.caution import collected
 
     began = perf_counter()
-    folder = output or Path(Path(name).stem)
     check_output(folder, force)
     findings: list[str] = []
-    said = ""
+    text = ""
     try:
         with collected() as findings:
             done = work()
-        said = " ".join(of_case(done.text).split())
+        text = of_case(done.text)
     finally:
         # What the table's notes say is not said twice.
+        said = " ".join(text.split())
         warn([finding for finding in one_of_each(list(map(of_case, findings))) if finding not in said])
-    messages = [of_case(finding) for finding in (*findings_of(done.data), *findings)]
-    done = replace(done, data=with_warnings(done.data, messages))
-    text = of_case(done.text)
+    data = with_warnings(done.data, [of_case(finding) for finding in (*findings_of(done.data), *findings)])
     took = perf_counter() - began
 
     def write(into: Path) -> None:
-        (into / "results.nc").write_bytes(done.data.to_netcdf(engine="h5netcdf"))
-        (into / "table.txt").write_text(printable(text) + "\n", encoding="utf-8")
-        (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
-        for file, content in done.files.items():
+        (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+        for file, content in {"table.txt": printable(text) + "\n", "case.toml": case.to_toml(), **done.files}.items():
             (into / file).write_text(content, encoding="utf-8")
         try:
-            write_report(into, done, case.title or printable(Path(name).stem), took, sensors, form)
+            page = page_of(data, case.title, sensors, done.sketched, took, done.yielded)
+            page.title = case.title or f"{page.title}: {printable(Path(name).stem)}"
+            (into / "report.html").write_text(html(page), encoding="utf-8")
+            with default_style():
+                for picture in page.pictures if form else ():
+                    picture.figure.savefig(into / f"{picture.name}.{form}")
         except (OSError, RuntimeError, ValueError) as error:
             # The numbers have taken long. Fonts or programs that figures need may be missing.
             complain(f"warning: the report is not complete: {error}")
@@ -138,20 +136,6 @@ def write_results(
     show(text)
     written(folder)
     return done.code
-
-
-def write_report(
-    into: Path, done: "Answer", title: str, took: float, sensors: Sequence[int] | None, form: str | None
-) -> None:
-    """Write the report of a case, and its figures as files of a form."""
-    from hertzlink.reports.page import default_style, html
-    from hertzlink.reports.report import page_of
-
-    page = page_of(done.data, title, sensors, done.sketched, took, done.yielded)
-    (into / "report.html").write_text(html(page), encoding="utf-8")
-    with default_style():
-        for picture in page.pictures if form else ():
-            picture.figure.savefig(into / f"{picture.name}.{form}")
 
 
 @click.command("check", short_help="Check a case without running it; estimate its time.")
@@ -184,11 +168,8 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
 
     question = question_of(case)
     signal = signal_of(question, trace)
-
-    def work() -> "Answer":
-        return answer_of(question, fit(question, signal, trace), trace)
-
-    return write_results(name, output or Path(f"{Path(name).stem}-found"), force, case, work, form=form)
+    folder = output or Path(f"{Path(name).stem}-found")
+    return write_results(name, case, folder, force, lambda: identified(question, signal, trace), form=form)
 
 
 @click.command("map", short_help="Identify, or read AR and TOF, at the points of a grid.")
@@ -221,11 +202,7 @@ def map_case(
     folder = output or Path(f"{Path(name).stem}-map")
     parts = folder.with_name(f"{folder.name}.parts")
     grid = grid_of(case, table)
-
-    def work() -> "Answer":
-        return map_of(case, grid, parts, jobs)
-
-    code = write_results(name, folder, force, case, work, form=form or "png")
+    code = write_results(name, case, folder, force, lambda: map_of(case, grid, parts, jobs), form=form or "png")
     if not code:
         forget(parts)
     return code

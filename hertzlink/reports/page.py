@@ -118,11 +118,11 @@ def default_style() -> Iterator[None]:
         yield
 
 
-def drawn(name: str, caption: str, draw: Callable[[Any], Any], height: float = HEIGHT, folded: bool = False) -> Picture:
-    """Return a figure of one of the plots."""
+def drawn(name: str, caption: str, draw: Callable[..., Any], height: float = HEIGHT, folded: bool = False) -> Picture:
+    """Return a figure of one of the plots, which takes the axes as `ax`."""
     with default_style():
         ax = own_axes(WIDTH, height)
-        draw(ax)
+        draw(ax=ax)
     return Picture(ax.get_figure(), caption, name, folded)  # type: ignore[arg-type]
 
 

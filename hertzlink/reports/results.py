@@ -67,10 +67,10 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
         page.pictures.append(drawn(f"traces{name}", words, forces))
         if is_run and not Reading(one).at_sensors:
             words = f"Force at each contact{who} over time: waves run down the chain, and back from the structure."
-            page.pictures.append(drawn(f"map{name}", words, partial(show, traces.contact_map, one)))
+            page.pictures.append(drawn(f"map{name}", words, partial(traces.contact_map, one)))
         words = f"Amplitude spectrum of the force at bead {numbers[0]}{who}."
         with suppress(ValueError):  # of clipped samples, which the table names
-            spectrum = partial(show, traces.spectrum, one, numbers[0])
+            spectrum = partial(traces.spectrum, one, numbers[0])
             page.pictures.append(drawn(f"spectrum{name}", words, spectrum, folded=True))
         rows = [row for number in numbers for row in wave_rows(one, number)]
         if fresh is not None:
@@ -87,15 +87,9 @@ def run_page(data: xr.Dataset, sensors: Any, yielded: xr.Dataset | None = None) 
     if is_run and "kinetic_energy" in data:
         record += f" The energy changes by {float(energy_error(data)):.1g} of the impact energy."
         words = "Where the energy is over time. The sum must not change."
-        page.pictures.append(drawn("energy", words, partial(show, traces.energy, data), folded=True))
+        page.pictures.append(drawn("energy", words, partial(traces.energy, data), folded=True))
     page.sentences.append(record)
     return page
-
-
-def show(plot: Any, *given: Any) -> None:
-    """Call a plot with the data first and the axes last."""
-    *data, ax = given
-    plot(*data, ax=ax)
 
 
 def waves_in_words(data: xr.Dataset, sensor: int) -> str:
@@ -208,7 +202,7 @@ def swept_pictures(runs: xr.Dataset, ratio: xr.DataArray, sensor: int, wave: str
         for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
             name = "-".join([measure, wave, str(sensor), *map(str, place)])
             of_forces = None if "amplitude_ratio" in part else sensor
-            draw = partial(show, swept, part, of_forces, measure, names[0], wave)
+            draw = partial(swept, part, of_forces, measure, names[0], wave)
             yield drawn(name, f"{words} of the {wave} wave at bead {sensor}{where}.", draw)
 
 
@@ -301,14 +295,14 @@ def identification_page(data: xr.Dataset) -> Page:
 
     for number in np.atleast_1d(data.sensor.values).astype(int).tolist() if "time" in data.dims else []:
         words = f"Fitted over measured force at bead {number}."
-        page.pictures.append(drawn(f"fit-{number}", words, partial(show, identified, data, "fit", number)))
+        page.pictures.append(drawn(f"fit-{number}", words, partial(identified, data, "fit", number)))
         words = f"What the fit leaves at bead {number}, in units of the noise."
-        draw = partial(show, identified, data, "residual", number)
+        draw = partial(identified, data, "residual", number)
         page.pictures.append(drawn(f"residual-{number}", words, draw, folded=True))
-    draw = partial(show, identified, data, "intervals")
+    draw = partial(identified, data, "intervals")
     page.pictures.append(drawn("intervals", "How well each unknown is known.", draw, 1.4 + 0.42 * len(unknowns)))
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
-    draw = partial(show, identified, data, "correlation")
+    draw = partial(identified, data, "correlation")
     page.pictures.append(drawn("correlation", words, draw, WIDTH - 1.0, folded=True))
     return page
 
@@ -334,7 +328,7 @@ def map_page(data: xr.Dataset) -> Page:
     for name in wanted:
         page.sentences.append(difference_in_words(data.sel(unknown=name), name))
         for what, words in (("value", "values"), ("error", "half of the 95 % intervals")):
-            draw = partial(show, mapped, data, name, what)
+            draw = partial(mapped, data, name, what)
             page.pictures.append(drawn(f"{name}-{what}".replace(".", "-"), f"{in_words(name)}: {words}.", draw, 4.4))
     verdicts = [
         ", ".join(dict.fromkeys(verdict.partition(":")[0] for verdict in row))
