@@ -169,7 +169,11 @@ def identify_case(name: str, case: "Case", trace: Path, output: Path | None, for
     question = question_of(case)
     signal = signal_of(question, trace)
     folder = output or Path(f"{Path(name).stem}-found")
-    return write_results(name, case, folder, force, lambda: identified(question, signal, trace), form=form)
+
+    def work() -> "Answer":
+        return answer_of(question, fit(question, signal, trace), trace)
+
+    return write_results(name, case, folder, force, work, form=form)
 
 
 @click.command("map", short_help="Identify, or read AR and TOF, at the points of a grid.")

@@ -29,8 +29,6 @@ PREFERRED = {"m": "mm", "Pa": "GPa"}
 
 SENSOR: Path = ("measure", "sensor")
 
-DROP: Path = ("chain", "drop_height")
-
 NUMBER = re.compile(r"-?\d{1,15}(\.\d{1,15})?([eE][-+]?\d{1,2})?")
 
 
@@ -114,25 +112,21 @@ def start_of(task: Task) -> Case:
 
 def sliders_of(task: Task, start: Case) -> list[Slider]:
     """Return the sliders of a case, the first ones of its structure. start: what `start_of` returns."""
-    sliders = [_of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
-    if not task.axes:
-        sliders = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
-    varied = [*(slider.path for slider in sliders), *(axis.path for axis in task.axes)]
-    chain = start.only_chain("the page")
+    chain, varied = start.only_chain("the page"), [axis.path for axis in task.axes]
+    sliders = [of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
+    numbers = [] if task.axes else list(usual(start))
+    numbers += stated(start, chain)
     losses, drop = chain.entries.get("dissipation"), chain.entries.get("drop_height")
-    stated = [
-        *_stated(start, chain),
-        *(_stated(start, losses) if isinstance(losses, Call) else ()),
-        *([(DROP, drop, WIDE, inf)] if drop else []),
-    ]
-    sliders += [_around(start, path, value, part, most) for path, value, part, most in stated if path not in varied]
+    numbers += stated(start, losses) if isinstance(losses, Call) else ()
+    numbers += [(("chain", "drop_height"), drop, WIDE, inf)] if drop else []
+    sliders += [around(start, *number) for number in numbers if number[0] not in varied]
     if SENSOR not in varied:
-        sensor = Decimal(start.data["measure"]["sensor"])
-        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(count_of_beads(start, 0)), sensor, whole=True))
+        sensor, last = Decimal(start.data["measure"]["sensor"]), Decimal(count_of_beads(start, 0))
+        sliders.append(Slider(SENSOR, "sensor", "", Decimal(1), last, sensor, whole=True))
     return sliders
 
 
-def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+def usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
     """Yield what usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
     body: Call = case.tree.entries["structure"]
     is_plate, struck_once = "wall" in body.form.entries, contacts_of(body) == 1 and "at" in body.form.entries
@@ -142,7 +136,7 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
             yield (*inside, "length"), layer.entries["length"], WIDE, inf
             modulus = (*inside, "material", "youngs_modulus")
             yield modulus, case.value(modulus), WIDE, inf
-        yield from _stated(case, body)
+        yield from stated(case, body)
     if is_plate and struck_once and "width" in body.entries and body.entries["at"][0] > 0.0:
         yield (*body.path, "at", 0), body.entries["at"][0], NEAR, body.entries["length"]
     if is_plate and "thickness" in body.entries:
@@ -150,7 +144,7 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
         yield (*body.path, "thickness"), body.entries["thickness"], ends, inf
 
 
-def _stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+def stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
     """Yield the positive numbers that a case states of a part, and Young's modulus of its material.
 
     Frequencies and times are left out: they say how finely, and for how long, it is computed.
@@ -166,43 +160,39 @@ def _stated(case: Case, body: Call) -> Iterator[tuple[Path, float, tuple[float, 
             yield at, value, HALVES if name == "thickness" else WIDE, quantity.high
 
 
-def _of_axis(axis: Axis, start: Case) -> Slider:
-    start_value = start.value(axis.path)
+def of_axis(axis: Axis, start: Case) -> Slider:
+    """Return the slider of an axis of a sweep, or its list of words."""
+    value = start.value(axis.path)
     if not axis.is_number:
-        texts = {str(value): value for value in axis.values}
-        return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), _text_of(start_value, texts), choices=texts)
-    size = Decimal(repr(axis.size))
-    low, high, first = (_digits(number / axis.size) for number in (min(axis.values), max(axis.values), start_value))
-    integral = all(isinstance(value, int) for value in axis.values)
-    step = Decimal(1) if integral else _step(float(high - low) / STEPS, low)
-    return Slider(axis.path, axis.words, axis.unit, low, high, first, step, size, integral)
+        texts = {str(one): one for one in axis.values}
+        first = str(value) if str(value) in texts else next(iter(texts))
+        return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), first, choices=texts)
+    low, high, at = (digits(number / axis.size) for number in (min(axis.values), max(axis.values), value))
+    whole = all(isinstance(one, int) for one in axis.values)
+    size = Decimal(1) if whole else step(float(high - low) / STEPS, low)
+    return Slider(axis.path, axis.words, axis.unit, low, high, at, size, Decimal(repr(axis.size)), whole)
 
 
-def _text_of(value: Any, texts: Mapping[str, Any]) -> str:
-    return str(value) if str(value) in texts else next(iter(texts))
-
-
-def _around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float = float("inf")) -> Slider:
-    """Return a slider around the value (SI) in the case, in the unit that the case gives."""
+def around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float) -> Slider:
+    """Return a slider around the value (SI) in the case, in the unit that the case gives. most: the greatest value."""
     unit, number, si = unit_at(case, path, value, [entry(case.data, path)])
     if unit == si and unit in PREFERRED:
         unit, number = PREFERRED[unit], float(factor(PREFERRED[unit], si))
-    first = _digits(value / number)
-    step = _step(float(first) / STEPS, first)
-    low = ceil(first * Decimal(parts[0]) / step) * step
+    first = digits(value / number)
+    size = step(float(first) / STEPS, first)
     top = first * Decimal(parts[1])
-    if most < float("inf"):
+    if most < inf:
         top = min(top, Decimal(most / number))
-    high = max(floor(top / step) * step, first)
-    return Slider(path, words_of(case, path), unit, min(low, first), high, first, step, Decimal(repr(number)))
+    low, high = ceil(first * Decimal(parts[0]) / size) * size, max(floor(top / size) * size, first)
+    return Slider(path, words_of(case, path), unit, min(low, first), high, first, size, Decimal(repr(number)))
 
 
-def _digits(value: float) -> Decimal:
+def digits(value: float) -> Decimal:
     """Return a number without its last digits, which conversions leave."""
     return Decimal(f"{value:.9g}")
 
 
-def _step(wanted: float, value: Decimal) -> Decimal:
+def step(wanted: float, value: Decimal) -> Decimal:
     """Return a power of ten at most as wanted, so that the value is a whole number of steps if it has few digits."""
     last = value.normalize().as_tuple().exponent
     power = floor(log10(wanted))
