@@ -10,15 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.files.loading import path_of
-from coupling.files.writing import write_whole
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import one_of_each, warn
 from coupling.results.measures import sensor_force
 from coupling.results.provenance import differences, unfolded, version_of, versions
 from coupling.results.reading import Reading, force_of_last
+from hertzlink.output_folder import write_file
 from structures.caution import collected
-from structures.checks import count_of, instance, listed, not_negative, one_of, whole
+from structures.checks import count_of, instance, listed, not_negative, one_of, short, whole
 from structures.meshes.hdf5 import check_hdf5
 from structures.structure import Vector
 
@@ -108,7 +107,9 @@ def assert_same_waves(
     """
     # pytest shows the table of differences, not this code.
     __tracebackhide__ = True
-    path = path_of("reference", reference, "path of a netCDF file")
+    if not isinstance(reference, str | os.PathLike) or not os.fspath(reference):
+        raise ValueError(f"reference = {short(reference)}: must be the path of a netCDF file")
+    path = Path(reference).expanduser()
     relative, absolute = _by_kind("rtol", rtol, 1e-5), _by_kind("atol", atol, 0.0)
     write = os.environ.get(UPDATE, "") not in ("", "0")
     if update is not None:
@@ -195,7 +196,7 @@ def _write(path: Path, waves: xr.Dataset) -> None:
     }
     content = bytes(waves.to_netcdf(engine="h5netcdf", encoding=packed))
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, content)
+    write_file(path, content)
 
 
 def _read(path: Path) -> xr.Dataset:

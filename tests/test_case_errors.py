@@ -396,21 +396,24 @@ def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
 
 SIGNALS = [
     (None, "trace.csv: there is no such file; give the trace of an oscilloscope as text, such as CSV"),
-    ("", "trace.csv: is empty; must hold a line for each sample, with numbers in columns 1, 2, counted from 0"),
-    ("one\ntwo\n", "trace.csv: holds no numbers, but text such as 'one' in line 1; must hold a line for each sample, "),
+    ("", "trace.csv: holds 0 lines, must hold 16 samples or more"),
+    ("one\ntwo\n", "trace.csv: holds 2 lines, must hold 16 samples or more"),
     (
         "0,1\n1,2\n" * 20,
-        "trace.csv: has columns 0 to 1, counted from 0, and no column 2; line 1 is '0,1'; where decimals ",
+        "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a line is ",
     ),
     (
         "Gerät;Oszi 3\nKraft 3;Kraft 5\n(V);(V)\n" + "0,1;0,2\n1,2;1,3\n" * 20,
-        "trace.csv: has columns 0 to 1 (Kraft 3, Kraft 5), counted from 0, and no column 2; line 4 is '0,1;0,2'; where "
-        "decimals have commas, columns need another delimiter; without times give interval=, and sensors from 0 on",
+        "trace.csv: must hold a line for each sample, with numbers in columns 1, 2, counted from 0; a line is ",
     ),
-    (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
+    (samples(9), "trace.csv: holds 10 lines, must hold 16 samples or more"),
     (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
-    (samples(900, ""), "trace.csv: has a sample every 1 s, too coarse for contacts of "),
+    (samples(900, ""), "trace.csv: the times count the samples, or their unit is missing; give time_unit="),
+    (
+        samples(900, "").replace("time", "time (s),a,b"),
+        "trace.csv: has a sample every 1 s, too coarse for contacts of ",
+    ),
 ]
 """Contents of a file, and how the message begins."""
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import fuzz
 import fuzz_cases
-import fuzz_signals
 import pytest
 from fuzz_targets import targets, things
 from hypothesis import HealthCheck, given, note, settings
@@ -130,17 +129,6 @@ def test_wrong_cases(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     for seed in range(count):
         fault = fuzz_cases.attempt(fuzz_cases.wrong_case(random.Random(seed)), build=False)
         assert fault is None, f"seed {seed}: {fault}"
-
-
-def test_damaged_signals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A few; `python tests/fuzz_signals.py 20000` searches many."""
-    monkeypatch.chdir(tmp_path)
-    drawn = random.Random(0)
-    for count in range(40):
-        name = drawn.choice([*fuzz_signals.FILES])
-        content, column = fuzz_signals.FILES[name]
-        fault = fuzz_signals.attempt(fuzz_signals.damaged(content, drawn), column, None)
-        assert fault is None, f"{count}, {name}: {fault}"
 
 
 def test_a_fault_of_a_case_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,8 +15,6 @@ HOME = Path(__file__).parent.parent
 ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
 
 DECLARED_AS = {
-    "RigolWFM": "rigolwfm",
-    "pyuff": "pyuff",
     "precice": "pyprecice",
 }
 """Packages that need not be installed here, by the modules that they bring."""

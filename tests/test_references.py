@@ -160,7 +160,7 @@ def test_a_write_that_fails_leaves_the_reference(
         raise OSError(28, "No space left on device")
 
     before = reference.read_bytes()
-    monkeypatch.setattr("os.fsync", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match=r"nothing was changed.*wall\.nc"):
         assert_same_waves(run, reference, update=True)
     assert reference.read_bytes() == before

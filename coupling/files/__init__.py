@@ -1,1 +1,1 @@
-"""Files: written whole or not at all, plain data without code, HDF5 that stays in its file, locks."""
+"""Files that a user names."""

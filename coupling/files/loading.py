@@ -1,16 +1,13 @@
-"""Files that a user names: their paths, their text, and results as Datasets, or in one line why they are none."""
+"""Files that a user names: results as Datasets, and text, or in one line why they are none."""
 
 import errno
 import os
 import stat
-from collections.abc import Collection
 from pathlib import Path
-from typing import Any
 
 import h5py  # type: ignore[import-untyped]
 import xarray as xr
 
-from structures.checks import short
 from structures.meshes.hdf5 import check_hdf5
 
 NOT_TO_READ = ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError
@@ -49,26 +46,3 @@ def read_text(path: str | Path, most: int) -> str | None:
     if data is None:
         raise BlockingIOError(errno.EAGAIN, "it has nothing to give")
     return None if len(data) > most else data.decode("utf-8-sig")
-
-
-def path_of(name: str, path: Any, what: str) -> Path:
-    """Return the path, absolute; raises ValueError for what is empty, holds a null byte, or is no path."""
-    try:
-        text = os.fspath(path)
-        if not isinstance(text, str) or not text or "\0" in text:
-            raise TypeError
-        return Path(text).expanduser().absolute()
-    except (TypeError, RuntimeError):  # RuntimeError: ~ of a user who is not there
-        raise ValueError(f"{name} = {short(path)}: must be the {what}") from None
-
-
-def file_to_write(name: str, path: Any, endings: Collection[str]) -> Path:
-    """Return the path of a file to write, absolute; raises ValueError for another ending, or where no file can be."""
-    what = f"name of a file that ends in {' or '.join(endings)}"
-    target = path_of(name, path, what)
-    if target.suffix.lower() not in endings:
-        raise ValueError(f"{name} = {short(path)}: must be the {what}")
-    if target.is_dir() or not target.parent.is_dir():
-        reason = "is a folder; name a file" if target.is_dir() else "its folder does not exist"
-        raise ValueError(f"{name} = {str(path)!r}: {reason}")
-    return target

@@ -15,7 +15,7 @@ from scipy.ndimage import label, median_filter
 from scipy.signal import lfilter
 from scipy.stats import fisher_exact
 
-from coupling.results.conditioning import HARMONICS
+from coupling.signals.conditioning import HARMONICS
 from structures.structure import Vector
 
 STRONG = 6.0

@@ -14,8 +14,8 @@ from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import kind
-from coupling.results.signals import as_signal
 from coupling.results.waves import ReflectedWave
+from coupling.signals.signals import as_signal
 from coupling.sweeps.batch import records
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import built_at, check_build

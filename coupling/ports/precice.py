@@ -1,28 +1,24 @@
 """Chain and structure as participants of a preCICE coupling; optional: needs preCICE 3 and its bindings, pyprecice."""
 
-import logging
 import re
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from math import ceil, inf
 from pathlib import Path
-from types import ModuleType
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
 
-from coupling.files.loading import path_of
 from coupling.plan import SAME_TIME, coarse
-from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance, version_of
 from coupling.results.schema import run_coordinates, variable
 from coupling.run_checks import check_guest
 from particles.chain import Chain
-from particles.moving import MovingChain
+from particles.deformable.deformable_chain import moving_chain
+from particles.kernels.motion import forces_of_chains
+from particles.moving import ChainState, MovingChain
 from structures.checks import count_of, each, finite, instance, one_of, positive, short
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector
@@ -31,31 +27,40 @@ from structures.surface import Surface
 DATA = {"displacement": "Displacement", "force": "Force"}
 
 DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", **DATA}
-"""Default names in the configuration: of the chain, its mesh, the data that it reads and the data that it writes."""
-
 STRUCTURE_NAMES = {"participant": "Structure", "mesh": "Structure-Mesh", **DATA}
-"""The same of the structure, which reads the force and writes the displacement."""
+"""Default names in the configuration. The chain reads the displacement, the structure reads the force."""
 
 STEPS_PER_CONTACT = 64
 """Steps of the chain in a contact, where neither preCICE nor the user says how long they are."""
 
-SCHEME = re.compile(r"<coupling-scheme:(?P<kind>[\w-]+)[^>]*>.*?</coupling-scheme:(?P=kind)>", re.DOTALL)
-"""A coupling scheme of a configuration."""
-
-MOST_ITERATIONS = re.compile(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"']")
+ROUNDING = 1e-12
+"""A force below this part of the chain's force scale is rounding, and exactly zero: relative measures of convergence
+divide by its change."""
 
 STILL, WEAK, RELATIVE = 2e-14, 1e-9, 1e-9
 """Limits of convergence: of the displacement (m) and of the force (N), and their relative limit. preCICE refuses
 absolute limits of 1e-14 and less."""
 
-CONFIGURATION = Path(__file__).with_name("precice-config.xml")
-"""The template of a configuration."""
-
-COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-
-log = logging.getLogger("hertzlink.precice")
-
 T = TypeVar("T")
+
+
+class Side(NamedTuple):
+    """A participant: the configuration, its names there, and how its contacts lie in the mesh."""
+
+    file: Path
+    names: Mapping[str, str]
+    direction: Sequence[float] | None
+    positions: Sequence[Sequence[float]] | None
+
+
+class State(NamedTuple):
+    """A chain at the end of a step; the displacement of the surface, m; the mean force of the last contact over the
+    step, and the forces of all contacts at its end, N, relative to the static ones."""
+
+    chain: ChainState
+    surface: float
+    mean_force: float
+    contact_force: Vector
 
 
 def run_in_precice(
@@ -71,11 +76,9 @@ def run_in_precice(
 ) -> xr.Dataset:
     """Run a chain, or a structure, as a participant of a preCICE coupling, to its end.
 
-    The mesh has a vertex for each contact, of a chain one. The chain reads the displacement of the surface (m, from
-    static equilibrium) and writes the mean force over preCICE's window so far (N, relative to the static one); a
-    structure reads the mean force and writes the displacement at the window's end. Both are positive away from the
-    chain. The force is constant over preCICE's window, so configure waveform-degree="0" and substeps="false". Then the
-    interface creates no energy if the coupling is implicit. The other participant may be a program of the user's.
+    The chain reads the displacement of the surface (m, from static equilibrium) and writes the mean force over
+    preCICE's window so far (N, relative to the static one); a structure reads that force and writes the displacement.
+    Both are positive away from the chain. docs/interoperability.md has the configuration.
 
     Parameters
     ----------
@@ -93,9 +96,8 @@ def run_in_precice(
     positions : sequence, optional
         Position of the vertex of each contact, m; of a single one by default the origin.
     window : float, optional
-        Longest step of a chain, s. The surface moves linearly over a step: preCICE's window, or an equal part of it
-        no longer than `window`, which suits a displacement of waveform-degree 2 or more. By default preCICE's window;
-        but 1/64 of a contact if that is longer than 1/8 of one, or left to the chain (method "first-participant").
+        Longest step of a chain, s: preCICE's window, or an equal part of it. By default preCICE's window; but 1/64 of a
+        contact if that is longer than 1/8 of one.
     flexibility : float
         Compliance in series with a chain's contact, m/N; `structure.flexibility` for a Structure.
     dt : float, optional
@@ -104,15 +106,9 @@ def run_in_precice(
     Returns
     -------
     xarray.Dataset
-        Of a chain, a Dataset for `reflections` and the other measures. Of the energies it holds the work on the surface
-        alone. `evaluations` counts how often a window was tried, and `residual` is the last change of its force. The
-        attribute `warnings` holds the findings: windows that took all iterations, windows that are coarse, and those of
-        every run.
-
-        Of a structure, over time and its contacts: `surface_displacement` (m), `mean_force` (N) over the window that
-        ends there, and `interface_work` (J).
-
-        The attribute `precice` names the version of preCICE.
+        Of a chain, a Dataset for `reflections` and the other measures, with the work on the surface as the only energy;
+        `evaluations` counts how often a window was tried, and `residual` is the last change of its force. Of a
+        structure `surface_displacement` (m), `mean_force` (N) and `interface_work` (J).
 
     Raises
     ------
@@ -139,78 +135,113 @@ def run_in_precice(
     no coupling
     """
     instance("body", body, Chain | Structure, "a Chain or a Structure")  # type: ignore[arg-type]
+    names = {} if names is None else instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")
+    called = STRUCTURE_NAMES if isinstance(body, Structure) else DEFAULT_NAMES
+    for key, name in names.items():
+        one_of("names", key, called)
+        instance(f"names[{key!r}]", name, str, "a name in the configuration")
+    file = Path(instance("configuration", configuration, str | Path, "the name of a file"))  # type: ignore[arg-type]
+    if not file.is_file():
+        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
+    side = Side(file.absolute(), {**called, **names}, direction, positions)
+    inputs = {"configuration": str(configuration), "names": side.names}
     if isinstance(body, Structure):
-        return _run_structure(body, configuration, names, direction, positions)
-    instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
-    return _run_chain(
-        guest_chain(body, cast(Surface, surface), flexibility, dt), configuration, names, direction, positions, window
-    )
+        return _run_structure(body, side, inputs)
+    moving = moving_chain(body, instance("surface", surface, Surface, "a Surface(material)"), flexibility, dt)
+    return _run_chain(moving, None if window is None else positive("window", window, "s"), side, inputs)
 
 
-def _run_chain(
-    moving: MovingChain, configuration: str | Path, names: Any, direction: Any, positions: Any, window: float | None
-) -> xr.Dataset:
-    """Run a chain to the end of the coupling."""
-    longest = None if window is None else positive("window", window, "s")
-    called, file = _called(DEFAULT_NAMES, names), _file(configuration)
+def _run_chain(moving: MovingChain, longest: float | None, side: Side, inputs: dict[str, Any]) -> xr.Dataset:
+    """Run a chain to the end of the coupling. longest: step that it may take, s."""
 
-    def interface_of(participant: Any) -> _Interface:
-        return _Interface(participant, called, ("displacement", "force"), direction, positions)
+    def exchange(interface: Interface) -> Windows:
+        coupling, windows, most = interface.participant, Windows(first_state(moving)), longest
+        while coupling.is_coupling_ongoing():
+            # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
+            coupling.requires_writing_checkpoint()
+            left = coupling.get_max_time_step_size()
+            if most is None:
+                too_long = coarse("time-window-size", left, moving.contact_time)
+                most = moving.contact_time / STEPS_PER_CONTACT if too_long else inf
+            step = left / max(1, ceil(left / most * (1.0 - SAME_TIME)))
+            windows.states.append(next_state(moving, windows.states[-1], float(interface.read(step)[0]), step))
+            interface.write(np.array([windows.mean_force()]))
+            coupling.advance(step)
+            if coupling.requires_reading_checkpoint():
+                windows.repeat()
+            elif coupling.is_time_window_complete():
+                windows.accept()
+        return windows
 
-    windows, version = _coupled(called, file, interface_of, lambda interface: _exchange(moving, interface, longest))
-    inputs = {"chain": moving.chain.describe(), "configuration": str(configuration), "names": called, "window": window}
-    data = _dataset(moving, windows, inputs).assign_attrs(precice=version)
-    findings = windows.findings(moving, _most_iterations(file, called["participant"]))
-    findings += check_guest(moving, data.contact_force.values, data.interface_work.values, data.time.values)
+    windows, version = _coupled(side, ("displacement", "force"), 1, exchange)
+    states = windows.states
+    force = np.array([state.contact_force for state in states]) + moving.static_force
+    surface, times = (np.array(columns) for columns in zip(*((s.surface, s.chain.time) for s in states), strict=True))
+    mean_force, size = np.array([state.mean_force for state in states])[1:], moving.mass.size
+    values = {
+        "displacement": (np.array([state.chain.position for state in states]) - moving.rest)[:, :size],
+        "velocity": np.array([state.chain.velocity for state in states])[:, :size],
+        "contact_force": force,
+        "surface_displacement": surface,
+        "interface_work": np.cumsum([0.0, *(mean_force * np.diff(surface))]),
+        "interface_impulse": np.cumsum([0.0, *(mean_force * np.diff(times))]),
+        "evaluations": np.array(windows.evaluations, float),
+        "residual": np.array(windows.residual),
+    }
+    coordinates = run_coordinates(times, range(size), range(size), moving.chain.centres, moving.static_force)
+    inputs = {"chain": moving.chain.describe(), **inputs, "window": longest}
+    variables = {name: variable(name, data) for name, data in values.items()}
+    data = xr.Dataset(variables, coordinates, provenance(inputs) | {"precice": version})
+
+    # Windows that are coarse, or took as many iterations as they may; and what is checked after every run.
+    findings = coarse("time-window-size", windows.longest, moving.contact_time)
+    text = re.sub(r"<!--.*?-->", "", side.file.read_text(encoding="utf-8", errors="replace"), flags=re.DOTALL)
+    schemes = re.findall(r"<coupling-scheme:([\w-]+)([^>]*>.*?)</coupling-scheme:\1>", text, re.DOTALL)
+    ours = [scheme for _, scheme in schemes if re.search(rf"[\"']{re.escape(side.names['participant'])}[\"']", scheme)]
+    limits = re.findall(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"']", " ".join(ours))
+    most = min(map(int, limits), default=inf)
+    if last := sum(tries >= most for tries in windows.evaluations):
+        findings.append(
+            f"max-iterations = {most}: {last} of {sum(tries > 0 for tries in windows.evaluations)} windows took them "
+            "all and may not have converged, which preCICE accepts; raise it, or change the acceleration"
+        )
+    findings += check_guest(moving, force, values["interface_work"], times)
     warn(findings)
     return with_warnings(data, findings)
 
 
-def _run_structure(
-    structure: Structure, configuration: str | Path, names: Any, direction: Any, positions: Any
-) -> xr.Dataset:
+def _run_structure(structure: Structure, side: Side, inputs: dict[str, Any]) -> xr.Dataset:
     """Run a structure to the end of the coupling."""
     moving = MovingStructure(structure)
-    called, file = _called(STRUCTURE_NAMES, names), _file(configuration)
     count = len(moving.surfaces)
-    if positions is None and count > 1:
-        raise ValueError(f"positions = None: must hold {count_of(count, 'position')}, one for each contact")
+    times, forces, places = [0.0], [np.zeros(count)], [np.zeros(count)]
 
-    def interface_of(participant: Any) -> _Interface:
-        return _Interface(participant, called, ("force", "displacement"), direction, positions, count)
-
-    def exchange(interface: _Interface) -> tuple[list[float], list[Vector], list[Vector]]:
+    def exchange(interface: Interface) -> None:
         coupling, state = interface.participant, moving.start()
-        times, forces, places = [0.0], [np.zeros(count)], [np.zeros(count)]
-        interface.initialize()
         while coupling.is_coupling_ongoing():
             # The state before the window is kept until the window is accepted.
             coupling.requires_writing_checkpoint()
             window = coupling.get_max_time_step_size()
             force = interface.read(window)
             after, moved = moving.advance(state, force if count > 1 else float(force[0]), window)
-            place = np.reshape(moved, count)
-            interface.write(place)
-            with _interruptible():
-                coupling.advance(window)
+            interface.write(np.reshape(moved, count))
+            coupling.advance(window)
             if not coupling.requires_reading_checkpoint():
                 state = after
                 times.append(times[-1] + window)
                 forces.append(force)
-                places.append(place)
-        return times, forces, places
+                places.append(np.reshape(moved, count))
 
-    (times, forces, places), version = _coupled(called, file, interface_of, exchange)
-    surface, force = np.array(places), np.array(forces)
-    work = np.cumsum(np.sum(force[1:] * np.diff(surface, axis=0), axis=1))
-    inputs = {"structure": structure.origin, "configuration": str(configuration), "names": called}
-    seat = ("time", "structure_contact")
+    _, version = _coupled(side, ("force", "displacement"), count, exchange)
+    surface, force, seat = np.array(places), np.array(forces), ("time", "structure_contact")
+    work = np.cumsum([0.0, *np.sum(force[1:] * np.diff(surface, axis=0), axis=1)])
     data = {
         "surface_displacement": (seat, surface, {"units": "m", "long_name": "displacement of the surface"}),
         "mean_force": (seat, force, {"units": "N", "long_name": "mean force over the window"}),
-        "interface_work": ("time", np.array([0.0, *work]), {"units": "J", "long_name": "work on the structure"}),
+        "interface_work": ("time", work, {"units": "J", "long_name": "work on the structure"}),
     }
-    return xr.Dataset(data, {"time": ("time", times, {"units": "s"})}, provenance(inputs) | {"precice": version})
+    attrs = provenance({"structure": structure.origin, **inputs}) | {"precice": version}
+    return xr.Dataset(data, {"time": ("time", times, {"units": "s"})}, attrs)
 
 
 def precice_configuration(chain: Chain, surface: Surface, until: float, flexibility: float = 0.0) -> str:
@@ -219,64 +250,48 @@ def precice_configuration(chain: Chain, surface: Surface, until: float, flexibil
     until: length of the record, s. flexibility: in series with the contact, m/N. Participants "Chain" and "Structure",
     serial-implicit, with Aitken's relaxation; a window is 1/64 of a contact.
     """
-    return CONFIGURATION.read_text("utf-8").format(
+    window = moving_chain(chain, surface, flexibility, None).contact_time / STEPS_PER_CONTACT
+    return Path(__file__).with_name("precice-config.xml").read_text("utf-8").format(
         chain=DEFAULT_NAMES["participant"], chain_mesh=DEFAULT_NAMES["mesh"],
-        structure=STRUCTURE_NAMES["participant"], structure_mesh=STRUCTURE_NAMES["mesh"],
-        force=DEFAULT_NAMES["force"], displacement=DEFAULT_NAMES["displacement"], STILL=STILL, WEAK=WEAK,
-        RELATIVE=RELATIVE, until=positive("until", until, "s"),
-        window=guest_chain(chain, surface, flexibility).contact_time / STEPS_PER_CONTACT,
+        structure=STRUCTURE_NAMES["participant"], structure_mesh=STRUCTURE_NAMES["mesh"], **DATA,
+        STILL=STILL, WEAK=WEAK, RELATIVE=RELATIVE, until=positive("until", until, "s"), window=window,
     )  # fmt: skip
 
 
-def _called(usual: Mapping[str, str], names: Mapping[str, str] | None) -> dict[str, str]:
-    """Return the names in the configuration."""
-    names = {} if names is None else names
-    instance("names", names, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
-    for key, name in names.items():
-        one_of("names", key, usual)
-        instance(f"names[{key!r}]", name, str, "a name in the configuration")
-    return {**usual, **names}
+def first_state(moving: MovingChain) -> State:
+    """Return the static equilibrium, at time zero."""
+    state = moving.start()
+    return State(state, 0.0, 0.0, _contact_force(moving, state, 0.0, 0.0))
 
 
-def _file(configuration: str | Path) -> Path:
-    file = path_of("configuration", configuration, "name of a file")
-    if not file.is_file():
-        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
-    return file
+def next_state(moving: MovingChain, state: State, surface: float, step: float) -> State:
+    """Advance by a step, s, while the surface moves linearly to the displacement `surface`, m."""
+    chain, force = moving.advance(state.chain, (state.surface, finite("surface displacement", surface, "m")), step)
+    bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
+    if bad.any():
+        raise FloatingPointError(f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt")
+    rate = (surface - state.surface) / step
+    mean_force = force if abs(force) > ROUNDING * moving.scales[0] else 0.0
+    return State(chain, surface, mean_force, _contact_force(moving, chain, surface, rate))
 
 
-def _coupled(
-    called: Mapping[str, str],
-    file: Path,
-    interface_of: Callable[[Any], "_Interface"],
-    exchange: Callable[["_Interface"], T],
-) -> tuple[T, str]:
-    """Return what an exchange of data gives, and the version of preCICE; after an error the other participant ends."""
-    precice = _bindings()
-    participant = precice.Participant(called["participant"], str(file), 0, 1)
-    try:
-        interface = interface_of(participant)
-    except (ValueError, RuntimeError) as error:
-        _release(participant, called["mesh"], error)
-        raise
-    try:
-        result = exchange(interface)
-    except BaseException:
-        # Otherwise the other participant waits until this one is deleted.
-        _finalize(participant)
-        raise
-    participant.finalize()
-    return result, _version(precice)
+def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate: float) -> Vector:
+    force, (position, velocity, _, time, _) = np.zeros(moving.mass.size), state
+    contacts, work, places = np.arange(force.size), moving.work_space(), np.array([[surface], [rate]])
+    forces_of_chains(moving.model, position, velocity, time, *places, contacts, force, work)
+    dynamic: Vector = force - moving.static_force
+    dynamic[abs(dynamic) <= ROUNDING * moving.scales[0]] = 0.0
+    return dynamic
 
 
-class _Windows:
+class Windows:
     """States at the ends of all accepted steps, the start first; and how each window of preCICE went.
 
     At the end of a window, zero at that of other steps: how often the window was tried, and the residual, N, which is
     the last change of its mean force.
     """
 
-    def __init__(self, begin: GuestState) -> None:
+    def __init__(self, begin: State) -> None:
         self.states, self.evaluations, self.residual = [begin], [0], [0.0]
         self.longest, self.first, self.tries, self.force = 0.0, 0, 1, 0.0
 
@@ -299,118 +314,30 @@ class _Windows:
         self.residual += [*inner, abs(force - self.force)]
         self.first, self.tries, self.force = len(self.states) - 1, 1, force
 
-    def findings(self, moving: MovingChain, most: float) -> list[str]:
-        """Return the windows that are coarse, or took as many iterations as they may."""
-        findings = coarse("time-window-size", self.longest, moving.contact_time)
-        if last := sum(tries >= most for tries in self.evaluations):
-            count = sum(tries > 0 for tries in self.evaluations)
-            findings.append(
-                f"max-iterations = {most}: {last} of {count} windows took them all and may not have converged, which "
-                "preCICE accepts; raise it, or change the acceleration or the convergence measures"
-            )
-        return findings
 
-
-def _most_iterations(configuration: Path, participant: str) -> float:
-    """Return the max-iterations of the participant's coupling scheme, infinite where none are given."""
-    text = COMMENT.sub("", configuration.read_text(encoding="utf-8", errors="replace"))
-    schemes = [
-        match[0] for match in SCHEME.finditer(text) if re.search(rf"[\"']{re.escape(participant)}[\"']", match[0])
-    ]
-    return min((int(most) for scheme in schemes for most in MOST_ITERATIONS.findall(scheme)), default=inf)
-
-
-def _exchange(moving: MovingChain, interface: "_Interface", longest: float | None) -> _Windows:
-    """Run to the end."""
-    coupling, windows = interface.participant, _Windows(start(moving))
-    interface.initialize()
-    while coupling.is_coupling_ongoing():
-        # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
-        coupling.requires_writing_checkpoint()
-        left = coupling.get_max_time_step_size()
-        if longest is None:
-            too_long = coarse("time-window-size", left, moving.contact_time)
-            longest = moving.contact_time / STEPS_PER_CONTACT if too_long else inf
-        step = left / max(1, ceil(left / longest * (1.0 - SAME_TIME)))
-        windows.states.append(advance(moving, windows.states[-1], float(interface.read(step)[0]), step))
-        interface.write(np.array([windows.mean_force()]))
-        with _interruptible():
-            coupling.advance(step)
-        if coupling.requires_reading_checkpoint():
-            windows.repeat()
-        elif coupling.is_time_window_complete():
-            windows.accept()
-    return windows
-
-
-def _release(participant: Any, mesh: str, error: Exception) -> None:
-    """End the other participant after an error before the coupling began: it waits for this one, in vain."""
-    log.warning("%s; waiting for the other participant, to end it", error)
-    with suppress(RuntimeError):
-        participant.set_mesh_vertices(mesh, np.zeros((1, participant.get_mesh_dimensions(mesh))))
-    with suppress(RuntimeError), _interruptible():
-        participant.requires_initial_data()
-        participant.initialize()
-    _finalize(participant)
-
-
-def _finalize(participant: Any) -> None:
-    """End the coupling after an error, which must not be hidden by another."""
-    with suppress(RuntimeError), _interruptible():
-        participant.finalize()
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let Ctrl-C end the process within this context: Python itself would see it only when preCICE returns."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    handler = signal.getsignal(signal.SIGINT)
-    if handler is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    try:
-        yield
-    finally:
-        if handler is signal.default_int_handler:
-            signal.signal(signal.SIGINT, handler)
-
-
-class _Interface:
+class Interface:
     """The vertices of a participant, one for each contact, which read one of displacement and force and write the
     other one, as scalars or along a direction."""
 
-    def __init__(
-        self,
-        participant: Any,
-        names: Mapping[str, str],
-        data: tuple[str, str],
-        direction: Sequence[float] | None,
-        positions: Sequence[Sequence[float]] | None,
-        count: int = 1,
-    ) -> None:
+    def __init__(self, participant: Any, side: Side, data: tuple[str, str], count: int) -> None:
+        _, names, direction, positions = side
         self.participant, self.mesh, self.count = participant, names["mesh"], count
         self.read_name, self.written_name = (names[name] for name in data)
         dimensions = participant.get_mesh_dimensions(self.mesh)
         places = np.zeros((count, dimensions))
-        if positions is not None and len(positions) != count:
-            raise ValueError(
-                f"positions = {short(positions)}: must hold {count_of(count, 'position')}, one for each contact"
-            )
-        for k, position in enumerate([] if positions is None else positions):
+        for k, position in enumerate(positions or ()):
             places[k] = _vector(f"positions[{k}]", position, dimensions)
         sizes = [participant.get_data_dimensions(self.mesh, names[name]) for name in data]
         if direction is not None and max(sizes) == 1:
             raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
-        self.directions = [self._along(direction, size) for size in sizes]
+        if direction is None and max(sizes) > 1:
+            raise ValueError(f"direction = None: must be given for data that are vectors, as {max(sizes)} numbers")
+        self.directions = [np.ones(1) if size == 1 else _vector("direction", direction, size) for size in sizes]
+        lengths = [float(np.linalg.norm(vector)) for vector in self.directions]
+        if not all(lengths):
+            raise ValueError(f"direction = {short(direction)}: must not be zero")
+        self.directions = [vector / length for vector, length in zip(self.directions, lengths, strict=True)]
         self.vertices = participant.set_mesh_vertices(self.mesh, places)
-
-    def initialize(self) -> None:
-        """Write zeros, if preCICE requires initial data: everything is in static equilibrium."""
-        if self.participant.requires_initial_data():
-            self.write(np.zeros(self.count))
-        with _interruptible():
-            self.participant.initialize()
 
     def read(self, step: float) -> Vector:
         """Return what acts at each vertex at the end of the step (s)."""
@@ -420,32 +347,23 @@ class _Interface:
     def write(self, values: Vector) -> None:
         """Write a number for each vertex; vectors are rows."""
         rows = np.outer(values, self.directions[1])
-        self.participant.write_data(
-            self.mesh, self.written_name, self.vertices, rows.ravel() if rows.shape[1] == 1 else rows
-        )
-
-    @staticmethod
-    def _along(direction: Sequence[float] | None, size: int) -> Vector:
-        """Return the unit vector along which data of this size act; 1 for scalars."""
-        if size == 1:
-            return np.ones(1)
-        if direction is None:
-            raise ValueError(f"direction = None: must be given for data that are vectors, as {size} numbers")
-        vector = _vector("direction", direction, size)
-        length = float(np.linalg.norm(vector))
-        if length == 0.0:
-            raise ValueError(f"direction = {short(direction)}: must not be zero")
-        return vector / length
+        data = rows.ravel() if rows.shape[1] == 1 else rows
+        self.participant.write_data(self.mesh, self.written_name, self.vertices, data)
 
 
-def _vector(name: str, value: Sequence[float], size: int) -> Vector:
+def _vector(name: str, value: Any, size: int) -> Vector:
     numbers = each(finite, name, np.asarray(value))
     if numbers.shape != (size,):
         raise ValueError(f"{name} = {short(value)}: must hold {count_of(size, 'number')}, as in the configuration")
     return numbers
 
 
-def _bindings() -> Any:
+def _coupled(side: Side, data: tuple[str, str], count: int, exchange: Callable[[Interface], T]) -> tuple[T, str]:
+    """Return what an exchange of data gives, and the version of preCICE; after an error the other participant ends."""
+    if len(side.positions or ()) != count and (side.positions is not None or count > 1):
+        raise ValueError(
+            f"positions = {short(side.positions)}: must hold {count_of(count, 'position')}, one for each contact"
+        )
     try:
         import precice
     except ImportError as error:
@@ -454,32 +372,27 @@ def _bindings() -> Any:
         ) from error
     if not hasattr(precice, "Participant"):
         raise ImportError("hertzlink needs version 3 of preCICE and pyprecice; an older one is installed")
-    return precice
-
-
-def _version(precice: ModuleType) -> str:
-    """Return the version of preCICE, as far as it is known, and of its bindings."""
+    mesh = side.names["mesh"]
+    participant = precice.Participant(side.names["participant"], str(side.file), 0, 1)
+    try:
+        try:
+            interface = Interface(participant, side, data, count)
+        except (ValueError, RuntimeError):
+            # The other participant waits for this one: it must begin before it can end.
+            with suppress(RuntimeError):
+                participant.set_mesh_vertices(mesh, np.zeros((1, participant.get_mesh_dimensions(mesh))))
+                participant.requires_initial_data()
+                participant.initialize()
+            raise
+        if participant.requires_initial_data():
+            interface.write(np.zeros(count))
+        participant.initialize()
+        result = exchange(interface)
+    except BaseException:
+        with suppress(RuntimeError):  # the first error must not be hidden by another
+            participant.finalize()
+        raise
+    participant.finalize()
     information = getattr(precice, "get_version_information", str)()
     text = information.decode() if isinstance(information, bytes) else str(information)
-    return f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"
-
-
-def _dataset(moving: MovingChain, windows: _Windows, inputs: dict[str, Any]) -> xr.Dataset:
-    states = windows.states
-    force = np.array([state.contact_force for state in states]) + moving.static_force
-    surface, times = (np.array(columns) for columns in zip(*((s.surface, s.chain.time) for s in states), strict=True))
-    mean_force = np.array([state.mean_force for state in states])[1:]
-    values = {
-        "displacement": (np.array([state.chain.position for state in states]) - moving.rest)[:, : moving.mass.size],
-        "velocity": np.array([state.chain.velocity for state in states])[:, : moving.mass.size],
-        "contact_force": force,
-        "surface_displacement": surface,
-        "interface_work": np.cumsum([0.0, *(mean_force * np.diff(surface))]),
-        "interface_impulse": np.cumsum([0.0, *(mean_force * np.diff(times))]),
-        "evaluations": np.array(windows.evaluations, float),
-        "residual": np.array(windows.residual),
-    }
-    variables = {name: variable(name, data) for name, data in values.items()}
-    bodies = range(moving.mass.size)
-    coordinates = run_coordinates(times, bodies, bodies, moving.chain.centres, moving.static_force)
-    return xr.Dataset(variables, coordinates, provenance(inputs))
+    return result, f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"

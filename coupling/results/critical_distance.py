@@ -18,16 +18,16 @@ Number = float | xr.DataArray
 
 
 class CriticalDistance(NamedTuple):
-    """A critical distance and its bracket: the last sample outside the tolerance, and the next one.
+    """A critical distance and its bracket, m: the last sample outside the tolerance, and the next one.
 
     All three are NaN where there is no wave at all.
 
     Parameters
     ----------
     value : float or DataArray
-        The critical distance, m; NaN where the far value is unknown or not reached.
+        The critical distance; NaN where the far value is unknown or not reached.
     low, high : float or DataArray
-        The ends of the bracket, m. If the value is NaN, low is a lower bound and high is infinite. If AR is within the
+        The ends of the bracket. If the value is NaN, low is a lower bound and high is infinite. If AR is within the
         tolerance at all distances, value and high are the smallest of them, an upper bound, and low is 0.
     """
 
@@ -69,42 +69,30 @@ def critical_distance(
     Parameters
     ----------
     ratio : DataArray
-        Amplitude ratios AR over a dimension "distance" (m; or over its only dimension), and over any others. NaN where
-        no wave came within the record, or where there is no sample.
+        Amplitude ratios AR over "distance" (m; or over the only dimension), and over any others. NaN is unknown: no
+        wave came within the record. Where that means AR = 0, pass ``ratio.fillna(0.0)``.
     tolerance : float
-        How far AR may be from its far value: in units of the incident amplitude, or with `relative` in units of the far
-        value.
+        How far AR may be from its far value: in units of the incident amplitude, or with `relative` of the far value.
     relative : bool
         Whether the tolerance is relative to the far value.
     bracket : bool
         Whether to return the bracket as well.
     far : float or DataArray, optional
         The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
-        greatest distance.
+        greatest distance, where on a finite plate the other edges are near.
 
     Returns
     -------
     float, DataArray or CriticalDistance
         A float for one curve, else a DataArray; with `bracket` a tuple (value, low, high) of them. The value is
-        interpolated linearly between the last sample outside the tolerance, `low`, and the next one, `high`. It is no
-        better than this bracket: AR oscillates over the distance, and on samples 10 mm apart the value was up to 29 %
-        off. `critical_distance_search` refines the bracket.
+        interpolated between the last sample outside the tolerance, `low`, and the next one, `high`. It is no better
+        than this bracket, because AR oscillates: on samples 10 mm apart it was up to 29 % off.
+        `critical_distance_search` refines the bracket.
 
     Raises
     ------
     ValueError
         Where ratio is no DataArray or holds fewer than three distances, or an argument is out of its range.
-
-    Notes
-    -----
-    NaN is unknown: no wave above 1 % came within the record, but one may come later, and be larger. NaN at the greatest
-    distance leaves the far value unknown: the value is NaN, and `low`, the last sample that differs from no wave, is a
-    lower bound if AR fades. NaN between other samples is left out. The far value counts as reached where a sample
-    nearer than the greatest distance is within the tolerance of it; if none is, the value is NaN and `low` a lower
-    bound. Where the record is long enough that no wave means AR = 0, pass `ratio.fillna(0.0)`.
-
-    On a finite plate the far value is AR at the greatest distance, where the other edges are near too. It is that of
-    the infinite plate if the chain has left before their echoes arrive (`infinite_plate`).
 
     References
     ----------
@@ -133,9 +121,13 @@ def critical_distance(
         each(finite, "far", far.values)
     else:
         far = xr.DataArray(np.nan if far is None else finite("far", far))
-    distances = _increasing(ordered[dimension].values)
+    distances = ordered[dimension].values
+    if distances.dtype.kind not in "fiu" or not np.isfinite(distances).all() or distances[0] < 0.0:
+        raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
+    if (np.diff(distances) <= 0.0).any():
+        raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
     results = xr.apply_ufunc(
-        lambda curve, far: last_crossing(distances, curve, tolerance, relative, far),
+        lambda curve, level: last_crossing(distances.astype(float), curve, tolerance, relative, level),
         ordered,
         far,
         input_core_dims=[[dimension], []],
@@ -148,22 +140,13 @@ def critical_distance(
     return result if bracket else result.value
 
 
-def _increasing(distances: Vector) -> Vector:
-    """Return the sorted distances, m, or raise a ValueError."""
-    if distances.dtype.kind not in "fiu" or not np.isfinite(distances).all() or distances[0] < 0.0:
-        raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
-    if (np.diff(distances) <= 0.0).any():
-        raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
-    return distances.astype(float)
-
-
 def last_crossing(
     distances: Vector, curve: Vector, tolerance: float, relative: bool = False, far: float = nan
 ) -> tuple[float, float, float]:
     """Return (value, low, high) of `CriticalDistance` for one curve over rising distances; far: NaN if not known."""
     # The greatest distance cannot show that the far value, which is its own, is reached.
-    free, there = np.isnan(far), np.flatnonzero(~np.isnan(curve))
-    usable = there[there < curve.size - 1] if free else there
+    there = np.flatnonzero(~np.isnan(curve))
+    usable = there[there < curve.size - 1] if np.isnan(far) else there
     if usable.size == 0:
         return nan, nan, nan
     level, x, y = far_value(curve, far), distances[usable], curve[usable]

@@ -1,10 +1,8 @@
 """Opening and closing of the contacts between chains and structures, placed between a run's saved times."""
 
-from typing import TypeAlias
-
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from coupling.results.reading import Reading, contact_forces
 from coupling.results.schema import Contact
@@ -16,13 +14,13 @@ from structures.units import readable
 SMALLEST_GAP = 1e-3
 """Gaps and contacts below this part of the greatest approach are not reported: rounding makes them at rest."""
 
-OPENS, CLOSES = "opens", "closes"
-
-Flags: TypeAlias = NDArray[np.bool_]
-
 
 def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Dataset:
     """Return when each contact between a chain and a structure opens and closes.
+
+    A contact is open where bead and surface are apart, the static indentation included. All contacts touch at time
+    zero; one that is pressed first does not close. A cubic through the saved times before and after interpolates the
+    gap: with twelve saved times in a contact the error is 1e-4 of its duration.
 
     Parameters
     ----------
@@ -47,15 +45,6 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     HertzlinkWarning
         If a contact closes and opens again between two saved times: its impulse shows it.
 
-    Notes
-    -----
-    A contact is open where bead and surface are apart, the static indentation included. The force of a dashpot, which
-    never pulls, ends before that. All contacts touch at time zero; one that is pressed first does not close.
-
-    A cubic through the two saved times before and the two after interpolates the gap. With twelve saved times in a
-    contact the error is 1e-4 of its duration. It decreases with save_every to the power of 3.5, because Hertz's force
-    is proportional to δ^1.5, and with the square where a dashpot closes.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -74,18 +63,34 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     reading.check_holds(["gap", "interface_impulse"], "CoSimulation")
     time = reading.time
     gaps, impulses = (run[name].values.reshape(time.size, -1) for name in ("gap", "interface_impulse"))
-    events: list[tuple[float, str, int]] = []
+    events = list[tuple[float, str, int]]()
     for k, gap in enumerate(gaps.T):
         deepest = -float(gap.min(initial=0.0))
-        if deepest > 0.0:
-            events += [(at, kind, k) for at, kind in _crossings(time, gap, level * deepest)]
-            mean = np.diff(impulses[:, k]) / np.diff(time) + static[k]
-            _warn_of_hidden(time, gap > level * deepest, mean > level * force[:, k].max(), k)
-    return _dataset(run, sorted(events))
+        if not deepest > 0.0:
+            continue
+        events += [(at, kind, k) for at, kind in _crossings(time, gap, level * deepest)]
+        # A push between two saved times at both of which the contact is open.
+        mean, opened = np.diff(impulses[:, k]) / np.diff(time) + static[k], gap > level * deepest
+        hidden = np.flatnonzero(opened[:-1] & opened[1:] & (mean > level * force[:, k].max()))
+        if hidden.size:
+            caution(
+                f"save_every: interface {k} closes and opens again between saved times, first after "
+                f"t = {readable(float(time[hidden[0]]), 's', 4)}; save the run more often"
+            )
+    events.sort()
+    interfaces = np.array([k for _, _, k in events], dtype=int)
+    variables = {
+        "kind": ("event", np.array([kind for _, kind, _ in events], dtype=str)),
+        "interface": ("event", interfaces),
+    }
+    if "interface" in run.dims:
+        variables |= {name: ("event", run[f"interface_{name}"].values[interfaces]) for name in Contact._fields}
+    times = np.array([at for at, _, _ in events], dtype=float)
+    return xr.Dataset(variables, {"time": ("event", times, {"units": "s"})}, run.attrs)
 
 
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:
-    """Return where a gap changes its sign on its way from beyond ∓ level to beyond ± level."""
+    """Return where a gap changes its sign on its way from beyond ∓ level to beyond ± level, and how."""
     beyond = np.flatnonzero(abs(gap) > level)
     opened = np.append(gap[0] > level, gap[beyond] > 0.0)
     crossings = []
@@ -93,36 +98,8 @@ def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str
         if before != after:
             side = gap[: row + 1] > 0.0
             last = int(np.flatnonzero(side != after)[-1]) if (side != after).any() else 0
-            crossings.append((_zero(time, gap, last), OPENS if after else CLOSES))
+            near = slice(max(0, last - 1), last + 3)
+            zeros = CubicSpline(time[near], gap[near]).solve(0.0, extrapolate=False)
+            inside = zeros[(zeros >= time[last]) & (zeros <= time[last + 1])]
+            crossings.append((float(inside[0] if inside.size else time[last]), "opens" if after else "closes"))
     return crossings
-
-
-def _zero(time: Vector, gap: Vector, row: int) -> float:
-    """Return the zero after a row, of a cubic through it and its neighbours."""
-    from scipy.interpolate import CubicSpline
-
-    near = slice(max(0, row - 1), row + 3)
-    inside = CubicSpline(time[near], gap[near]).solve(0.0, extrapolate=False)
-    inside = inside[(inside >= time[row]) & (inside <= time[row + 1])]
-    return float(inside[0]) if inside.size else float(time[row])
-
-
-def _warn_of_hidden(time: Vector, opened: Flags, pushed: Flags, interface: int) -> None:
-    """Warn of pushes between two saved times at both of which a contact is open."""
-    hidden = np.flatnonzero(opened[:-1] & opened[1:] & pushed)
-    if hidden.size:
-        caution(
-            f"save_every: interface {interface} closes and opens again between saved times, first after "
-            f"t = {readable(float(time[hidden[0]]), 's', 4)}; save the run more often"
-        )
-
-
-def _dataset(run: xr.Dataset, events: list[tuple[float, str, int]]) -> xr.Dataset:
-    numbers = np.array([k for _, _, k in events], dtype=int)
-    kinds = np.array([kind for _, kind, _ in events], dtype=str)
-    variables = {"kind": ("event", kinds), "interface": ("event", numbers)}
-    if "interface" in run.dims:
-        for name in Contact._fields:
-            variables[name] = ("event", run[f"interface_{name}"].values[numbers])
-    times = np.array([at for at, _, _ in events], dtype=float)
-    return xr.Dataset(variables, {"time": ("event", times, {"units": "s"})}, run.attrs)

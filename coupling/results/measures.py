@@ -20,13 +20,12 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     run : Dataset
         A run, a sweep, a batch or a measured signal.
     sensor : int
-        Number of the bead, 1 to N from the struck end.
+        Number of the bead, 1 to N from the struck end. A chain that is too short for it has NaN, with a warning.
 
     Returns
     -------
     DataArray
-        The force over time, N. In a run it is the mean of the bead's two contact forces, in a signal it is what was
-        measured. Of several chains, one that is too short for the sensor has NaN, and the user is warned.
+        The force over time, N: of a run the mean of the bead's two contact forces, of a signal what was measured.
 
     Raises
     ------
@@ -58,6 +57,9 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
 def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArray:
     """Return the ratio β of the greatest contact force to the greatest bead-centre force of the incident wave.
 
+    A gauge in the bead measures the force at its centre. That force times β plus the preload is the contact force F_m
+    of the theory. β = 1.414 for equal spheres without preload, five beads or more from both ends.
+
     Parameters
     ----------
     run : Dataset
@@ -68,19 +70,12 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
     Returns
     -------
     float or DataArray
-        β, a float for a run and an array over the axes of a sweep; NaN without an incident wave. Both forces are
-        above the preload; the greater of the bead's two contact forces counts. β = 1.414 for equal spheres without
-        preload, five beads or more from both ends.
+        β, a float for a run and an array over the axes of a sweep; NaN without an incident wave.
 
     Raises
     ------
     ValueError
         If the Dataset is a signal, or does not hold that bead.
-
-    Notes
-    -----
-    A gauge in the bead measures the force at its centre. That force times β plus the preload is the contact force F_m
-    of the theory.
 
     References
     ----------
@@ -95,7 +90,6 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
     >>> print(f"{hl.contact_to_sensor_ratio(run, sensor=8):.2f}")
     1.42
     """
-
     reading = Reading(run)
     reading.check_holds(("velocity",), "a run with velocities")
     traces, template = traces_of(reading, sensor)
@@ -110,12 +104,12 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
         contacts = np.stack([above, below])
         peaks = begin + contacts[:, begin:end].argmax(axis=1)
         ratio[number] = placed(reading.time, contacts, np.arange(2), peaks)[0].max() / waves.amplitude[number, 0]
-    result = xr.DataArray(ratio.reshape(())) if template is None else template.copy(data=ratio.reshape(template.shape))
+    result = xr.DataArray(ratio[0]) if template is None else template.copy(data=ratio.reshape(template.shape))
     return number_or_array(result, "1", f"contact force / bead-centre force, bead {int(sensor)}")
 
 
 def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
-    """Return the duration of the first contact between the last bead and the structure.
+    """Return the duration of the first contact between the last bead and the structure, s.
 
     Parameters
     ----------
@@ -127,8 +121,8 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     Returns
     -------
     float or DataArray
-        The time, s, between the two crossings of the threshold, each interpolated linearly; NaN if one is missing.
-        A float for a run, an array over the axes of a sweep.
+        The time between the two crossings of the threshold, each interpolated linearly; NaN if one is missing. A float
+        for a run, an array over the axes of a sweep.
 
     Raises
     ------
@@ -144,9 +138,8 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     >>> print(f"{1e6 * hl.contact_time(run):.0f} µs")
     59 µs
     """
-    reading = Reading(run)
-    dynamic = reading.dynamic_force()
-    if not 0.0 < positive("threshold", threshold) < 1.0:
+    dynamic = Reading(run).dynamic_force().reset_coords(drop=True)
+    if not positive("threshold", threshold) < 1.0:
         raise ValueError(f"threshold = {threshold!r}: must lie between 0 and 1")
     time = run.time.values
 
@@ -162,13 +155,15 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
         begin, end = np.interp(level, force[rise], time[rise]), np.interp(-level, -force[fall], time[fall])
         return float(end - begin)
 
-    force = dynamic.reset_coords(drop=True)
-    result = xr.apply_ufunc(one, force, input_core_dims=[["contact", "time"]], vectorize=True)
+    result = xr.apply_ufunc(one, dynamic, input_core_dims=[["contact", "time"]], vectorize=True)
     return number_or_array(result, "s", "contact of the last bead")
 
 
 def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     """Return the greatest change of the total energy in a run, in units of the impact energy.
+
+    The total is the energy of beads, contacts, gravity and structures, and what losses and damping took, less the work
+    of force histories and pistons. The work done on a black box replaces its energy.
 
     Parameters
     ----------
@@ -185,12 +180,6 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     ValueError
         If the Dataset holds no energies, or only one of several chains or structures.
 
-    Notes
-    -----
-    The total is the energy of beads, contacts and gravity, the losses of all chains, the energies of the structures and
-    the energy that their damping took, less the work of force histories and pistons. If the energy of a structure is
-    unknown (a black box), the work done on it replaces its energy.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -206,10 +195,7 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
 
 
 def energies(run: xr.Dataset) -> dict[str, Any]:
-    """Return the parts of the total energy over time, J, as `energy_error` sums them; driven: the work put in, < 0.
-
-    Raises a ValueError as `energy_error` does.
-    """
+    """Return the parts of the total energy over time, J, as `energy_error` sums them; driven: the work put in, < 0."""
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_whole()
@@ -222,5 +208,4 @@ def energies(run: xr.Dataset) -> dict[str, Any]:
 
 def _summed(values: xr.DataArray) -> xr.DataArray:
     """Return the sum over chains or structures, where a run has several."""
-    several = [axis for axis in ("chain", "structure") if axis in values.dims]
-    return values.sum(several) if several else values
+    return values.sum([axis for axis in ("chain", "structure") if axis in values.dims])

@@ -19,6 +19,9 @@ RECORD = "the record "
 TAIL = 0.01
 """A push on the structure ends where it falls below this part of its greatest force."""
 
+UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
+"""What `until_of` returns; its group is the time in words."""
+
 
 def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
     """Warn where a bead is fewer than WAVE_LENGTH beads from an end of a chain; chains: the number of beads of each."""
@@ -30,8 +33,8 @@ def warn_of_ends(sensor: int, chains: Sequence[int]) -> None:
                 cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
             where = f"{count_of(distance, 'bead')} from" if distance else "the bead at"
             caution(
-                f"sensor = {sensor}: is {where} the {end}; within {WAVE_LENGTH} beads of it, "
-                f"the length of a wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
+                f"sensor = {sensor}: is {where} the {end}; within {WAVE_LENGTH} beads of it, the length of a wave, "
+                f"incident and reflected waves merge, which falsifies AR and TOF; {cure}"
             )
 
 
@@ -39,19 +42,18 @@ def why_missing(time: Vector, found: Found, smallest: float, sensor: int, hops: 
     """Return why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and
     NaN where neither is known. hops: contacts from the bead to the structure."""
     ends, slowest = float(time[-1]), smallest ** (-1.0 / 6.0)
-    hop = found.travel / hops
-    leaves = found.leaves
+    hop, leaves = found.travel / hops, found.leaves
     if not isfinite(leaves) and found.samples:
         there = float(time[found.samples[0]]) + 2.0 * found.travel
         if there < ends:
             return f"nothing pushes a structure by the end of the record, {readable(ends, 's', 4)}", nan
         leaves = there + PUSH * hop
-    needed = leaves + slowest * found.travel + 3.0 * hop
-    if len(found.samples) < 2 and not found.cut and needed > ends:
-        return short_record(ends, needed, f"bead {sensor}"), needed
     if found.cut:
         needed = ends + WAVE_LENGTH * slowest * hop
         return cut_record(ends, needed, f"bead {sensor}"), needed
+    needed = leaves + slowest * found.travel + 3.0 * hop
+    if len(found.samples) < 2 and needed > ends:
+        return short_record(ends, needed, f"bead {sensor}"), needed
     if len(found.samples) > 1:
         return "", nan
     if hops <= WAVE_LENGTH:
@@ -80,10 +82,6 @@ def rounded_up(value: float) -> float:
     return float(f"{ceil(value / step * (1.0 - 1e-9)) * step:.2g}")
 
 
-UNTIL = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
-"""What `until_of` returns; its group is the time in words."""
-
-
 def until_of(seconds: float) -> str:
     """Return what to give for `until`, s, rounded up to two digits, and the same in words."""
     value = rounded_up(seconds)
@@ -91,11 +89,9 @@ def until_of(seconds: float) -> str:
 
 
 def short_record(ends: float, needed: float, where: str) -> str:
-    """Return a sentence; ends and needed: the record's end, and the one that would hold the wave, s."""
-    return (
-        f"{RECORD}ends at {readable(ends, 's', 4)}, before a reflected wave can be back at {where}; {until_of(needed)} "
-        "would hold it"
-    )
+    """Return the sentence for a record that ends at `ends` instead of `needed`, before a wave can be back, s."""
+    early = f"before a reflected wave can be back at {where}; {until_of(needed)} would hold it"
+    return f"{RECORD}ends at {readable(ends, 's', 4)}, {early}"
 
 
 def cut_record(ends: float, needed: float, where: str) -> str:

@@ -27,7 +27,7 @@ ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
 def provenance(inputs: Mapping[str, Any]) -> dict[str, str]:
     """Return the input and versions as text, for the attributes of a Dataset."""
-    return {"input": as_text(inputs), "versions": _versions()}
+    return {"input": as_text(inputs), "versions": json.dumps(versions())}
 
 
 def as_text(inputs: Mapping[str, Any]) -> str:
@@ -42,7 +42,26 @@ def as_text(inputs: Mapping[str, Any]) -> str:
 
 def folded(data: Any) -> Any:
     """Return the plain data in which equal neighbours among the beads of a chain stand once, with their count."""
-    return _with_beads(data, _rows)
+
+    def rows(beads: list[Any]) -> list[Any]:
+        # By their text: numbers that are equal may differ in sign or type.
+        texts = {number: repr(bead) for number, bead in {id(bead): bead for bead in beads}.items()}
+        groups = [list(many) for _, many in groupby(beads, lambda bead: texts[id(bead)])]
+        return [group[0] if len(group) == 1 else {"count": len(group), "bead": group[0]} for group in groups]
+
+    return _with_beads(data, rows)
+
+
+def unfolded(data: Any) -> Any:
+    """Return what `folded` was given; raise a ValueError for more beads than any chain has."""
+
+    def beads(rows: list[Any]) -> list[Any]:
+        counts = [row["count"] if isinstance(row, Mapping) and row.keys() == {"count", "bead"} else 1 for row in rows]
+        if not all(isinstance(count, int) for count in counts) or sum(counts) > MOST_BEADS:
+            raise ValueError(f"beads: must be at most {MOST_BEADS}")
+        return [bead for row, n in zip(rows, counts, strict=True) for bead in ([row["bead"]] * n if n > 1 else [row])]
+
+    return _with_beads(data, beads)
 
 
 def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
@@ -53,30 +72,6 @@ def _with_beads(data: Any, change: Callable[[list[Any]], list[Any]]) -> Any:
             for name, value in data.items()
         }
     return [_with_beads(value, change) for value in data] if isinstance(data, list | tuple) else data
-
-
-def _rows(beads: list[Any]) -> list[Any]:
-    # By their text: numbers that are equal may differ in sign or type.
-    texts = {number: repr(bead) for number, bead in {id(bead): bead for bead in beads}.items()}
-    groups = [list(many) for _, many in groupby(beads, lambda bead: texts[id(bead)])]
-    return [group[0] if len(group) == 1 else {"count": len(group), "bead": group[0]} for group in groups]
-
-
-def unfolded(data: Any) -> Any:
-    """Return what `folded` was given; raise a ValueError for more beads than any chain has."""
-    return _with_beads(data, _all_beads)
-
-
-def _all_beads(rows: list[Any]) -> list[Any]:
-    counts = [
-        row["count"]
-        if isinstance(row, Mapping) and row.keys() == {"count", "bead"} and type(row["count"]) is int
-        else 0
-        for row in rows
-    ]
-    if sum(counts) > MOST_BEADS:
-        raise ValueError(f"beads: has {sum(counts)} beads; must be at most {MOST_BEADS}")
-    return [bead for row, n in zip(rows, counts, strict=True) for bead in ([row["bead"]] * n if n > 0 else [row])]
 
 
 def stored(text: object) -> dict[str, Any]:
@@ -101,26 +96,14 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
     elif first != second and DIGEST.fullmatch(str(first)):
         yield f"{name} not the same, of which only a checksum is stored"
     elif first != second:
-        there, here = _apart(repr(first), repr(second))
-        yield f"{name} = {there} there and {here} here"
-
-
-def _apart(first: str, second: str) -> list[str]:
-    """Return two texts, of long ones the part where they begin to differ."""
-    if len(first + second) <= LONGEST_VALUE_TEXT:
-        return [first, second]
-    apart = next(i for i, (left, right) in enumerate(zip_longest(first, second)) if left != right)
-    start = max(0, apart - BEFORE)
-    cut = LONGEST_VALUE_TEXT // 2
-    return [
-        f"{'…' * (start > 0)}{text[start : start + cut]}{'…' * (len(text) > start + cut)}" for text in (first, second)
-    ]
-
-
-@cache
-def _versions() -> str:
-    """Read once: the packages' metadata takes longer than many a run."""
-    return json.dumps(versions())
+        texts = [repr(first), repr(second)]
+        if sum(map(len, texts)) > LONGEST_VALUE_TEXT:
+            # Of long texts the part where they begin to differ.
+            apart = next(k for k, (left, right) in enumerate(zip_longest(*texts)) if left != right)
+            start = max(0, apart - BEFORE)
+            end = start + LONGEST_VALUE_TEXT // 2
+            texts = [f"{'…' * (start > 0)}{text[start:end]}{'…' * (len(text) > end)}" for text in texts]
+        yield f"{name} = {texts[0]} there and {texts[1]} here"
 
 
 def version_of(package: str) -> str:
@@ -131,6 +114,7 @@ def version_of(package: str) -> str:
         return "not installed"
 
 
+@cache
 def versions() -> dict[str, str]:
     """Return the versions of Python, hertzlink and what its numbers depend on."""
     return {"python": platform.python_version(), **{package: version_of(package) for package in PACKAGES}}

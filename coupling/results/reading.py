@@ -19,10 +19,6 @@ from structures.structure import Vector
 ALL_KEPT = "by CoSimulation.run without sensors, which keeps everything"
 """What makes a Dataset of more than sensors."""
 
-WHAT = "the Dataset of a run, a sweep or a signal"
-
-OF_CONTACTS = ("contact_force", "surface_displacement")
-
 
 class Reading:
     """A run, sweep, batch or signal: its kind, chains, contacts, forces and sensors.
@@ -30,7 +26,7 @@ class Reading:
     given: the Dataset; what: how an error describes the Dataset that is wanted. Raises ValueError for other objects.
     """
 
-    def __init__(self, run: object, what: str = WHAT) -> None:
+    def __init__(self, run: object, what: str = "the Dataset of a run, a sweep or a signal") -> None:
         self.data: xr.Dataset = instance("run", run, xr.Dataset, what)
         self.kind = kind_of(self.data)
         if not self.data.sizes.get("time", 0):
@@ -40,12 +36,12 @@ class Reading:
 
     @property
     def is_signal(self) -> bool:
-        """True if it holds measured forces of sensors, and no contacts."""
+        """Whether it holds measured forces of sensors, and no contacts."""
         return self.kind == SIGNAL
 
     @property
     def at_sensors(self) -> bool:
-        """True if it holds sensors of runs alone, as of a batch."""
+        """Whether it holds sensors of runs alone, as of a batch."""
         return "beads" in self.data.attrs
 
     @property
@@ -92,17 +88,14 @@ class Reading:
         return above
 
     def contact_pair(self, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
-        """Return the forces of a bead's two contacts above the preload, N, the struck side first.
-
-        A chain of several that is too short for the sensor has NaN, and the user is warned.
-        """
+        """Return the forces of a bead's two contacts above the preload, N, the struck side first."""
         number = self.checked_sensor(sensor)
         dynamic = self.dynamic_force()
         above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
         return above, below
 
     def checked_sensor(self, sensor: int, name: str = "sensor") -> int:
-        """Return the number of a bead whose two contacts are held, or raise a ValueError; warns as `contact_pair`."""
+        """Return the number of a bead whose two contacts are held, or raise a ValueError; warn of shorter chains."""
         self.check_holds(("contact_force",), "a run or a sweep")
         number = whole(name, sensor)
         if not {number, number + 1} <= self.kept:
@@ -113,7 +106,10 @@ class Reading:
                 beads_kept = ", ".join(map(str, self.whole_beads))
                 raise ValueError(f"{name} = {sensor!r}: was not kept; must be one of {beads_kept}")
             raise ValueError(f"{name} = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
-        self._warn_of_shorter_chains(number)
+        there = self._there[:, self.data.variables["contact"].values == number + 1].any(axis=1)
+        if not there.all():
+            shorter = ", ".join(map(str, np.atleast_1d(self.data.chain.values)[~there]))
+            caution(f"sensor = {number}: lies beyond the end of chain {shorter} of the run, whose measures are NaN")
         return number
 
     def measured(self, sensor: int, name: str = "sensor") -> xr.DataArray:
@@ -178,14 +174,6 @@ class Reading:
         there: NDArray[np.bool_] = np.atleast_2d(~np.isnan(values).all(axis=tuple(range(values.ndim - len(axes)))))
         return there
 
-    def _warn_of_shorter_chains(self, sensor: int) -> None:
-        there = self._there[:, self.data.variables["contact"].values == sensor + 1].any(axis=1)
-        if not there.all():
-            shorter = ", ".join(map(str, np.atleast_1d(self.data.chain.values)[~there]))
-            caution(
-                f"sensor = {sensor}: lies beyond the end of chain {shorter} of the run, for which the measure is NaN"
-            )
-
 
 def without_padding(force: Vector) -> Vector:
     """Return the forces of contacts along a chain, contacts × time, without rows of NaN that pad a shorter chain."""
@@ -225,19 +213,14 @@ class ContactForces(NamedTuple):
 
 def contact_forces(run: object) -> ContactForces:
     """Return the K contacts of one run. Raises ValueError for signals, sweeps, and for one chain of several."""
-    reading = Reading(run, "the Dataset of a run")
-    reading.check_holds(OF_CONTACTS)
-    reading.check_one_run(*OF_CONTACTS)
+    reading, names = Reading(run, "the Dataset of a run"), ("contact_force", "surface_displacement")
+    reading.check_holds(names)
+    reading.check_one_run(*names)
     reading.check_whole("chain")
+
+    def at(values: xr.DataArray, contact: Contact) -> Vector:
+        return at_end(values.isel(chain=contact.chain) if "chain" in values.dims else values, contact.end)
+
     force, static = reading.data.contact_force, reading.data.static_force
-    return ContactForces(
-        reading.contacts,
-        np.stack([_of(force, contact) for contact in reading.contacts], axis=-1),
-        np.array([_of(static, contact) for contact in reading.contacts]),
-    )
-
-
-def _of(values: xr.DataArray, contact: Contact) -> Vector:
-    """Return the values at one contact between a chain and a structure."""
-    chain = values.isel(chain=contact.chain) if "chain" in values.dims else values
-    return at_end(chain, contact.end)
+    forces = np.stack([at(force, contact) for contact in reading.contacts], axis=-1)
+    return ContactForces(reading.contacts, forces, np.array([at(static, contact) for contact in reading.contacts]))

@@ -1,4 +1,4 @@
-"""A sensor bead: what calibrates it, and what noise, baseline and pulses its trace holds (thesis, section 2.2)."""
+"""What a sensor's trace holds: noise, resolution, the quiet lead, clipped samples, and pulses in the smoothed trace."""
 
 from math import pi, sqrt
 
@@ -6,15 +6,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from structures.checks import count_of, one_of, positive
+from structures.checks import count_of
 from structures.structure import Vector
 from structures.user_arrays import in_si_units
 
 FEWEST_SAMPLES = 16
 """A trace with fewer samples holds no pulse that could be measured."""
-
-SHARE_OF_MOMENTUM = {"immobile": 1.0, "free": 0.5}
-"""The impulse up to the greatest force, in units of the striker's momentum."""
 
 ROUGH_NOISE = 0.02
 """A trace is first smoothed until its noise is this part of its range: then half heights are crossed once."""
@@ -32,82 +29,9 @@ WIDE = 64.0
 REVERSED = 2.0
 """Pulses are negative if the deepest valley is this many times the highest peak."""
 
-FOOT = 0.01
-"""An impact begins where the trace last exceeds this part of its greatest value."""
-
-
-def calibration_factor(
-    time: ArrayLike, voltage: ArrayLike, mass: float, impact_speed: float, backing: str = "immobile"
-) -> float:
-    """Return the calibration factor κ of a sensor bead, from the impact of a striker of known momentum.
-
-    Parameters
-    ----------
-    time : array_like
-        Times of one impact, s.
-    voltage : array_like
-        Voltage of the sensor, V. Its quiet lead, the samples before the impact, gives the baseline, their median.
-    mass : float
-        Mass of the striker, kg.
-    impact_speed : float
-        Speed of the striker, m/s; `drop_speed(height)` gives √(2gh).
-    backing : {"immobile", "free"}
-        "immobile": the sensor lies on a massive block, and the force at its centre is the contact force. "free": the
-        sensor is a free bead equal to the striker.
-
-    Returns
-    -------
-    float
-        κ, the contact force per volt, N/V. The force at the centre of a free bead is half the contact force: halve κ
-        for it.
-
-    Raises
-    ------
-    ValueError
-        If there is no pulse, or it is negative.
-
-    Notes
-    -----
-    κ = m √(2gh) / ∫ V dt, from the beginning of the impact to the greatest voltage, where the striker rests. Against a
-    free bead both move together at the greatest force, and the impulse up to it is half the momentum.
-
-    References
-    ----------
-    Thesis, equation 2.1 and section 2.2.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> import numpy as np
-    >>> time = np.linspace(-1e-4, 1e-4, 2001)
-    >>> voltage = np.where(abs(time) < 2e-5, np.cos(np.pi * time / 4e-5), 0.0)
-    >>> print(f"{hl.calibration_factor(time, voltage, mass=3.5e-3, impact_speed=0.44):.0f} N/V")
-    121 N/V
-    """
-    share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
-    momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")
-    t = checked_trace("time", time, "s")
-    v = checked_trace("voltage", voltage, "V", t.size)
-    if not (np.diff(t) > 0.0).all():
-        raise ValueError("time: must increase from sample to sample")
-    v = v - np.median(v[: quiet_lead("voltage", v)])
-    smooth, _, width = smoothed(v)
-    peak = int(smooth.argmax())
-    if not smooth[peak] > -smooth.min():
-        raise ValueError(
-            f"voltage: its greatest deflection is negative, {smooth.min():.3g} V: must be a positive pulse"
-        )
-    if not 0 < peak < v.size - 1:
-        raise ValueError("voltage: must hold the whole compression, from a quiet lead to beyond its greatest value")
-    reach = max(1, round(width / 4.0))
-    near = slice(max(0, peak - reach), peak + reach + 1)
-    vertex = np.polynomial.Polynomial.fit(t[near], v[near], 2).deriv().roots()[0]
-    end = float(np.clip(vertex, t[near][0], t[near][-1]))
-    below = np.flatnonzero(smooth[:peak] < FOOT * smooth[peak])
-    start = int(below[-1]) if below.size else 0
-    inside = t[start:] < end
-    until = np.append(t[start:][inside], end)
-    return momentum / float(scipy.integrate.trapezoid(np.interp(until, t, v), until))
+FLAT, FEWEST_CLIPPED = 0.5, 3
+"""A level is clipped if more than this part of the samples near it are exactly on it, of a parabola it is a third; and
+how many these are at the least."""
 
 
 def checked_trace(name: str, values: ArrayLike, unit: str, count: int = 0) -> Vector:
@@ -189,6 +113,36 @@ def quiet_lead(name: str, values: Vector) -> int:
         # Of fewer than four samples, half of eight, the median is no baseline.
         raise ValueError(f"{name}: has no quiet lead to take the baseline from, must begin before the first wave")
     return lead // 2
+
+
+def clipped_samples(time: Vector, force: Vector, quiet: float, step: float, noise: float) -> tuple[Vector, list[str]]:
+    """Return which samples are clipped or NaN already, and a sentence on each level.
+
+    step, noise: of the digitiser, and the standard deviation; what lies within eight or four of them is near a level.
+    """
+    clipped, texts = ~np.isfinite(force), []
+    if clipped.any():
+        texts.append(
+            f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} missing or beyond the scope's range, and NaN"
+        )
+    unclipped = np.where(clipped, quiet, force)
+    for level in (float(unclipped.max()), float(unclipped.min())):
+        if abs(level - quiet) < 0.1 * np.ptp(unclipped):
+            continue
+        depth = max(8.0 * step, 4.0 * noise)
+        on, near = unclipped == level, np.abs(unclipped - level) <= depth
+        here = np.zeros(unclipped.size, dtype=bool)
+        for (piece,) in scipy.ndimage.find_objects(scipy.ndimage.label(near)[0]):
+            if on[piece].sum() >= FEWEST_CLIPPED and on[piece].mean() > FLAT:
+                here[piece] = on[piece]
+        if here.any():
+            span = time[here]
+            texts.append(
+                f"{count_of(int(here.sum()), 'sample is', 'samples are')} clipped at {level - quiet:.4g} N, from "
+                f"{1e6 * span[0]:.4g} to {1e6 * span[-1]:.4g} µs; it is NaN there, and the peak's height is unknown"
+            )
+            clipped = clipped | here
+    return clipped, texts
 
 
 def _peaks_above(level: float, values: Vector) -> tuple[NDArray[np.intp], Vector]:

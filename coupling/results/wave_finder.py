@@ -14,16 +14,12 @@ Nesterenko, Dynamics of Heterogeneous Materials (Springer 2001), section 1.3: th
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import scipy
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from coupling.results.sensor_trace import noise_level, resolution, smoothed
 from structures.structure import Vector
 
 FIRST_WAVE = 0.05
@@ -56,21 +52,6 @@ ANOTHER = "; a small change may give another AR and TOF"
 
 NEAR = 4
 """Samples on either side of a peak through which a cubic spline places it."""
-
-ORDER = 4
-"""The top of a pulse is fitted by a polynomial of this order."""
-
-CLEAR = 8.0
-"""A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
-step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5."""
-
-SWING = 1.5
-"""And it is higher by this factor than what the force swings below zero before the waves: beads do not pull, so that is
-hum, whose crests are as high as its troughs are deep."""
-
-REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
-"""It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
-the least two samples on either side: a cubic spline through a run's samples reads no more."""
 
 TOGETHER = 64
 """Runs whose arrays are worked on at once: as many as the processor's cache holds."""
@@ -358,84 +339,3 @@ def placed(time: Vector, force: Vector, rows: NDArray[np.intp], samples: NDArray
     top, where = flat[best, each], (knots + places).reshape(-1, samples.size)[best, each]
     found = np.isfinite(top) & np.isfinite(where)
     return np.where(found, top, force[rows, samples]), time[begins] + step * np.where(found, where, at)
-
-
-def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
-    """Return the first wave of a signal, and all later ones, whichever way they go.
-
-    Waves are looked for in the signal smoothed over an eighth of a pulse, must rise clear of the noise that this leaves
-    and of one step of the digitiser, and are then placed by a least-squares polynomial through the samples as they are.
-    """
-    smooth, noise, _ = smoothed(force)
-    floor, hum = CLEAR * noise + resolution(force), _top_of_hum(smooth)
-    least = max(FIRST_WAVE * smooth.max(initial=0.0), floor)
-    first = scipy.signal.find_peaks(smooth, height=max(least, hum), prominence=least)[0]
-    if not (least > 0.0 and first.size):
-        return []
-    level = noise_level(force)
-    least = max(smallest * _fitted(time, force, smooth, level, *_valleys(smooth, first)[0])[0], floor)
-    later = scipy.signal.find_peaks(smooth, height=max(least, hum), prominence=least)[0]
-    peaks = np.append(first[0], later[later > first[0]])
-    return [_fitted(time, force, smooth, level, *place) for place in _valleys(smooth, peaks)]
-
-
-def _top_of_hum(smooth: Vector) -> float:
-    """Return the force that only waves exceed, from how far the force swings below zero before them."""
-    return -SWING * float(smooth[: int((smooth > FRONT * smooth.max()).argmax())].min(initial=0.0))
-
-
-def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
-    """Return each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
-    edges = [0, *map(int, peaks), force.size - 1]
-    lowest = [edge + int(force[edge : following + 1].argmin()) for edge, following in pairwise(edges)]
-    return [(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
-
-
-def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int, between: tuple[int, int]) -> Peak:
-    """Return amplitude and time of the top of a polynomial through the samples around a peak of the smoothed signal.
-
-    The smoothed signal has its peak elsewhere where a pulse is lopsided or has two humps. So polynomials over the same
-    reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
-    is taken. noise: in the signal, N.
-    """
-    width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
-    reach = _reach(width, noise / smooth[peak])
-    half = max(1, round(0.5 * width))
-    first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
-    start, stop = max(0, first - reach), min(force.size, last + reach)
-    if stop - start == last - first + 2 * reach:
-        peak = first + int(np.convolve(force[start:stop], _middle_of(reach), "valid").argmax())
-    elif stop - start > 2 * reach:  # near an end of the record
-        moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
-        peak = first + int(moving[first - start : last - start].argmax())
-    near = slice(max(0, peak - reach), peak + reach + 1)
-    fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
-    tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
-    best = max(tops, key=fit, default=time[peak])
-    return float(fit(best)), float(best)
-
-
-@lru_cache(maxsize=256)
-def _middle_of(reach: int) -> Vector:
-    """Return what multiplies samples in the value of their polynomial in its middle."""
-    return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
-
-
-def _reach(width: float, noise: float) -> int:
-    """Return the samples on either side of a peak through which a polynomial is fitted; width in samples.
-
-    The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
-    reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units of the
-    pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
-    """
-    return max(2, round(width * float(np.clip(REACH * (noise**2 / width) ** (1.0 / 12.0), NARROWEST, WIDEST))))
-
-
-def ends_rising(force: Vector, incident: float, smallest: float) -> bool:
-    """Return whether a signal ends within a wave, whose peak is not known: as `waves_of_signal` reads it."""
-    smooth, noise, _ = smoothed(force)
-    least, hum = max(smallest * incident, CLEAR * noise + resolution(force)), _top_of_hum(smooth)
-    peaks = scipy.signal.find_peaks(smooth, height=max(least, hum), prominence=least)[0]
-    last = int(peaks[-1]) if peaks.size else 0
-    valley = last + int(smooth[last:].argmin())
-    return bool(least > 0.0 and smooth[valley:].max() >= max(smooth[valley] + least, least, hum))

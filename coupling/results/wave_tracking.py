@@ -72,11 +72,7 @@ class Track:
 
     def arrival(self, sensor: int) -> float:
         """Return when the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses
-        one.
-
-        In contrast to the peak of the force at the bead's centre, which `reflections` gives, this varies without a jump
-        where beads have drifted apart and the wave is two collisions.
-        """
+        one. Unlike the peak of the force that `reflections` gives, this has no jump where a wave is two collisions."""
         if sensor not in self.contacts or sensor + 1 not in self.contacts:
             return float("nan")
         pair = [self.times[self.contacts.index(n)] for n in (sensor, sensor + 1)]
@@ -91,7 +87,10 @@ class Track:
 
 
 def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track]:
-    """Return the waves of one run, each followed from contact to contact.
+    """Return the waves of one run in order of time, each followed from contact to contact.
+
+    A wave that merges with another one ends in the "chain", and one that parts from another one begins there; only
+    waves that begin at the "structure" carry information on it.
 
     Parameters
     ----------
@@ -103,9 +102,6 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
     Returns
     -------
     list of Track
-        The waves in order of time. A missing wave is not in the list, a third one is. A wave that merges with another
-        one ends in the "chain", and one that parts from another one begins there; only waves that begin at the
-        "structure" carry information on it.
 
     Raises
     ------
@@ -129,68 +125,77 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the first wave")
     dynamic = without_padding(reading.dynamic_force().transpose("contact", "time").values)
     numbers = run.contact.values[: len(dynamic)]
-    peaks = _Peaks(reading.time, dynamic, smallest)
-    tracks = []
+
+    # All peaks of all contacts, and those of each contact that no wave has claimed so far.
+    middle = len(dynamic) // 2
+    first = float(dynamic[middle].max())
+    level, force = FAINT * smallest * first, dict[Node, float]()
+    for row, series in enumerate(dynamic):
+        peaks = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
+        if peaks.size:
+            heights, times = placed(reading.time, series[None], np.zeros_like(peaks), peaks)
+            force |= {(row, at): top for top, at in zip(heights.tolist(), times.tolist(), strict=True)}
+    unclaimed = [{at for place, at in force if place == row} for row in range(len(dynamic))]
+    taken = hops(reading.time, dynamic)
+    if not unclaimed[middle] or not np.isfinite(taken).all():
+        raise ValueError("run: no wave runs from the struck end; the run or the chain is too short")
+
+    tracks = list[Track]()
     while True:
-        best = max([*peaks.paths(True), *peaks.paths(False)], key=len, default=[])
+        both = [path for forward in (True, False) for path in _paths(unclaimed, force, taken, first, forward)]
+        best = max(both, key=len, default=[])
         if len(best) < FEWEST_CONTACTS:
-            break
-        for row, time in best:
-            peaks.unclaimed[row].discard(time)
-        forces = np.array([peaks.force[node] for node in best])
-        if forces.max() >= smallest * peaks.first:
+            return sorted(tracks, key=lambda track: float(track.times[0]))
+        for row, at in best:
+            unclaimed[row].discard(at)
+        forces = np.array([force[node] for node in best])
+        if forces.max() >= smallest * first:
             contacts = tuple(int(numbers[row]) for row, _ in best)
             begins, ends = (_place(contacts[i], int(numbers[0]), int(numbers[-1])) for i in (0, -1))
-            tracks.append(Track(contacts, np.array([time for _, time in best]), forces, begins, ends))
-    return sorted(tracks, key=lambda track: float(track.times[0]))
+            tracks.append(Track(contacts, np.array([at for _, at in best]), forces, begins, ends))
 
 
-class _Peaks:
-    """The peaks of all contacts, their forces (N), those `unclaimed` by any wave so far, and what links them."""
+def _paths(
+    unclaimed: list[set[float]], force: dict[Node, float], hops: Vector, first: float, forward: bool
+) -> list[list[Node]]:
+    """Return all waves in one direction that can be linked from unclaimed peaks, in order of time.
 
-    def __init__(self, time: Vector, force: Vector, smallest: float) -> None:
-        self.hops = hops(time, force)
-        middle = len(force) // 2
-        self.first = float(force[middle].max())
-        level = FAINT * smallest * self.first
-        self.force: dict[Node, float] = {}
-        for row, series in enumerate(force):
-            peaks = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
-            if peaks.size:
-                tops = placed(time, series[None], np.zeros_like(peaks), peaks)
-                self.force |= {(row, at): top for top, at in zip(*map(np.ndarray.tolist, tops), strict=True)}
-        self.unclaimed = [{arrival for place, arrival in self.force if place == row} for row in range(len(force))]
-        if not self.unclaimed[middle] or not np.isfinite(self.hops).all():
-            raise ValueError("run: no wave runs from the struck end; the run or the chain is too short")
+    Each is traced back from the last contact that it reached. first: the greatest force in mid chain, N.
+    """
+    rows = [*range(len(unclaimed))][:: -1 if forward else 1]
+    times = [np.array(sorted(unclaimed[row])) for row in rows]
+    back = hops[::-1] if forward else hops
+    taken, paths = set[Node](), list[list[Node]]()
+    for start, row in enumerate(rows):
+        for now in times[start].tolist():
+            if (row, now) in taken:
+                continue
+            # The speed of a solitary wave grows as the sixth root of its force (thesis, equation 5.12).
+            pace = (first / force[row, now]) ** (1.0 / 6.0)
+            path = [(row, now)]
+            for step, before in enumerate(_traced(times, back, start, now, pace), start=start + 1):
+                if (rows[step], before) in taken:
+                    break
+                path.append((rows[step], before))
+            taken.update(path)
+            paths.append(path[::-1])
+    return paths
 
-    def paths(self, forward: bool) -> list[list[Node]]:
-        """Return all waves in one direction that can be linked from unclaimed peaks, in order of time.
 
-        Each is traced back from the last contact that it reached, as `reflections` traces it from a sensor.
-        """
-        rows = list(range(len(self.unclaimed)))
-        if forward:
-            rows.reverse()
-        times = [np.array(sorted(self.unclaimed[row])) for row in rows]
-        back = self.hops[::-1] if forward else self.hops
-        taken: set[Node] = set()
-        paths = []
-        for start, row in enumerate(rows):
-            for now in times[start].tolist():
-                if (row, now) in taken:
-                    continue
-                # The speed of a solitary wave grows as the sixth root of its force (thesis, equation 5.12).
-                pace = (self.first / self.force[row, now]) ** (1.0 / 6.0)
-                path = [(row, now)]
-                earlier = traced(times, back, row=start, now=now, left=now, pace=pace, first=start)
-                for step, before in enumerate(earlier, start=start + 1):
-                    node = rows[step], before
-                    if node in taken:
-                        break
-                    path.append(node)
-                taken.update(path)
-                paths.append(path[::-1])
-        return paths
+def _traced(peaks: list[Vector], hops: Vector, first: int, left: float, pace: float) -> list[float]:
+    """Return the peaks (s) that a wave left in the rows after the row `first`, which it left at `left`, the latest one
+    first. pace: its time from row to row, in units of `hops`."""
+    path, row, now, slack = list[float](), first, left, SLACK * float(np.median(hops))
+    while row + 1 < len(peaks) and len(peaks[row + 1]):
+        early, wait = now - peaks[row + 1], pace * hops[row]
+        fits = (early > EARLY * wait - slack) & (early < LATE * wait + slack)
+        if not fits.any():
+            break
+        now = float(peaks[row + 1][np.where(fits, abs(early - wait), np.inf).argmin()])
+        path.append(now)
+        row += 1
+        pace = max((left - now) / float(hops[first:row].sum()), EARLY * pace)
+    return path
 
 
 def _place(contact: int, first: int, last: int) -> str:
@@ -216,24 +221,3 @@ def hops(time: Vector, force: Vector) -> Vector:
     taken = np.where(np.isfinite(taken), taken, usual)
     taken[-1] = min(taken[-1], usual)
     return np.asarray(np.maximum(taken, SLACK * usual))
-
-
-def traced(
-    peaks: list[Vector], hops: Vector, row: int, now: float, left: float, pace: float, first: int = 0
-) -> list[float]:
-    """Return the peaks (s) that a wave left in the rows after `row`, the latest first, where it came that way.
-
-    peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row, in
-    units of `hops`.
-    """
-    path, slack = list[float](), SLACK * float(np.median(hops))
-    while row + 1 < len(peaks) and len(peaks[row + 1]):
-        early, wait = now - peaks[row + 1], pace * hops[row]
-        fits = (early > EARLY * wait - slack) & (early < LATE * wait + slack)
-        if not fits.any():
-            break
-        now = float(peaks[row + 1][np.where(fits, abs(early - wait), np.inf).argmin()])
-        path.append(now)
-        row += 1
-        pace = max((left - now) / float(hops[first:row].sum()), EARLY * pace)
-    return path

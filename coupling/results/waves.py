@@ -41,20 +41,18 @@ class Wave:
 
 @dataclass(frozen=True)
 class ReflectedWave(Wave):
-    """A wave that came back, compared with the incident one from peak to peak.
+    """A wave that came back, compared with the incident one from peak to peak. It has what a `Wave` has, and more.
 
     Parameters
     ----------
-    amplitude : float
-        Force of its peak above the preload, N.
-    arrival : float
-        Time of its peak, s.
+    amplitude, arrival
+        As in `Wave`.
     amplitude_ratio : float
         AR, its amplitude over that of the incident wave.
     time_of_flight : float
         TOF, its arrival less that of the incident wave, s.
     begins : str
-        "structure"; "chain" if it parted from other waves on its way; "unknown" for a signal.
+        "structure"; "unknown" for a signal.
     margins : (float, float), optional
         Numerical errors of AR and of TOF, s, where the run holds them (`NumericalError.noted_in`).
     """
@@ -111,15 +109,12 @@ class NoWave:
         return False
 
     def __getattr__(self, name: str) -> NoReturn:
-        if name in OF_WAVES:
+        if name in {field.name for field in fields(ReflectedWave)}:
             raise NoWaveError(f"{name}: there is no {self.which} wave; {self.reason}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def _repr_html_(self) -> str:
         return html_table("NoWave", [(self.which, f"none; {self.reason}")])
-
-
-OF_WAVES = {field.name for field in fields(ReflectedWave)}
 
 
 class Reflections(NamedTuple):

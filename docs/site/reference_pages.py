@@ -15,7 +15,7 @@ GROUPS = {
     "Plates": ("plates",),
     "Runs": ("coupling.cosimulation", "coupling.interface", "coupling.participant", "coupling.plan"),
     "Coupling schemes": ("coupling.black_box",),
-    "Waves, signals and measures": ("coupling.results",),
+    "Waves, signals and measures": ("coupling.results", "coupling.signals"),
     "Sweeps and batches": ("coupling.sweeps",),
     "Identification": ("coupling.inference",),
     "Other programs": ("coupling.ports",),

@@ -14,8 +14,8 @@ from coupling.inference.identification import Identification
 from coupling.inference.identify import identify
 from coupling.inference.misfit import OF_SENSORS
 from coupling.inference.prediction import FROM_IMPACT
-from coupling.results.conditioning import clean_signal
-from coupling.results.signals import read_signal
+from coupling.signals.conditioning import clean_signal
+from coupling.signals.signals import read_signal
 from hertzlink.cases.axes import path_of, si_value, unit_at
 from hertzlink.cases.case import Case
 from hertzlink.cases.parts import Identify

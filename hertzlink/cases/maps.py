@@ -12,9 +12,9 @@ import xarray as xr
 
 from coupling.inference.identification import BLIND, IDENTIFIED, NUISANCE, Identification, Unknown
 from coupling.inference.tap_maps import MEASURED, Grid, Taps, mapped_taps, read_grid, where
-from coupling.results.conditioning import clean_signal
 from coupling.results.provenance import versions
-from coupling.results.signals import read_signal
+from coupling.signals.conditioning import clean_signal
+from coupling.signals.signals import read_signal
 from coupling.sweeps.store import Store
 from hertzlink.cases.axes import path_of, si_value
 from hertzlink.cases.case import Case

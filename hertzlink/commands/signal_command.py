@@ -15,7 +15,7 @@ from structures.checks import count_of, existing, positive
 from structures.units import readable
 
 if TYPE_CHECKING:
-    from coupling.results.signal_overview import Look, Overview
+    from coupling.signals.overview import Look, Overview
 
 SHOWN = 8
 """Channels and notes that are shown."""
@@ -38,17 +38,16 @@ def show_signal(files: tuple[Path, ...], segment: int | None, interval: float | 
     A picture of the channels of each is written to the current folder. Nothing is fitted; `hertzlink identify` does
     that. Files that cannot be read are named, and the others are shown.
     """
-    from coupling.results.signal_file import Sampling
-    from coupling.results.signal_overview import overview
+    from coupling.signals.overview import overview
 
-    sampling = Sampling(interval=None if interval is None else positive("interval", interval, "s"), segment=segment)
+    seconds = None if interval is None else positive("interval", interval, "s")
     if picture is not None and len(files) > 1:
         raise ValueError(f"--picture {picture}: is the picture of one file; leave it out for {len(files)}")
     code = 0
     for file, name in zip(files, [picture] if picture else picture_names(files), strict=True):
         check_picture(name)
         try:
-            seen = overview(existing(str(file), file), sampling)
+            seen = overview(existing(str(file), file), seconds, segment)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
@@ -119,7 +118,7 @@ def sketch(look: "Look") -> str:
 
 def remarks(look: "Look") -> Iterator[str]:
     """Yield what may mislead a fit."""
-    from coupling.results.signal_overview import COLOURED
+    from coupling.signals.overview import COLOURED
 
     span = float(np.nanmax(look.values) - np.nanmin(look.values))
     if look.clipped:

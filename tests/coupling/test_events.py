@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 from hard_cases import BEAD, chattering, oscillator
 from monolithic import monolithic
-from scipy.optimize import brentq
 from scipy.special import gamma
 
 import hertzlink as hl
@@ -114,19 +113,6 @@ def sine(interval: float, phase: float = 0.3) -> xr.Dataset:
     return run.assign(gap=("time", gap), interface_impulse=("time", np.zeros(run.time.size)))
 
 
-def test_order_four_on_a_sine() -> None:
-    """Mean over many phases; it opens where it falls through −0.2."""
-    errors = []
-    for interval in (2e-6, 1e-6, 5e-7):
-        wrong = []
-        for phase in np.linspace(0.0, 0.5, 16):
-            found = times(hl.contact_events(sine(interval, phase)), "opens")
-            expected = (phase + pi + np.arcsin(0.2)) / (2.0 * pi * FREQUENCY) + np.arange(2) / FREQUENCY
-            wrong.append(found[-2:] - expected)
-        errors.append(np.sqrt(np.mean(np.square(wrong))))
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.2)
-
-
 def test_what_is_smaller_than_asked_for_is_left_out() -> None:
     """The sine is open by two thirds of its greatest approach."""
     run = sine(5e-7)
@@ -149,28 +135,3 @@ def test_a_contact_between_saved_times_is_warned_of() -> None:
     (message,) = [str(one.message) for one in caught]
     assert "interface 0 closes and opens again between saved times, first after t = 302 µs" in message
     assert message.endswith("save the run more often")
-
-
-def test_part_of_a_run_begins_as_it_is() -> None:
-    """In a gap, which is then no opening."""
-    case = chattering()
-    run = hl.CoSimulation(case.chains[0], case.structures[0]).run(case.until, save_every=1e-6)
-    events, later = hl.contact_events(run), hl.contact_events(run.sel(time=slice(2.96e-4, None)))
-    assert later.kind.values[0] == "closes"
-    assert later.time.values == pytest.approx(events.time.values[1:], rel=1e-12)
-
-
-def test_nothing_to_tell() -> None:
-    """Of a chain that faces nothing, of one that the wave has not reached, and of part of a run."""
-    chain = hl.Chain([BEAD] * 6, BEAD, SPEED)
-    assert hl.contact_events(hl.CoSimulation(chain, None).run(2e-4)).sizes["event"] == 0
-    assert hl.contact_events(hl.CoSimulation(chain, ROD).run(2e-5)).sizes["event"] == 0
-    bounced = hl.CoSimulation(SENT, wall()).run(2.0 * hertz_time())
-    assert hl.contact_events(bounced.isel(time=slice(-10, None))).sizes["event"] == 0
-
-
-def test_the_root_is_that_of_the_gap() -> None:
-    """Compared with a root of the saved gap's own spline where the sampling is fine."""
-    run = hl.CoSimulation(SENT, wall()).run(1.5 * hertz_time(), save_every=hertz_time() / 500.5)
-    at = float(times(hl.contact_events(run), "opens")[0])
-    assert at == pytest.approx(brentq(lambda t: float(run.gap.interp(time=t)), 0.9 * at, 1.1 * at), rel=1e-6)

@@ -141,8 +141,6 @@ def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
     contents += [b"".join(b"%d, __import__('os').mkdir('x')\n" % i for i in range(100))]
     for content in contents:
         path.write_bytes(content)
-        with pytest.raises(
-            ValueError, match=r"scope\.csv: (is an? (array|binary)|line 1, .* has numbers in column 0 only)"
-        ):
+        with pytest.raises(ValueError, match=r"scope\.csv: (is a binary file|must hold a line for each)"):
             hl.read_signal(path, sensors={7: 1}, calibration=1.0)
     assert not marker.exists()

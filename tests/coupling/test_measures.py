@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import hertzlink as hl
 from coupling.results.measures import contact_to_sensor_ratio
-from coupling.results.signals import as_signal
 from coupling.results.waves import Wave
+from coupling.signals.signals import as_signal
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 

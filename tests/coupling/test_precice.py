@@ -5,7 +5,6 @@ below 1e-14, accepts a window after max-iterations without a word, and leaves th
 one does not end the coupling.
 """
 
-import signal
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -17,7 +16,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import hertzlink as hl
-from coupling.ports.guest import advance, start
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0))
@@ -51,7 +49,6 @@ class Double:
         self.structure = hl.stepping.MovingStructure(ROD)
         self.before, self.surface, self.used, self.factor, self.last = self.structure.start(), 0.0, 0.0, 0.5, 0.0
         self.force, self.count, self.before_last = 0.0, 0, 0.0
-        self.interrupts: set[object] = set()
         assert self.tolerance > ZERO, "limits of 1e-14 and below are refused"
         self.moved, self.end = self.structure.advance(self.before, 0.0, self.window)
         type(self).latest = self
@@ -93,7 +90,6 @@ class Double:
 
     def initialize(self) -> None:
         self._call("initialize", "made")
-        self.interrupts.add(signal.getsignal(signal.SIGINT))
         if not hasattr(self, "positions"):
             raise OutOfOrder("initialize before set_mesh_vertices")
         if self.initial and not self.wrote:
@@ -143,7 +139,6 @@ class Double:
 
     def advance(self, step: float) -> None:
         self._call("advance", "running")
-        self.interrupts.add(signal.getsignal(signal.SIGINT))
         if not self.wrote:
             raise OutOfOrder("advance without data")
         if self.implicit and not self.asked_to_write and self.elapsed == 0.0 and self.count == 0:
@@ -303,13 +298,6 @@ def test_relative_measures_with_the_chain_first(
     assert (run.contact_force.isel(time=slice(1, 3), contact=-1) == run.static_force[-1]).all()
 
 
-def test_forces_of_rounding_are_zero() -> None:
-    state = advance(MOVING, start(MOVING), 0.0, WINDOW)
-    assert state.mean_force == 0.0
-    assert not state.contact_force[5:].any()
-    assert state.contact_force[0] > 0.0
-
-
 def test_windows_that_do_not_converge_are_counted(
     double: type[Double], configuration: Path, cosimulation: xr.Dataset
 ) -> None:
@@ -365,18 +353,6 @@ def test_a_partner_that_creates_energy_is_reported(double: type[Double], configu
         hl.run_in_precice(CHAIN, configuration, SURFACE)
 
 
-def test_ctrl_c_ends_the_process_while_precice_waits(double: type[Double], configuration: Path) -> None:
-    """Python's own handler would wait for preCICE to return. A shell starts background jobs without it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        double.until = 2e-6
-        hl.run_in_precice(CHAIN, configuration, SURFACE)
-        assert double.latest.interrupts == {signal.SIG_DFL}
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning", "ignore:invalid:RuntimeWarning")
 def test_an_error_of_the_chain_ends_the_partner_too(double: type[Double], configuration: Path) -> None:
     double.scale = -1e118
@@ -408,25 +384,6 @@ def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
     window = ["is_coupling_ongoing", "requires_writing_checkpoint", "get_max_time_step_size", "read_data", "write_data"]
     closed = ["advance", "requires_reading_checkpoint", "is_time_window_complete"]
     assert double.latest.calls == [*prepared, *started, *(window + closed) * 3, "is_coupling_ongoing", "finalize"]
-
-
-def test_a_repeated_window_starts_from_the_old_state(double: type[Double], configuration: Path) -> None:
-    """Repeating every window some ten times, for a tolerance that nothing meets but the same force, adds no frames."""
-    double.until, double.tolerance = 1e-4, 1e-13 * MOVING.scales[0]
-    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
-    assert run.sizes["time"] == 101
-    assert np.diff(run.time.values) == pytest.approx(WINDOW, rel=1e-9)
-
-
-def test_the_dataset_tells_its_units_and_input(double: type[Double], configuration: Path, tmp_path: Path) -> None:
-    double.until = 2e-6
-    run = hl.run_in_precice(CHAIN, configuration, SURFACE)
-    units = {"displacement": "m", "velocity": "m/s", "contact_force": "N", "surface_displacement": "m", "time": "s"}
-    assert {name: run[name].attrs["units"] for name in units} == units
-    assert "precice-config.xml" in run.attrs["input"]
-    run.to_netcdf(tmp_path / "run.nc")
-    with pytest.raises(ValueError, match="holds no kinetic_energy"):
-        hl.energy_error(run)
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,12 @@
-"""One run and many have the same waves; splines and prominences are those of scipy."""
+"""One run and many have the same waves; splines are those of scipy."""
 
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks
 
 import hertzlink as hl
-from coupling.results.ar_and_tof import traces_of
-from coupling.results.reading import Reading
-from coupling.results.wave_finder import Waves, find_waves, placed, prominence
+from coupling.results.wave_finder import placed
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 SENSOR = 7
@@ -42,35 +39,6 @@ def test_many_runs_have_the_measures_of_each(runs: xr.Dataset, measure, wave: st
     assert np.isfinite(hl.amplitude_ratio(runs, SENSOR)[[0, 2]]).all()
 
 
-def test_missing_waves_are_nan_and_counted(runs: xr.Dataset) -> None:
-    reading = Reading(runs)
-    waves = find_waves(reading.time, traces_of(reading, SENSOR)[0], 0.01, 3)
-    assert not waves.found[1].samples
-    assert np.isnan(waves.amplitude[1]).all()
-    assert np.isnan(waves.amplitude_ratio[3]).all()
-    with pytest.warns(hl.HertzlinkWarning, match="record: ends at .* in 1 of 4 runs"):
-        assert np.isnan(hl.amplitude_ratio(runs, SENSOR)[[1, 3]]).all()
-
-
-def test_ar_and_tof_share_their_waves_until_the_runs_change(runs: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = list[Waves]()
-    monkeypatch.setattr(
-        "coupling.results.ar_and_tof.find_waves", lambda *given: found.append(find_waves(*given)) or found[-1]
-    )
-    own = runs.isel(run=[0, 2]).copy(deep=True)
-    ratio, flight = hl.amplitude_ratio(own, SENSOR), hl.time_of_flight(own, SENSOR)
-    assert len(found) == 1
-    hl.amplitude_ratio(own, SENSOR + 1)
-    assert len(found) == 2
-    hl.amplitude_ratio(own, SENSOR)
-    late = own.time.values > 0.5 * float(flight[0])
-    own.contact_force.values[:, late] *= 1.1
-    assert np.allclose(hl.amplitude_ratio(own, SENSOR), 1.1 * ratio, rtol=0.01)
-    own.velocity.values[:, late] *= 0.0
-    assert np.isnan(hl.amplitude_ratio(own, SENSOR)).all()
-    assert len(found) == 5
-
-
 def test_axes_may_come_in_any_order(runs: xr.Dataset) -> None:
     turned = runs.transpose("contact", "bead", "time", "run")
     assert hl.amplitude_ratio(turned.isel(run=[0, 2]), SENSOR).identical(
@@ -96,10 +64,3 @@ def test_a_spline_is_that_of_scipy(samples: int) -> None:
     best = max(roots, key=spline)
     height, at = placed(time, force[None], np.array([0]), np.array([peak]))
     assert (height[0], at[0]) == pytest.approx((float(spline(best)), best), rel=1e-12)
-
-
-def test_a_prominence_is_that_of_scipy_where_the_record_goes_on_low() -> None:
-    force = np.random.default_rng(1).normal(size=300).cumsum()
-    peaks, found = find_peaks(np.append(force, force.min()), prominence=0.0)
-    assert peaks.size > 50
-    assert [prominence(force, int(peak)) for peak in peaks] == found["prominences"].tolist()

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.results.sensor_trace import calibration_factor, noise_level, quiet_lead, resolution, smoothed
+from coupling.results.sensor_trace import noise_level, quiet_lead, resolution, smoothed
+from coupling.signals.calibration import calibration_factor
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 KAPPA = 12.5

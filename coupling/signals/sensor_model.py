@@ -3,30 +3,31 @@
 from collections.abc import Callable, Iterable
 from functools import reduce
 from math import pi
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import scipy
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from coupling.results.conditioning import checked_signal
 from coupling.results.measures import sensor_force
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL, kind_of
 from coupling.results.sensor_trace import checked_trace
-from coupling.results.signals import as_signal
+from coupling.signals.conditioning import checked_signal
+from coupling.signals.signals import as_signal
 from structures.checks import instance, listed, whole
 from structures.described import described
 from structures.quantities import Interval, Quantity
 from structures.structure import Vector
 
-Change = Callable[[ArrayLike, ArrayLike], Vector]
-
 
 @described
 class SensorModel:
     """A sensor bead: the gauge's resonance, the bandwidth of the electronics, and the loss of charge of a piezo gauge.
+
+    The three act in series: ω²/(s² + 2ζωs + ω²), 1/(1 + s/2πf) and τs/(1 + τs). The result is exact for forces that are
+    linear between samples, and starts at rest.
 
     Parameters
     ----------
@@ -45,12 +46,6 @@ class SensorModel:
     ------
     ValueError
         For a number that is not positive, a stiffness without a mass, and a model that does nothing.
-
-    Notes
-    -----
-    The three act in series: resonance ω²/(s² + 2ζωs + ω²), low-pass 1/(1 + s/2πf), high-pass τs/(1 + τs). The result
-    is exact for forces that are linear between samples, and starts at rest. Its error falls with the square of the
-    sampling interval.
 
     Examples
     --------
@@ -85,71 +80,14 @@ class SensorModel:
     def response(self, time: ArrayLike, force: ArrayLike) -> Vector:
         """Return the force that the sensor reports, N, for a force at equal time steps (s, N)."""
         moments, signal = _pair(time, force)
-        self._check_sampling(float(moments[1] - moments[0]))
-        # The sensor is at rest under no force before the first sample; a first force is a step.
-        _, seen, _ = scipy.signal.lsim(self._system(), signal, moments - moments[0], interp=True)
-        return np.asarray(seen)
-
-    def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
-        """Return the force without the loss of charge, N: the inverse of the high-pass alone (s, N)."""
-        moments, seen = _pair(time, force)
-        if self.time_constant is None:
-            raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
-        # What a linear force adds to the lost part over a step, by its two ends.
-        ratio = float(moments[1] - moments[0]) / self.time_constant
-        mean = -np.expm1(-ratio) / ratio
-        first, second = mean - np.exp(-ratio), 1.0 - mean
-        lost = np.zeros(seen.size)
-        # v[k] = z[k] − w[k], w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
-        lost[1:] = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
-        return seen + lost
-
-    def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
-        """Return what sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
-        instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
-        if kind_of(signal) not in (RUN, SIGNAL):
-            raise ValueError("signal: must be one run, or one measured signal")
-        if sensors is None and kind_of(signal) == RUN:
-            raise ValueError("sensors = None: must name the beads of a run that are sensors, such as [7, 13]")
-        return self._each(signal, sensors, self.response)
-
-    def correct(self, signal: xr.Dataset) -> xr.Dataset:
-        """Return a measured signal without the loss of charge; remove its offset before, which would grow with time."""
-        return self._each(checked_signal("signal", signal), None, self.corrected)
-
-    def _each(self, signal: xr.Dataset, sensors: Iterable[int] | None, change: Change) -> xr.Dataset:
-        reading = Reading(signal)
-        if sensors is None:
-            sensors = signal.sensor.values.tolist()
-        numbers = [whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")]
-        forces = {}
-        for number in numbers:
-            force = sensor_force(signal, number)
-            if force.dims != ("time",):
-                raise ValueError("signal: holds several chains; choose one with signal.isel(chain=0)")
-            gone = int((~np.isfinite(force.values)).sum())
-            if gone:
-                raise ValueError(f"signal: sensor {number} has {gone} clipped samples (NaN); must have none")
-            forces[number] = change(signal.time.values, force.values)
-        places = {n: reading.position(n) for n in numbers} if "centre" in signal.coords else None
-        how = "Seen by" if change == self.response else "Loss of charge restored for"
-        signals = as_signal(signal.time.values, forces, places)
-        signals.attrs["conditioning"] = "\n".join(
-            [*str(signal.attrs.get("conditioning", "")).splitlines(), f"{how} {self!r}."]
-        )
-        return signals
-
-    def _check_sampling(self, step: float) -> None:
-        """Raise a ValueError for frequencies that the sampling cannot show."""
+        nyquist = 0.5 / float(moments[1] - moments[0])
         for name, frequency in (("bandwidth", self.bandwidth), ("resonance of stiffness and mass", self.resonance)):
-            if frequency is not None and frequency > 0.5 / step:
+            if frequency is not None and frequency > nyquist:
                 raise ValueError(
-                    f"{name} = {frequency:.4g} Hz: must be at most half the sampling rate, {0.5 / step:.4g} Hz; "
-                    "leave it out, or sample more finely"
+                    f"{name} = {frequency:.4g} Hz: must be at most half the sampling rate, {nyquist:.4g} Hz; leave it "
+                    "out, or sample more finely"
                 )
-
-    def _system(self) -> Any:
-        """Return the stages in series, each with states of the size of the force."""
+        # Each stage has states of the size of the force, which is zero before the first sample.
         stages = []
         if self.resonance is not None:
             w = 2.0 * pi * self.resonance
@@ -161,7 +99,54 @@ class SensorModel:
             w = 1.0 / self.time_constant
             stages.append(([[-w]], [[w]], [[-1.0]], [[1.0]]))
         # In scipy the factor on the right comes first.
-        return reduce(lambda first, then: then * first, (scipy.signal.StateSpace(*stage) for stage in stages))
+        system = reduce(lambda first, then: then * first, (scipy.signal.StateSpace(*stage) for stage in stages))
+        return np.asarray(scipy.signal.lsim(system, signal, moments - moments[0], interp=True)[1])
+
+    def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
+        """Return the force without the loss of charge, N: the inverse of the high-pass alone (s, N)."""
+        moments, seen = _pair(time, force)
+        if self.time_constant is None:
+            raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
+        # What a linear force adds to the lost part over a step, by its two ends: v[k] = z[k] − w[k],
+        # w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
+        ratio = float(moments[1] - moments[0]) / self.time_constant
+        mean = -np.expm1(-ratio) / ratio
+        first, second = mean - np.exp(-ratio), 1.0 - mean
+        lost = np.zeros(seen.size)
+        lost[1:] = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
+        return seen + lost
+
+    def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
+        """Return what sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
+        instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
+        if kind_of(signal) not in (RUN, SIGNAL):
+            raise ValueError("signal: must be one run, or one measured signal")
+        if sensors is None and kind_of(signal) == RUN:
+            raise ValueError("sensors = None: must name the beads of a run that are sensors, such as [7, 13]")
+        chosen = signal.sensor.values.tolist() if sensors is None else sensors
+        return self._each(signal, chosen, self.response, "Seen by")
+
+    def correct(self, signal: xr.Dataset) -> xr.Dataset:
+        """Return a measured signal without the loss of charge; remove its offset before, which would grow with time."""
+        numbers = checked_signal("signal", signal).sensor.values.tolist()
+        return self._each(signal, numbers, self.corrected, "Loss of charge restored for")
+
+    def _each(
+        self, signal: xr.Dataset, sensors: Iterable[int], change: Callable[[ArrayLike, ArrayLike], Vector], how: str
+    ) -> xr.Dataset:
+        reading, forces = Reading(signal), dict[int, Vector]()
+        for sensor in listed("sensors", sensors, object, "one bead number or more"):
+            number = whole("sensors", sensor)
+            force = sensor_force(signal, number)
+            if force.dims != ("time",):
+                raise ValueError("signal: holds several chains; choose one with signal.isel(chain=0)")
+            if gone := int((~np.isfinite(force.values)).sum()):
+                raise ValueError(f"signal: sensor {number} has {gone} clipped samples (NaN); must have none")
+            forces[number] = change(signal.time.values, force.values)
+        places = {n: reading.position(n) for n in forces} if "centre" in signal.coords else None
+        changed = as_signal(signal.time.values, forces, places)
+        before = str(signal.attrs.get("conditioning", "")).splitlines()
+        return changed.assign_attrs(conditioning="\n".join([*before, f"{how} {self!r}."]))
 
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:

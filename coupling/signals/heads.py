@@ -1,0 +1,128 @@
+"""The head of a text: what the lines above the samples call the columns, and in which units these are."""
+
+import re
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+from structures.units import factor, is_unit
+
+TIME, FORCE = ("s",), ("V", "N")
+"""The SI units in which columns are read: of times, and of voltages or forces."""
+
+WHAT = {TIME: "a time, such as 's', 'ms' or 'us'", FORCE: "a voltage or a force, such as 'V', 'mV' or 'N'"}
+
+NEAREST = 3
+"""Lines directly above the samples that may name columns and units."""
+
+SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
+"""Seconds as people abbreviate and translate them."""
+
+MULTIPLIED = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
+"""A factor beside a name or a unit, as in "t*1000 (s)"."""
+
+BRACKETS = re.compile(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]")
+
+
+class Unit(NamedTuple):
+    """A unit as a file writes it, the SI unit of the same quantity, and its size in that."""
+
+    text: str
+    si: str
+    size: float
+
+
+class NotUnderstood(NamedTuple):
+    """What a head says in place of a unit."""
+
+    text: str
+
+
+@cache
+def unit_named(text: str, kind: tuple[str, ...]) -> Unit | None:
+    """Return the unit of a time (TIME), or of a voltage or force (FORCE); None for other text."""
+    word = SECOND.sub("second", text.strip().strip(".").replace("Âµ", "µ"))
+    for spelling in (word, word.lower(), word[:-1].lower() + word[-1:].upper()) if len(word) > 1 else (word,):
+        for si in kind:
+            try:
+                return Unit(text, si, float(factor(spelling, si))) if spelling else None
+            except ValueError:
+                continue
+    return None
+
+
+class Head:
+    """The cells above the samples. width: the number of columns; first: the first lines, which may hold entries such as
+    "Vertical Units,V" beside the samples, too."""
+
+    def __init__(self, rows: Sequence[Sequence[str]], width: int, first: Sequence[Sequence[str]] = ()) -> None:
+        bare = [[cell.strip().strip('"').strip() for cell in row] for row in rows]
+        for row in bare:
+            row[:1] = [cell.lstrip("#%/* ") for cell in row[:1]]
+            while row and not row[-1]:
+                row.pop()
+        # A row with a number is an entry, such as "Points,1000", or a date; it names no columns.
+        is_number = re.compile(r"[-+.:/ ]*\d[-+\d.:/eE ]*").fullmatch
+        near = [row for row in bare[-NEAREST:] if row and not any(map(is_number, row))]
+        self._near = [row for row in reversed(near) if len(row) == width]
+        self._beside = [row for row in near if len(row) != width]
+        self._entries = [[*re.split("[:=]", row[0], maxsplit=1), *row[1:]] for row in first if row]
+        self._rows = bare
+
+    def name(self, column: int) -> str:
+        """Return what the head calls a column, "" where it does not."""
+        names = [row[column] for row in self._near if row[column] and not unit_named(row[column].strip("()[]"), FORCE)]
+        return re.split(r"\s*[(\[](?!\d+\])", names[0])[0] if names else ""
+
+    def unit(self, column: int, kind: tuple[str, ...]) -> Unit | NotUnderstood | None:
+        """Return the unit that the head states of a column; None where it states none."""
+        stated = [unit for row in self._near if (unit := stated_unit(row[column], kind, is_row_of_units(row)))][:1]
+        for name, *values in self._entries:
+            if "unit" in name.lower() and values:
+                of_time = re.match(r"\W*(x|h|t)", name, re.IGNORECASE) is not None
+                words = [value.strip('"() ') for value in (*values[column - 1 : column], *values)] if column else values
+                texts = [word for word in words if word and not re.fullmatch(r"[-+\d.eE]+", word)][:1]
+                if texts and of_time == (kind == TIME):
+                    text = texts[0].split(":")[-1].strip('"()[] ')
+                    stated.append(unit_named(text, kind) or NotUnderstood(text))
+        if not stated:
+            # Cells that do not stand above the columns cannot be attributed to them, but for the usual unit.
+            for row in self._beside:
+                units = [unit for cell in row if (unit := stated_unit(cell, kind, True))]
+                others = FORCE if kind == TIME else TIME
+                if any(unit[1:] != (kind[0], 1.0) and not unit_named(unit.text, others) for unit in units):
+                    return NotUnderstood(", ".join(row))
+            return None
+        if len({unit[1:] or unit for unit in stated}) > 1:
+            return NotUnderstood(" and ".join(unit.text for unit in stated))
+        return stated[0]
+
+    def line_on_sampling(self) -> str:
+        """Return the line that seems to state the interval between samples."""
+        words = re.compile("interval|increment|rate|delta|xinc|resolution", re.IGNORECASE)
+        return next((", ".join(filter(None, row)) for row in self._rows if words.search(" ".join(row))), "")
+
+
+def is_row_of_units(row: Sequence[str]) -> bool:
+    """Return whether cells are units and nothing else, the first of a time: "s,V" or "second,Volt"."""
+    bare = [cell.strip("()[] ") for cell in row]
+    return len(bare) > 1 and unit_named(bare[0], TIME) is not None and all(is_unit(SECOND.sub("s", c)) for c in bare)
+
+
+def stated_unit(cell: str, kind: tuple[str, ...], is_alone: bool) -> Unit | NotUnderstood | None:
+    """Return the unit in "Time (ms)", "Time in ms", "t/ms", "time_ms" or "Time ms", where is_alone also in "ms"."""
+    if MULTIPLIED.search(cell):
+        return NotUnderstood(cell)
+    if brackets := BRACKETS.findall(cell):
+        units = {unit for text in brackets if (unit := unit_named(text, kind))}
+        return units.pop() if len(units) == 1 else NotUnderstood(brackets[-1] if not units else cell)
+    if marked := re.search(r"\bin\s+(\S+)$|[\w.]\s*/\s*([^/\s]+)$", cell):
+        text = marked[1] or marked[2]
+        return unit_named(text, kind) or (NotUnderstood(text) if marked[1] else None)
+    if is_alone:
+        return unit_named(cell, kind) or (NotUnderstood(cell) if is_unit(cell) else None)
+    word = re.split(r"[\s_.,-]+|(?<=[a-z]{2})(?=[UMN]s$)", cell)[-1]
+    if len(word) < 2 and kind == FORCE:
+        return None  # "Channel A", "bead N"
+    is_other = re.match("(milli|micro|nano|pico|kilo)", is_unit(word)) or word.startswith("dB")
+    return unit_named(word, kind) or (NotUnderstood(word) if is_other else None)

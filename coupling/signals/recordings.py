@@ -1,0 +1,203 @@
+"""Files of recorders as channels: TDMS, MATLAB, HDF5 and arrays of numpy by their libraries; text is in `text`."""
+
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.signals.heads import FORCE, TIME, NotUnderstood, Unit, unit_named
+from structures.meshes.hdf5 import check_hdf5
+from structures.structure import Vector
+
+Array = NDArray[Any]
+
+FEWEST, MOST_CHANNELS = 16, 256
+
+TIMES = {"t", "time", "times", "timestamp", "zeit", "x"}
+INTERVALS, STARTS = {"tinterval", "interval", "dt", "increment"}, {"tstart", "start", "t0"}
+"""What arrays of times are called, and numbers that state the interval between samples and the first time, s."""
+
+NOT_TO_READ = (
+    *(ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError),
+    zipfile.BadZipFile,
+)
+"""What libraries raise for damaged files."""
+
+
+class Channel(NamedTuple):
+    """A column of a file: its name; its samples, NaN where one is missing, and their unit as the file states it; the
+    times of these, None where the file states none, and their unit. lines: of a text, the line of each sample; words:
+    what stands in the place of missing ones."""
+
+    name: str
+    values: Vector
+    unit: Unit | NotUnderstood | None
+    time: Vector | None
+    time_unit: Unit | NotUnderstood | None = None
+    lines: NDArray[np.int64] | None = None
+    words: tuple[str, ...] = ()
+
+
+class Recording(NamedTuple):
+    """What a file is, its channels by their numbers, what is to be said, and what it says of the sampling."""
+
+    kind: str
+    channels: dict[int, Channel]
+    notes: list[str]
+    on_sampling: str = ""
+
+
+def kind_of_file(content: bytes) -> tuple[str, Callable[[Path], list[Channel]] | None] | None:
+    """Return what a file is that is no text of samples, and what reads it, None for nothing; None for a text."""
+    if content[:4] == b"PK\x03\x04":
+        names = content[-100_000:]
+        if b"xl/" in names:
+            return "an Excel workbook", None
+        return ("arrays of numpy (.npz)", _numpy) if b".npy" in names else ("a zip archive", None)
+    for place, start, kind, reader in (
+        (0, b"TDSm", "a TDMS file of LabVIEW", _tdms), (0, b"MATLAB 5.0", "a file of MATLAB (.mat)", _matlab),
+        (0, b"MATLAB 7.3", "a file of MATLAB 7.3", _hdf5), (0, b"\x89HDF", "an HDF5 file", _hdf5),
+        (512, b"\x89HDF", "an HDF5 file", _hdf5),
+    ):  # fmt: skip
+        if content[place : place + len(start)] == start:
+            return kind, reader
+    head = content[:2048]
+    zeros = max(head[::2].count(0), head[1::2].count(0))
+    is_utf_16 = head[:2] in (b"\xff\xfe", b"\xfe\xff") or zeros > 0.3 * len(head)
+    controls = sum(byte < 32 and byte not in b"\t\n\r\f\x1a" for byte in head)
+    return (
+        ("a binary file", None) if controls > 0.02 * len(head) and not (is_utf_16 and controls < 1.2 * zeros) else None
+    )
+
+
+def read_recording(path: Path, kind: str, reader: Callable[[Path], list[Channel]] | None) -> Recording:
+    """Return the channels of a file, counted from 1. A ValueError names the file and the way out."""
+    if reader is None:
+        raise ValueError(
+            f"{path}: is {kind}, not a text of samples; export the trace as CSV, or read it as docs/signals.md says "
+            "and give time (s) and force (N) to hertzlink.as_signal"
+        )
+    try:
+        channels = reader(path)
+    except ImportError as error:
+        raise ValueError(f"{path}: is {kind}; install {error.name}: pip install 'hertzlink[recorders]'") from error
+    except NOT_TO_READ as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ValueError(f"{path}: is {kind} that cannot be read ({reason}); export the trace as CSV") from error
+    if not channels:
+        raise ValueError(f"{path}: is {kind} without arrays of {FEWEST} or more numbers")
+    return Recording(kind, dict(enumerate(channels[:MOST_CHANNELS], 1)), [])
+
+
+def workbook_text(path: Path) -> bytes:
+    """Return the first sheet of an Excel workbook that holds samples as text with tabs."""
+    import pandas as pd  # type: ignore[import-untyped]
+
+    try:
+        sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object, engine="openpyxl")
+    except ImportError as error:
+        raise ValueError(f"{path}: openpyxl reads it; install it: pip install 'hertzlink[recorders]'") from error
+    except NOT_TO_READ as error:
+        raise ValueError(f"{path}: is no Excel workbook that can be read ({error}); save it as CSV") from error
+    table = next((sheet for sheet in sheets.values() if len(sheet) >= FEWEST), None)
+    if table is None:
+        raise ValueError(f"{path}: is an Excel workbook without a sheet of {FEWEST} or more lines")
+    return bytes(table.to_csv(sep="\t", header=False, index=False).encode())
+
+
+def _tdms(path: Path) -> list[Channel]:
+    from nptdms import TdmsFile
+
+    channels, arrays, units = list[Channel](), dict[str, Array](), dict[str, str]()
+    starts = [c.properties["wf_start_time"] for g in TdmsFile.read_metadata(path).groups() for c in g.channels()
+              if "wf_start_time" in c.properties]  # fmt: skip
+    for group in TdmsFile.read(path).groups():
+        for channel in group.channels():
+            values, stated = np.asarray(channel[:]), channel.properties
+            unit = str(stated.get("unit_string", stated.get("NI_UnitDescription", "")))
+            interval = float(stated.get("wf_increment", 0.0))
+            if interval > 0.0 and values.dtype.kind in "iuf":
+                # Channels may have begun at different times.
+                began = stated.get("wf_start_time", min(starts, default=None))
+                late = 0.0 if began is None else float((began - min(starts)) / np.timedelta64(1, "s"))
+                time = late + float(stated.get("wf_start_offset", 0.0)) + interval * np.arange(values.size, dtype=float)
+                channels.append(Channel(channel.name, values.astype(float), unit_of(unit, FORCE), time))
+            else:
+                arrays[f"{group.name}/{channel.name}"], units[f"{group.name}/{channel.name}"] = values, unit
+    return channels + of_arrays(arrays, units)
+
+
+def _matlab(path: Path) -> list[Channel]:
+    import scipy.io
+
+    return of_arrays({name: value for name, value in scipy.io.loadmat(path).items() if name[:2] != "__"}, {})
+
+
+def _numpy(path: Path) -> list[Channel]:
+    with np.load(path, allow_pickle=False) as arrays:
+        return of_arrays(dict(arrays), {})
+
+
+def _hdf5(path: Path) -> list[Channel]:
+    import h5py  # type: ignore[import-untyped]
+
+    check_hdf5(path, str(path))
+    arrays, units = dict[str, Array](), dict[str, str]()
+
+    def keep(name: str, item: Any) -> None:
+        is_text = getattr(item, "attrs", {}).get("MATLAB_class", b"double") in (b"char", b"cell", b"struct")
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and not is_text:
+            arrays[name] = np.asarray(item[()])
+            unit = item.attrs.get("units", item.attrs.get("unit", ""))
+            units[name] = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
+
+    with h5py.File(path, "r") as file:
+        file.visititems(keep)
+    return of_arrays(arrays, units)
+
+
+def of_arrays(arrays: Mapping[str, Array], units: Mapping[str, str]) -> list[Channel]:
+    """Return channels of vectors, and of the columns of matrices, by name. Arrays of one folder share a time: the array
+    with a name of TIMES, or numbers with names of INTERVALS and STARTS, of their own folder or of one above."""
+    vectors, numbers = dict[str, Vector](), dict[str, float]()
+    for name, array in arrays.items():
+        values = np.squeeze(np.asarray(array))
+        if values.dtype.kind not in "iuf" or values.ndim > 2:
+            continue
+        if values.ndim == 0:
+            numbers[name] = float(values)
+        elif values.ndim == 1 and values.size >= FEWEST:
+            vectors[name] = values.astype(float)
+        elif values.ndim == 2 and max(values.shape) >= FEWEST:
+            columns = values if values.shape[0] < values.shape[1] else values.T
+            vectors |= {f"{name}[{k}]": column.astype(float) for k, column in enumerate(columns[:MOST_CHANNELS])}
+
+    def key(name: str) -> str:
+        return name.rpartition("/")[2].lower().replace("_", "")
+
+    def near(found: Mapping[str, Any], names: set[str], folder: str) -> str | None:
+        """Return which of some names there is, in a folder or above it."""
+        fitting = [name for name in found if key(name) in names and f"{folder}/".startswith(name.rpartition("/")[0])]
+        return max(fitting, key=lambda name: len(name.rpartition("/")[0]), default=None)
+
+    channels = list[Channel]()
+    for name, values in vectors.items():
+        folder = name.rpartition("/")[0]
+        if key(name) in TIMES:
+            continue
+        time, unit = None, None
+        if (named := near(vectors, TIMES, folder)) and vectors[named].size == values.size:
+            time, unit = vectors[named], unit_of(units.get(named, ""), TIME)
+        elif interval := near(numbers, INTERVALS, folder):
+            start = near(numbers, STARTS, folder)
+            time = (numbers[start] if start else 0.0) + numbers[interval] * np.arange(values.size, dtype=float)
+        channels.append(Channel(name, values, unit_of(units.get(name, ""), FORCE), time, unit))
+    return channels
+
+
+def unit_of(text: str, kind: tuple[str, ...]) -> Unit | NotUnderstood | None:
+    """Return the unit that a file states, None where it states none."""
+    return (unit_named(text, kind) or NotUnderstood(text)) if text.strip() else None

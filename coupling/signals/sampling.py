@@ -1,0 +1,144 @@
+"""Even sampling: times through the stamps of a file, lost samples, segments, and channels with times of their own."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.results.sensor_trace import FEWEST_SAMPLES
+from structures.checks import count_of
+from structures.structure import Vector
+from structures.units import readable
+
+NEAR = 0.25
+"""Stamps of samples are whole intervals apart, up to this part of one."""
+
+ROUNDED = 0.8
+"""Stamps with too few digits lie off even times by this part of their last digit."""
+
+FEW, FEW_SHARE = 20, 0.01
+"""So many samples, or this part of all, may be lost."""
+
+MENTIONED = 0.02
+"""Part of an interval by which times may lie off even ones without a word."""
+
+UNEVEN = ": times must be evenly spaced, as one sampling rate gives them"
+
+Rows = NDArray[np.int64]
+
+
+class Even(NamedTuple):
+    """Even times, s; the row of the sample at each, -1 for one that is lost; and what is to be said."""
+
+    time: Vector
+    rows: Rows
+    notes: list[str]
+
+
+class Uneven(ValueError):
+    """Times that no sampling rate gives; row: where."""
+
+    def __init__(self, row: int, reason: str) -> None:
+        super().__init__(reason)
+        self.row = row
+
+
+def even_sampling(time: Vector) -> Even:
+    """Return the even times through stamps, s, without NaN; raises Uneven."""
+    steps = np.diff(time)
+
+    def wrong(row: int, reason: str) -> Uneven:
+        before, after = (readable(float(time[k]), "s", 9) for k in (row, row + 1))
+        return Uneven(row + 1, f"time {after} after {before}{reason}")
+
+    if (steps < 0.0).any() or not steps.any():
+        raise wrong(int((steps <= 0.0).argmax()), ", must increase")
+    if time.size % 2 == 0 and (time[::2] == time[1::2]).all():
+        raise wrong(0, ": each time stands twice; export the trace without peak detection, or with more digits")
+    usual = float(np.median(steps)) or float(steps.mean())
+    counts = np.round(steps / usual).astype(np.int64)
+    odd = (np.abs(steps - counts * usual) > NEAR * usual) | (counts < 1)
+    are_few = counts.sum() - counts.size <= max(FEW, FEW_SHARE * time.size)
+    if not odd.any() and are_few:
+        places = np.concatenate([[0], np.cumsum(counts)])
+        even = np.linspace(time[0], time[-1], places[-1] + 1)
+        off = np.abs(even[places] - time)
+        if off.max() > MENTIONED * usual:
+            even = _line(places, time)
+            off = np.abs(even[places] - time)
+        if off.max() > usual:
+            raise wrong(int(off.argmax()) - 1, UNEVEN)
+        rows = np.full(even.size, -1)
+        rows[places] = np.arange(time.size)
+        little = f"times lie up to {readable(off.max(), 's', 4)} off even sampling, which is taken"
+        return Even(even, rows, [little] if off.max() > MENTIONED * usual else [])
+
+    # Too few digits: the stamps are even times that were rounded.
+    distinct = np.unique(np.round(steps, 15))
+    digit = float(min(distinct[distinct > 0.0].min(), np.diff(distinct).min(initial=np.inf)))
+    even = _line(np.arange(time.size), time)
+    is_rounded = np.abs(even - time).max() <= ROUNDED * max(digit, float(steps.mean()))
+    if not is_rounded and not are_few:
+        raise wrong(int(counts.argmax()), f": a gap; the usual step is {readable(usual, 's', 4)}")
+    if not is_rounded or (are_few and odd.mean() < MENTIONED):
+        at = int(odd.argmax())
+        raise wrong(at, ", must increase" if steps[at] == 0.0 else UNEVEN)
+    apart = readable(float(even[1] - even[0]), "s", 4)
+    text = f"stamps of time resolve {readable(digit, 's', 4)}, and samples are {apart} apart: even sampling is taken"
+    return Even(even, np.arange(time.size), [text])
+
+
+def _line(places: Rows, time: Vector) -> Vector:
+    """Return the times of all places, on the straight line of least squares through the stamps."""
+    middle = places.mean()
+    rise = float(((places - middle) @ (time - time.mean())) / ((places - middle) @ (places - middle)))
+    return np.asarray(time.mean() + rise * (np.arange(places[-1] + 1) - middle))
+
+
+def segments(time: Vector) -> list[slice]:
+    """Return the rows of each segment of a sequence, where times begin anew; one slice for a usual record."""
+    steps = np.diff(time)
+    ends = [0, *(1 + np.flatnonzero(steps < -0.5 * np.ptp(time))).tolist(), time.size]
+    is_sequence = min(np.diff(ends)) >= max(FEWEST_SAMPLES, 0.5 * max(np.diff(ends)))
+    return [slice(*pair) for pair in pairwise(ends)] if is_sequence else [slice(0, time.size)]
+
+
+def on_one_time(what: str, pieces: Mapping[int, tuple[Vector, Vector]]) -> tuple[Vector, dict[int, Vector], list[str]]:
+    """Return the period that all records of sensors share, their samples in it, and what is to be said.
+
+    pieces: of each sensor its times, s, and its samples. what: the file or files, for messages.
+    """
+    times = [time for time, _ in pieces.values()]
+    time = times[0]
+    if all(np.array_equal(time, other) for other in times[1:]):
+        return time, {sensor: values for sensor, (_, values) in pieces.items()}, []
+    step = float(time[1] - time[0])
+    if any(abs(float(other[1] - other[0]) - step) > 1e-3 * step for other in times):
+        raise ValueError(f"{what}: hold times of different intervals; read their sensors separately")
+    starts = [float(other[0]) for other in times]
+    inside = (time >= max(starts) - 1e-3 * step) & (time <= min(float(other[-1]) for other in times) + 1e-3 * step)
+    if inside.sum() < FEWEST_SAMPLES:
+        raise ValueError(f"{what}: hold times that do not overlap; read their sensors separately")
+    time, values, between = time[inside], dict[int, Vector](), list[str]()
+    for sensor, (other, samples) in pieces.items():
+        # Whole samples later, or between samples by straight lines.
+        shifts = (time[[0, -1]] - other[0]) / float(other[1] - other[0])
+        first = round(float(shifts[0]))
+        if (np.abs(shifts - np.round(shifts)) < MENTIONED).all() and first + time.size <= samples.size:
+            values[sensor] = samples[first : first + time.size]
+        else:
+            values[sensor] = np.interp(time, other, samples)
+            between.append(str(sensor))
+    lines = f", of sensor {', '.join(between)} by straight lines between samples" if between else ""
+    note = (
+        f"sensors have times of their own, which begin up to {readable(max(starts) - min(starts), 's', 4)} apart; the "
+        f"{readable(float(time[-1] - time[0]), 's', 4)} that all hold are read{lines}"
+    )
+    return time, values, [note]
+
+
+def lost_samples(count: int) -> str:
+    """Return the number of samples that are missing, in words."""
+    return f"{count_of(count, 'sample is', 'samples are')} missing or beyond the range, and NaN"

@@ -1,0 +1,294 @@
+"""Measured signals: the Dataset of a run's sensors, made from arrays or read from an oscilloscope's file."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from coupling.results.provenance import provenance
+from coupling.results.schema import variable
+from coupling.results.sensor_trace import checked_trace, interpolated_over_gaps, is_inverted, quiet_lead, smoothed
+from coupling.signals.files import Sampling, opened, sampled
+from coupling.signals.heads import FORCE, TIME, WHAT, unit_named
+from coupling.signals.sampling import on_one_time
+from structures.caution import caution, collected
+from structures.checks import existing, finite, instance, not_negative, one_of, positive, short, whole
+from structures.quantities import Likely
+from structures.structure import Vector
+from structures.units import readable
+
+
+def as_signal(
+    time: ArrayLike,
+    forces: Mapping[int, ArrayLike],
+    positions: Mapping[int, float] | None = None,
+    baseline: float | str = 0.0,
+) -> xr.Dataset:
+    """Return the Dataset of a measured signal from arrays, for `reflections` and the other measures.
+
+    Parameters
+    ----------
+    time : array_like
+        Evenly spaced times, s. Moments of datetime64 count from the first.
+    forces : mapping
+        Sensor number → force at the bead's centre, N. Units of a DataArray or of pint are converted.
+    positions : mapping, optional
+        Sensor number → distance along the chain, m; `wave_speed` needs it.
+    baseline : float or "lead"
+        The zero of the force: its median over this time, s, from the start on, or over the quiet lead before the first
+        wave. 0 leaves the force as it is.
+
+    Returns
+    -------
+    Dataset
+        sensor_force, N, over time and sensor.
+
+    Raises
+    ------
+    ValueError
+        For times with gaps, numbers that are not finite, units of something else, and a force that is constant.
+
+    Warns
+    -----
+    HertzlinkWarning
+        If all waves are negative, or times and forces are so large or small that a unit may be wrong.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> time = np.linspace(0.0, 6e-4, 6001)
+    >>> force = 50.0 * np.exp(-(((time - 1e-4) / 1e-5) ** 2)) + 30.0 * np.exp(-(((time - 4e-4) / 1e-5) ** 2))
+    >>> print(f"AR = {float(hl.amplitude_ratio(hl.as_signal(time, {7: force}), sensor=7)):.2f}")
+    AR = 0.60
+    """
+    instance("forces", forces, Mapping, "a mapping such as {7: force}")
+    if not forces:
+        raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
+    moments = checked_trace("time", time, "s")
+    rows = {whole("sensor", n): checked_trace(f"forces[{n}]", force, "N", moments.size) for n, force in forces.items()}
+    steps, even = np.diff(moments), np.linspace(moments[0], moments[-1], moments.size)
+    usual = float(np.median(steps))
+    bad = (steps <= 0.0) | (steps > 1.5 * usual) | (np.abs(moments - even)[1:] > usual)
+    if bad.any():
+        i = int(bad.argmax())
+        what = "times must increase" if steps[i] <= 0.0 else f"a gap, or uneven times; the usual step is {usual:.3g} s"
+        raise ValueError(f"sample {i + 1}: time {moments[i + 1]:.9g} s after {moments[i]:.9g} s: {what}")
+    inputs = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
+    data = _dataset(even, rows, positions, baseline, inputs)
+    for doubt in _doubts(data, "change the sign of the forces"):
+        caution(f"forces: {doubt}")
+    return data
+
+
+def read_signal(
+    path: str | Path | Mapping[int, str | Path],
+    sensors: Mapping[int, int],
+    time_column: int | None = None,
+    time_unit: str | None = None,
+    unit: str | None = None,
+    calibration: float | Mapping[int, float] | None = None,
+    baseline: float | str = "lead",
+    positions: Mapping[int, float] | None = None,
+    interval: float | None = None,
+    start: float | None = None,
+    segment: int | None = None,
+    skip: int = 0,
+) -> xr.Dataset:
+    """Read a measured signal from the file of an oscilloscope or recorder, for `reflections` and others.
+
+    Parameters
+    ----------
+    path : path or mapping
+        The file, or sensor number → file of a recorder that writes one for each channel: a text with a line for each
+        sample, an Excel workbook, or arrays of TDMS, MATLAB, HDF5 or numpy (.npz). docs/signals.md says what is read.
+    sensors : mapping
+        Sensor number → column, counted from 0; of arrays the channel, counted from 1.
+    time_column : int, optional
+        The column of the times; by default, for each sensor, the nearest one to its left that increases.
+    time_unit, unit : str, optional
+        The units of the times and of the columns, such as "us" and "mV"; by default what the head says, else s and V.
+    calibration : float or mapping, optional
+        κ, N/V: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other way round.
+        `calibration_factor` measures it.
+    baseline, positions
+        As in `as_signal`.
+    interval : float, optional
+        Time from sample to sample, s, for a file without times; times in the file are then not read.
+    start : float, optional
+        Time of the first sample, s; by default as in the file, 0 without times.
+    segment : int, optional
+        Which segment of a sequence to read, counted from 1.
+    skip : int
+        Lines at the beginning that are not read.
+
+    Returns
+    -------
+    Dataset
+        sensor_force, N, over time and sensor; NaN where a sample is missing or beyond the range. The attribute
+        ``reading`` holds what was left out or assumed, one sentence a line.
+
+    Raises
+    ------
+    OSError, ValueError
+        If the file cannot be read or is not understood. The message names the line and the way out.
+
+    Warns
+    -----
+    HertzlinkWarning
+        For all that ``reading`` holds.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> time = np.linspace(0.0, 6e-4, 6001)
+    >>> volts = 0.5 * np.exp(-(((time - 1e-4) / 1e-5) ** 2)) + 0.3 * np.exp(-(((time - 4e-4) / 1e-5) ** 2))
+    >>> np.savetxt("scope.csv", np.column_stack([time, volts]), delimiter=",", header="time, channel 1")
+    >>> signal = hl.read_signal("scope.csv", sensors={7: 1}, calibration=100.0)
+    >>> print(f"{hl.reflections(signal, sensor=7).incident.amplitude:.1f} N")
+    50.0 N
+    """
+    if isinstance(path, list | tuple):
+        raise ValueError(
+            f"path = {short(path)}: must be one file, or {{sensor: file}} for files of one channel each; for taps, "
+            "average_taps([read_signal(file, …) for file in files])"
+        )
+    instance("path", path, str | Path | Mapping, "the name of a file, or {sensor: file}")  # type: ignore[arg-type]
+    instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
+    if not sensors:
+        raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
+    column_of = {whole("sensor", sensor): whole(f"sensors[{sensor}]", column, 0) for sensor, column in sensors.items()}
+    for name, text, kind in (("time_unit", time_unit, TIME), ("unit", unit, FORCE)):
+        if text is not None and (not isinstance(text, str) or unit_named(text, kind) is None):
+            raise ValueError(f"{name} = {short(text)}: must be a unit of {WHAT[kind]}")
+    if interval is not None and time_column is not None:
+        raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
+    sampling = Sampling(
+        None if time_column is None else whole("time_column", time_column, 0), time_unit, unit,
+        None if interval is None else positive("interval", interval, "s"),
+        None if start is None else finite("start", start, "s"),
+        None if segment is None else whole("segment", segment),
+        whole("skip", skip, 0),
+    )  # fmt: skip
+    if sampling.column in column_of.values():
+        raise ValueError(f"sensors = {dict(sensors)!r}: column {sampling.column} is the time column")
+    files = dict.fromkeys(column_of, path) if isinstance(path, str | Path) else dict(path)
+    if files.keys() != column_of.keys():
+        raise ValueError(f"path = {short(path)}: must hold a file for each of sensors {', '.join(map(str, column_of))}")
+    for sensor, file in files.items():
+        instance(f"path[{sensor}]", file, str | Path, "the name of a file")  # type: ignore[arg-type]
+    if len({(str(files[sensor]), column) for sensor, column in column_of.items()}) < len(column_of):
+        raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
+
+    # The channels of each file, evenly sampled; then those of all files over one time, in N.
+    where = ", ".join(dict.fromkeys(map(str, files.values())))
+    pieces, units, notes = {}, {}, list[str]()
+    for file in dict.fromkeys(files.values()):
+        place = existing(f"path = {str(file)!r}", Path(file))
+        its = [sensor for sensor in column_of if files[sensor] == file]
+        recording = opened(place, [column_of[sensor] for sensor in its], sampling)
+        for sensor in its:
+            trace = sampled(place, recording, column_of[sensor], sampling, f"sensor {sensor}")
+            pieces[sensor], units[sensor] = (trace.time, trace.values), trace.unit
+            notes += [f"{file}: {note}" for note in (*recording.notes, *trace.notes) if f"{file}: {note}" not in notes]
+    time, columns, said = on_one_time(where, pieces)
+    present = np.asarray(np.isfinite(np.stack([*columns.values()])).any(axis=0))
+    first, last = int(present.argmax()), present.size - int(present[::-1].argmax())
+    if ends := [f"the {end} {n}" for end, n in (("first", first), ("last", present.size - last)) if n]:
+        said.append(f"samples without values, {' and '.join(ends)}, were left out")
+    rows = {sensor: _newtons(units[sensor], calibration, sensor) * columns[sensor][first:last] for sensor in column_of}
+    names = str(path) if isinstance(path, str | Path) else {n: str(file) for n, file in files.items()}
+    inputs = {
+        "signal": names, "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
+        "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
+        "skip": skip, "units_of_columns": units,
+    }  # fmt: skip
+    data = _dataset(time[first:last], rows, positions, baseline, inputs, f"{where}: ")
+    notes += [f"{where}: {note}" for note in (*said, *_doubts(data, "give a negative calibration"))]
+    for note in notes:
+        caution(note)
+    return data.assign_attrs(reading="\n".join(note.removeprefix(f"{where}: ") for note in notes))
+
+
+def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensor: int) -> float:
+    """Return how many N a unit of a sensor's column is."""
+    if unit == "N":
+        if calibration is not None:
+            raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
+        return 1.0
+    factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
+    if factor is None or finite("calibration", factor, "N/V") == 0.0:
+        raise ValueError(f"calibration = {calibration!r}: must give κ for sensor {sensor}, a number of N/V, not zero")
+    return float(factor)
+
+
+def _dataset(
+    time: Vector,
+    forces: Mapping[int, Vector],
+    positions: Mapping[int, float] | None,
+    baseline: float | str,
+    inputs: Mapping[str, Any],
+    where: str = "",
+) -> xr.Dataset:
+    """Return the Dataset of forces over even times; `where`: how messages begin."""
+    columns = []
+    for sensor, force in forces.items():
+        filled = interpolated_over_gaps(force)
+        if np.ptp(filled) == 0.0:
+            raise ValueError(f"{where}sensor {sensor}: the signal is constant, {filled[0]:g} N: must hold a wave")
+        columns.append(force - _zero(time, filled, baseline, f"{where}sensor {sensor}"))
+    data = xr.Dataset(
+        {"sensor_force": variable("sensor_force", np.stack(columns, axis=1))},
+        coords={"time": ("time", time, {"units": "s"}), "sensor": ("sensor", list(forces))},
+        attrs=provenance(inputs),
+    )
+    if positions is None:
+        return data
+    instance("positions", positions, Mapping, "a mapping from sensor number to position, such as {7: 0.062}")
+    if missing := [sensor for sensor in forces if sensor not in positions]:
+        raise ValueError(f"positions = {dict(positions)!r}: must hold sensor {missing[0]}, a position in m")
+    places = {sensor: finite(f"positions[{sensor}]", positions[sensor], "m") for sensor in forces}
+    if any(places[after] <= places[before] for before, after in pairwise(sorted(places))):
+        raise ValueError(f"positions = {dict(positions)!r}: must increase with the number of the sensor")
+    along = ("sensor", [*places.values()], {"units": "m", "long_name": "position along the chain"})
+    return data.assign_coords(centre=along)
+
+
+def _zero(time: Vector, force: Vector, baseline: float | str, where: str) -> float:
+    """Return the zero of a force without gaps, N."""
+    lasts = float(time[-1] - time[0])
+    if isinstance(baseline, str):
+        one_of("baseline", baseline, ["lead"])
+        try:
+            upright = -force if is_inverted(force) else force
+            return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", upright)]))
+        except ValueError as error:
+            raise ValueError(f"{error}; the record lasts {readable(lasts, 's', 4)}, {time.size} samples") from None
+    seconds = not_negative("baseline", baseline, "s")
+    if seconds > lasts:
+        raise ValueError(f"baseline = {baseline!r}: must be shorter than the signal, {lasts:g} s")
+    return float(np.median(force[time <= time[0] + seconds])) if seconds else 0.0
+
+
+def _doubts(data: xr.Dataset, upright: str) -> list[str]:
+    """Return what suggests a wrong unit, or sensors that are wired the other way round; upright: what mends these."""
+    doubts, negative = list[str](), list[int]()
+    step = float(data.time[1] - data.time[0])
+    for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):
+        force = interpolated_over_gaps(row)
+        if is_inverted(force):
+            negative.append(sensor)
+        width = smoothed(-force if is_inverted(force) else force)[2]
+        with collected() as said:
+            Likely.MEASURED_FORCE.warn(f"sensor {sensor}:", "greatest force", float(np.abs(force).max()))
+            Likely.WAVE.warn(f"sensor {sensor}:", "width of a wave", width * step)
+        doubts += said
+    if negative:
+        whose = "all sensors" if len(negative) == data.sensor.size else f"sensor {', '.join(map(str, negative))}"
+        doubts.append(f"the waves of {whose} are negative: the polarity is reversed; {upright}")
+    return doubts
