@@ -89,6 +89,22 @@ def test_files_beside_a_case_neither_run_nor_redirect(tmp_path: Path, command: s
     assert "<img" in (tmp_path / "tap" / "report.html").read_text()
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["deep.toml"], "deep.toml: is nested too deeply"),
+        (["loop.toml"], "loop.toml: cannot be read (Too many levels of symbolic links)"),
+        (["tap.toml", "--set", "title=" + 900 * "["], "--set title: is nested too deeply"),
+    ],
+)
+def test_a_case_without_end_is_one_line(tmp_path: Path, hertzlink: Command, words: list[str], message: str) -> None:
+    (tmp_path / "tap.toml").write_text(TAP)
+    (tmp_path / "deep.toml").write_text("a = " + 900 * "[" + 900 * "]")
+    (tmp_path / "loop.toml").symlink_to("loop.toml")
+    done = hertzlink("check", *words, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"{message}\n")
+
+
 def test_a_figure_that_fails_leaves_the_numbers(
     tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -212,6 +212,8 @@ def _apply(source: Source, change: str) -> None:
         value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
     except (KeyError, ValueError):
         value = text.strip()  # as a shell leaves it of "1 mm"
+    except RecursionError:
+        raise CaseError(f"{CHANGE} {name}: is nested too deeply") from None
     try:
         path = parsed(name.strip())
         if path == ("extends",):
