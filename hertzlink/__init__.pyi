@@ -7,7 +7,6 @@ from coupling.black_box import Explicit as Explicit
 from coupling.black_box import NotConverged as NotConverged
 from coupling.cosimulation import CoSimulation as CoSimulation
 from coupling.inference.identify import identify as identify
-from coupling.inference.information import best_sensors as best_sensors
 from coupling.inference.information import identifiability as identifiability
 from coupling.inference.numerical_error import numerical_error as numerical_error
 from coupling.inference.sensitivities import sensitivities as sensitivities

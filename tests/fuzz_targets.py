@@ -723,17 +723,6 @@ def _measures() -> dict[str, Target]:
             LONG,
             infinite=True,
         ),
-        "best_sensors": Target(
-            hl.best_sensors,
-            {
-                **{"build": against, "unknown": "speed", "count": 1, "noise": 0.01, "candidates": [1, 2]},
-                **{"until": 1e-4, "nuisances": ["gain"], "sample_every": 1e-6, "choices": None, "speed": 0.3},
-            },
-            lambda one: one,
-            {"speed": (0.0, -0.3, np.nan, "x"), "candidates": ([1], [99], [0]), "sample_every": (1e-15, 1.0)},
-            LONG,
-            infinite=True,
-        ),
         "plots.motion": Target(
             plots.motion,
             {"run": shaken, "body": DEFORMABLE, "times": [5e-6], "beads": [1], "structure": None, "behind": None},

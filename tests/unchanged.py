@@ -501,17 +501,13 @@ def identification() -> Mapping[str, Any]:
     tap = hl.as_signal(time, {n: 1.3 * one + random.normal(0.0, 0.5, time.size) for n, one in force.items()})
     ranges = {"modulus": (1e9, 20e9), "impact_speed": (0.2, 0.5)}
     common = {"until": 5e-4, "scan": 16, "starts": 2, "nuisances": ["gain", "time_zero", "impact_speed"]}
-    by = {name: hl.identify(tap, facing, compare=name, **common, **ranges) for name in ("waveform", "features")}
-    found = {
-        f"{how} {name}": [one.value, *one.interval] for how, fit in by.items() for name, one in fit.unknowns.items()
-    }
+    fit = hl.identify(tap, facing, **common, **ranges)
+    found = {f"waveform {name}": [one.value, *one.interval] for name, one in fit.unknowns.items()}
     design = hl.identifiability(facing, 0.02, [4, 7], 5e-4, modulus=3e9, impact_speed=0.3)
-    best = hl.best_sensors(facing, "modulus", 2, until=5e-4, candidates=[2, 4, 6], modulus=3e9, impact_speed=0.3)
     return {
         **found,
-        "misfit": [fit.misfit for fit in by.values()],
+        "misfit": [fit.misfit],
         "information": [design.bounds[name] for name in sorted(design.bounds)],
-        **dataset("best sensors", best),
     }
 
 

@@ -2,22 +2,23 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations, product
 from math import inf
 from textwrap import fill
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.inference.identification import BLIND, HALF, IDENTIFIED, LINE
-from coupling.inference.identify import COMPARE, nuisances_of
-from coupling.inference.misfit import GAIN, TIME_ZERO, Measured, Misfit
+from coupling.inference.identify import nuisances_of
+from coupling.inference.measured import Measured, Sensor
+from coupling.inference.misfit import GAIN, TIME_ZERO, Misfit, inverse
 from coupling.inference.prediction import Curves, Prediction, Range, check_samples, usual_length
-from coupling.inference.search import inverse
-from coupling.results.findings import as_attribute
-from structures.caution import caution
+from coupling.results.ar_and_tof import reflections
+from coupling.results.findings import warn
+from coupling.results.waves import ReflectedWave
+from coupling.signals.signals import as_signal
+from structures.caution import collected
 from structures.checks import finite, html_table, listed, one_of, positive, short, whole
 from structures.linear_algebra.one_thread import one_thread
 from structures.quantities import Likely
@@ -35,6 +36,9 @@ REACH = 1.959964
 SURE = 0.1
 """The user is warned where half the distance changes a bound by more than this part."""
 
+EARLY = 0.8
+"""A wave comes back after this part of the time that theory gives: in compressed chains after 0.86 or more."""
+
 
 @dataclass(frozen=True)
 class Information:
@@ -51,13 +55,6 @@ class Information:
         Correlations of the estimates.
     warnings : list of str
         What the user must know.
-
-    Examples
-    --------
-    >>> from coupling.inference.information import Information
-    >>> known = Information({"thickness": 2e-3}, {"thickness": 1e-5}, None)
-    >>> known.relative["thickness"], known.verdict("thickness")
-    (0.005, 'identified')
     """
 
     values: dict[str, float]
@@ -76,24 +73,26 @@ class Information:
             raise ValueError(f"name = {short(name)}: must be one of {', '.join(self.values)}")
         return BLIND if REACH * self.relative[name] > HALF else IDENTIFIED
 
-    def __str__(self) -> str:
-        rows = [("unknown", "value", "95 % at best", "verdict")]
-        for name, value in self.values.items():
-            identified = self.verdict(name) == IDENTIFIED
-            part = f"± {100.0 * REACH * self.relative[name]:.2g} %" if identified else "-"
-            rows.append((name, f"{value:.4g}", part, self.verdict(name)))
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        """Return name, value, half of the interval, and verdict, as text."""
+        rows = []
         for name, bound in self.bounds.items():
-            if name not in self.values:
+            if name in self.values:
+                verdict, part = self.verdict(name), f"± {100.0 * REACH * self.relative[name]:.2g} %"
+                rows.append((name, f"{self.values[name]:.4g}", part if verdict == IDENTIFIED else "-", verdict))
+            else:
                 rows.append((name, "", f"± {REACH * bound:.2g}", "nuisance"))
-        widths = [max(len(row[k]) for row in rows) for k in range(3)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, (*widths, 0), strict=True)) for row in rows]
+        return rows
+
+    def __str__(self) -> str:
+        rows = [("unknown", "value", "95 % at best", "verdict"), *self._rows()]
+        widths = [*(max(len(row[k]) for row in rows) for k in range(3)), 0]
+        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
         lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
         return "\n".join(line.rstrip() for line in lines)
 
     def _repr_html_(self) -> str:
-        parts = self.relative
-        rows = [(name, f"± {100.0 * REACH * parts[name]:.2g} %, {self.verdict(name)}") for name in self.values]
-        return html_table("Information", rows)
+        return html_table("Information", [(row[0], ", ".join(row[2:])) for row in self._rows() if row[1]])
 
 
 @one_thread
@@ -115,12 +114,8 @@ def identifiability(
         Takes the unknowns by name and returns the CoSimulation of one chain, as for `identify`.
     noise : float
         Standard deviation of a sample, as a part of the greatest force at each sensor.
-    sensors : sequence of int
-        Beads that are measured.
-    until : float, optional
-        Length of the record after the impact, s; by default four times what a wave takes through the chain.
-    nuisances : sequence of str
-        What else is not known, as for `identify`: "gain", "time_zero", "offset", "time_constant".
+    sensors, until, nuisances
+        As for `identify`.
     sample_every : float
         Time between samples, s. White noise averages out: half the time makes bounds smaller by √2.
     compare : {"waveform", "features"}
@@ -141,7 +136,7 @@ def identifiability(
     Warns
     -----
     HertzlinkWarning
-        Of what its runs warn of, such as a contact beyond yield; `best_sensors` does, too.
+        Of what its runs warn of, such as a contact beyond yield.
 
     References
     ----------
@@ -158,243 +153,82 @@ def identifiability(
     >>> known.verdict("modulus"), 0.0005 < known.relative["modulus"] < 0.01
     ('identified', True)
     """
-    one_of("compare", compare, COMPARE)
-    design = Design(build, values, sensors, until, nuisances, positive("noise", noise), sample_every)
-    information = design.features() if compare == "features" else design.waveform()
-    for message in design.prediction.warnings:
-        caution(message)
-    return information
+    one_of("compare", compare, ("waveform", "features"))
+    design = Design(build, values, sensors, until, nuisances, noise, sample_every)
+    beads, size, notes = design.prediction.sensors, len(values), list[str]()
 
+    def covariance(steps: Vector | float) -> tuple[Vector, int]:
+        changes = Sensitivities(design, steps)
+        columns = changes.part(beads) if compare == "waveform" else changes.of_features(beads)
+        usable = np.isfinite(columns).all(axis=1)
+        return inverse(columns[usable]), int((~usable).sum())
 
-@one_thread
-def best_sensors(
-    build: Callable[..., CoSimulation],
-    unknown: str,
-    count: int = 1,
-    noise: float = 0.01,
-    candidates: Iterable[int] | None = None,
-    until: float | None = None,
-    nuisances: Iterable[str] = (GAIN, TIME_ZERO),
-    sample_every: float = 1e-6,
-    choices: Mapping[str, Iterable[Any]] | None = None,
-    **values: float,
-) -> xr.Dataset:
-    """Rank sets of sensors, and of beads or other choices, by the bound of one unknown.
-
-    Parameters
-    ----------
-    build : callable
-        As for `identifiability`; it takes the choices as well.
-    unknown : str
-        The unknown that matters.
-    count : int
-        Number of sensors.
-    noise, until, nuisances, sample_every
-        As for `identifiability`.
-    candidates : sequence of int, optional
-        Beads that may be sensors; by default all but the last.
-    choices : mapping, optional
-        Other arguments of the builder that the experimenter chooses, name → values, such as the radius of the beads.
-    **values : float
-        The unknowns.
-
-    Returns
-    -------
-    Dataset
-        Over `rank`, the best first: `bound`, `relative` to the value, `sensors` as text, and each choice.
-
-    Raises
-    ------
-    ValueError
-        As `identifiability`, and for an unknown that has no value.
-
-    Examples
-    --------
-    >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> def build(modulus):
-    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
-    ...     return hl.CoSimulation(hl.Chain([bead] * 8, bead, 0.3), wall)
-    >>> ranking = hl.best_sensors(build, "modulus", until=4e-4, candidates=[3, 5, 7], modulus=3e9)
-    >>> sorted(ranking.sensors.values.tolist())
-    ['3', '5', '7']
-    """
-    if not isinstance(unknown, str) or unknown not in values:
-        raise ValueError(
-            f"unknown = {short(unknown)}: has no value; must be one of {', '.join(values) or 'the unknowns'}"
-        )
-    if choices is not None and not isinstance(choices, Mapping):
-        raise ValueError(f"choices = {short(choices)}: must be a mapping such as {{'radius': [2.4e-3, 4.8e-3]}}")
-    named = {
-        name: listed(f"choices[{name!r}]", values, object, "one value or more")
-        for name, values in (choices or {}).items()
-    }
-    rows, messages = list[tuple[float, str, tuple[Any, ...]]](), dict[str, None]()
-    size = whole("count", count)
-    given = None if candidates is None else listed("candidates", candidates, object, "one bead number or more")
-    given = None if given is None else [whole("candidates", n) for n in given]
-    if not callable(build):
-        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
-    for chosen in product(*named.values()):
-        fixed = dict(zip(named, chosen, strict=True))
-        builder = _with(build, fixed)
-        beads = given
-        if beads is None:
-            first = Design(builder, values, [1], until, nuisances, positive("noise", noise), sample_every)
-            beads = list(range(1, len(first.prediction.first.chain.chain.beads)))
-        if size > len(beads):
-            raise ValueError(f"count = {count}: is more than the {len(beads)} candidates")
-        design = Design(builder, values, beads, until, nuisances, positive("noise", noise), sample_every)
-        for sensors, bound in design.of_sets(unknown, size).items():
-            rows.append((bound, ", ".join(map(str, sensors)), chosen))
-        messages.update(dict.fromkeys(design.prediction.warnings))
-    for message in messages:
-        caution(message)
-    rows.sort(key=lambda row: row[0])
-    data: dict[str, Any] = {
-        "bound": ("rank", [row[0] for row in rows]),
-        "relative": ("rank", [row[0] / abs(values[unknown]) for row in rows]),
-        "sensors": ("rank", [row[1] for row in rows]),
-    }
-    for k, name in enumerate(named):
-        data[name] = "rank", [row[2][k] for row in rows]
-    return xr.Dataset(data, {"rank": np.arange(1, len(rows) + 1)}, as_attribute([*messages]))
-
-
-def _with(build: Callable[..., CoSimulation], fixed: Mapping[str, Any]) -> Callable[..., CoSimulation]:
-    def made(**values: Any) -> CoSimulation:
-        return build(**values, **fixed)
-
-    return made
+    # Steps that suit the errors, and a warning where half of them change an error that is not blind anyway.
+    first = np.sqrt(np.diag(covariance(STEP)[0]))[:size]
+    steps = np.clip(0.3 * first, 1e-5, 2e-2)
+    (full, missing), (halved, _) = covariance(steps), covariance(0.5 * steps)
+    errors, half = np.sqrt(np.diag(full)), np.sqrt(np.diag(halved))[:size]
+    parts = dict(zip(values, abs(half - errors[:size]) / errors[:size], strict=True))
+    unsure = [name for k, name in enumerate(values) if parts[name] > SURE and REACH * errors[k] <= HALF]
+    if unsure:
+        largest = 100.0 * max(parts[name] for name in unsure)
+        notes.append(f"bounds of {', '.join(unsure)} are exact to {largest:.0f} % only")
+    names = design.misfit.names if compare == "waveform" else list(values)
+    if missing:
+        notes.append(f"{missing} of {2 * len(beads)} features have no wave to be measured of")
+    unit = dict.fromkeys(names, 1.0) | {name: abs(value) for name, value in design.values.items()}
+    unit[TIME_ZERO] = design.misfit.unit
+    bounds = {name: float(error) * unit[name] for name, error in zip(names, errors, strict=True)}
+    correlation = xr.DataArray(full / np.outer(errors, errors), {"unknown": names, "other": names})
+    warn(design.prediction.warnings)
+    return Information(design.values, bounds, correlation, [*design.prediction.warnings, *notes])
 
 
 class Design:
-    """Derivatives of noise-free signals at the values."""
+    """A noise-free signal at the values, and what it is compared by."""
 
     def __init__(
-        self,
-        build: Callable[..., CoSimulation],
-        values: Mapping[str, float],
-        sensors: Iterable[int],
-        until: float | None,
-        nuisances: Iterable[str],
-        noise: float,
-        sample_every: float,
-    ) -> None:
+        self, build: Callable[..., CoSimulation], values: Mapping[str, float], sensors: Iterable[int],
+        until: float | None, nuisances: Iterable[str], noise: float, sample_every: float,
+    ) -> None:  # fmt: skip
         if not values:
             raise ValueError("values: name at least one unknown of the builder, such as thickness=2e-3")
         self.values = {name: finite(name, value) for name, value in values.items()}
         if zero := [name for name, value in self.values.items() if value == 0.0]:
             raise ValueError(f"{zero[0]} = 0: bounds are relative to the value, which must not be zero")
-        ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in self.values.items()]
-        numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
-        if until is None:
-            until = usual_length(build, ranges)
-        self.prediction = Prediction(build, ranges, numbers, positive("until", until, "s"))
+        self.noise, step = positive("noise", noise), positive("sample_every", sample_every, "s")
         Likely.NOISE.warn("identifiability", "noise", noise)
-        self.noise, self.step = noise, positive("sample_every", sample_every, "s")
-        Likely.SAMPLE.warn("identifiability", "sample_every", self.step)
-        self.names = nuisances_of(nuisances, values)
-        self.places = np.full(len(ranges), 0.5)
-        self.here = self.prediction.traces([self.places])[0]
+        Likely.SAMPLE.warn("identifiability", "sample_every", step)
+        ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in self.values.items()]
+        beads = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
+        until = usual_length(build, ranges) if until is None else positive("until", until, "s")
+        check_samples("sample_every", step, until / step)
+        self.prediction, self.places = Prediction(build, ranges, beads, until), np.full(len(ranges), 0.5)
+        names, self.here = nuisances_of(nuisances, values), self.prediction.traces([self.places])[0]
         if not np.isfinite(self.here).all():
             at = ", ".join(f"{n} = {v:.4g}" for n, v in self.values.items())
             raise ValueError(f"build: its run fails at {at}: {self.prediction.reason}")
-        peaks = self.here.max(axis=-1)
-        check_samples("sample_every", self.step, self.prediction.until / self.step)
-        time = np.arange(0.0, self.prediction.until, self.step)
-        moments = self.prediction.interval * np.arange(self.here.shape[-1])
-        force = np.stack([np.interp(time, moments, trace) for trace in self.here])
-        self.measured = Measured(time, force, numbers, noise * np.maximum(peaks, 1e-300))
-        self.misfit = Misfit(self.prediction, self.measured, self.names, self.prediction.until)
-
-    def _columns(self, steps: Vector) -> Vector:
-        # The high-pass of the sensor, where it is not known, is known to be slow.
-        p = self.misfit.start_at(self.places)
-        return self.misfit.at(p, steps).columns
-
-    def _sure(self, errors: Callable[[Vector], Vector]) -> tuple[Vector, list[str]]:
-        """Return the errors with steps that suit them, and a warning where half the steps change them."""
-        first = errors(np.full(self.places.size, STEP))
-        steps = np.clip(0.3 * first[: self.places.size], 1e-5, 2e-2)
-        full, half = errors(steps), errors(0.5 * steps)
-        away = abs(half - full)[: self.places.size] / full[: self.places.size]
-        # The size of a bound that makes an unknown blind does not matter.
-        parts = zip(self.values, full, away, strict=False)
-        unsure = {name: part for name, error, part in parts if part > SURE and REACH * error <= HALF}
-        if not unsure:
-            return full, []
-        notes = [f"bounds of {', '.join(unsure)} are exact to {100.0 * max(unsure.values()):.0f} % only"]
-        return full, notes
-
-    def waveform(self) -> Information:
-        """Return the bounds from all samples."""
-        covariances: list[Vector] = []
-
-        def errors(steps: Vector) -> Vector:
-            covariance = inverse(self._columns(steps))
-            covariances.append(covariance)
-            return np.sqrt(np.diag(covariance))
-
-        full_errors, notes = self._sure(errors)
-        return self._information(full_errors, covariances[1], self.misfit.names, notes)
-
-    def features(self) -> Information:
-        """Return the bounds from AR and TOF alone."""
-        numbers = self.prediction.sensors
-        moments = self.prediction.interval * np.arange(self.here.shape[-1])
-        draws = np.random.default_rng(SEED)
-        # Noise is white at the sampling of the record.
-        grid = np.arange(0.0, self.prediction.until, self.step)
-        clean = np.stack([np.interp(grid, moments, trace) for trace in self.here])
-        noisy = [
-            self.prediction.primaries(
-                grid, clean + draws.normal(size=clean.shape) * self.measured.noise[:, None], numbers
-            )
-            for _ in range(DRAWS)
+        time = np.arange(0.0, until, step)
+        rows = [
+            Sensor(bead, np.interp(time, self.prediction.time, trace), noise * max(float(trace.max()), 1e-300))
+            for bead, trace in zip(beads, self.here, strict=True)
         ]
-        here = self.prediction.primaries(grid, clean, numbers)
-        spread = np.nanstd(np.array(noisy), axis=0)
-        usable = np.isfinite(here) & np.isfinite(spread) & (spread > 0.0)
+        self.misfit = Misfit(self.prediction, Measured(time, rows), names, until)
 
-        def at(places: Vector) -> Vector:
-            trace = self.prediction.traces([places])[0]
-            return self.prediction.primaries(moments, trace, numbers)
+    def primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
+        """Return AR and TOF (s) of the primary wave, sensor by sensor; NaN where it is missing.
 
-        covariances: list[Vector] = []
-
-        def errors(steps: Vector) -> Vector:
-            columns = np.zeros((int(usable.sum()), self.places.size))
-            for k, step in enumerate(steps):
-                shift = step * np.eye(self.places.size)[k]
-                change = (at(self.places + shift) - at(self.places - shift)) / (2.0 * step)
-                columns[:, k] = np.nan_to_num(change[usable] / spread[usable])
-            covariance = inverse(columns)
-            covariances.append(covariance)
-            return np.sqrt(np.diag(covariance))
-
-        full_errors, notes = self._sure(errors)
-        missing = int((~usable).sum())
-        if missing:
-            notes.append(f"{missing} of {usable.size} features have no wave to be measured of")
-        return self._information(full_errors, covariances[1], list(self.values), notes)
-
-    def _information(self, errors: Vector, covariance: Vector, names: list[str], notes: list[str]) -> Information:
-        unit = dict.fromkeys(names, 1.0)
-        unit |= {unknown.name: unknown.high - unknown.low for unknown in self.prediction.ranges}
-        unit[TIME_ZERO] = self.misfit.unit
-        root = np.sqrt(np.diag(covariance))
-        correlation = xr.DataArray(
-            covariance / np.outer(root, root), dims=("unknown", "other"), coords={"unknown": names, "other": names}
-        )
-        bounds = {name: float(error) * unit[name] for name, error in zip(names, errors, strict=True)}
-        return Information(self.values, bounds, correlation, [*self.prediction.warnings, *notes])
-
-    def of_sets(self, unknown: str, count: int) -> dict[tuple[int, ...], float]:
-        """Return the bound of one unknown for each set of sensors."""
-        sensitivities, size = Sensitivities(self), abs(self.values[unknown])
-        chosen = combinations(self.prediction.sensors, count)
-        return {sensors: size * sensitivities.waveform(sensors)[unknown] for sensors in chosen}
+        What comes before a wave can have run to the structure and back is the tail of the incident one.
+        """
+        moving, features = self.prediction.first.chain, list[float]()
+        hop = moving.transit_time / (beads := len(moving.chain.beads))
+        with collected():
+            signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
+            for n in sensors:
+                wave = reflections(signal, n, earliest=EARLY * 2.0 * (beads - n) * hop).primary
+                found = isinstance(wave, ReflectedWave)
+                features += [wave.amplitude_ratio, wave.time_of_flight] if found else [np.nan] * 2
+        return np.array(features)
 
 
 class Sensitivities:
@@ -403,15 +237,13 @@ class Sensitivities:
     Bounds that it gives are parts of the values. step: half the distance of runs for a derivative, as such a part.
     """
 
-    def __init__(self, design: Design, step: float = STEP) -> None:
-        self.design = design
-        steps = np.full(design.places.size, step)
-        self.slopes = design.prediction.slopes(design.places, design.here, steps)
-        if not np.isfinite(self.slopes).all():
+    def __init__(self, design: Design, step: Vector | float = STEP) -> None:
+        self.design, self.steps = design, np.broadcast_to(step, design.places.shape)
+        slopes = design.prediction.slopes(design.places, design.here, self.steps)
+        if not np.isfinite(slopes).all():
             raise FloatingPointError("a run beside the values failed")
-        point = design.misfit.point(design.misfit.start_at(design.places), design.here, self.slopes)
-        names = design.misfit.names
-        self.columns = point.columns.reshape(len(design.prediction.sensors), -1, len(names))
+        point = design.misfit.point(design.misfit.start_at(design.places), design.here, slopes)
+        self.columns = point.columns.reshape(len(design.prediction.sensors), -1, len(design.misfit.names))
 
     def part(self, sensors: Sequence[int], until: float = inf, unknowns: Iterable[str] | None = None) -> Vector:
         """Return the columns of the unknowns that are not known otherwise, and of the nuisances of these sensors."""
@@ -422,7 +254,7 @@ class Sensitivities:
             if name in free or (name not in self.design.values and (" " not in name or name.split(" ")[1] in numbers))
         ]  # fmt: skip
         rows = [self.design.prediction.sensors.index(n) for n in sensors]
-        inside = self.design.measured.time <= until
+        inside = self.design.misfit.measured.time <= until
         return self.columns[rows][:, inside].reshape(-1, len(names))[:, used]
 
     def waveform(
@@ -431,28 +263,35 @@ class Sensitivities:
         """Return the bounds from all samples up to a time, s; `unknowns`: the others are known."""
         return self._bounds(self.part(sensors, until, unknowns), self._free(unknowns))
 
+    def of_features(self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS) -> Vector:
+        """Return the changes of AR and TOF with the unknowns over their errors, which come from noisy draws."""
+        design, random = self.design, np.random.default_rng(SEED)
+        rows = [design.prediction.sensors.index(n) for n in sensors]
+        time, moments = design.misfit.measured.time, design.prediction.time
+        grid, early = time[time <= until], moments <= until
+        clean = Curves(design.here[rows], design.prediction.interval).at(grid)
+        noise = np.array([design.misfit.measured.sensors[row].noise for row in rows])[:, None]
+        noisy = [design.primaries(grid, clean + random.normal(size=clean.shape) * noise, sensors) for _ in range(draws)]
+        with np.errstate(invalid="ignore"):
+            spread = np.array(noisy).std(axis=0)
+        spread = np.where(spread > 0.0, spread, np.nan)
+
+        def moved(k: int, step: float) -> Vector:
+            unit = np.arange(design.places.size) == k
+            traces = design.prediction.trace(np.where(unit, design.places + step, design.places))
+            return design.primaries(moments[early], traces[rows][:, early], sensors)
+
+        # The runs of the derivatives of traces serve again.
+        steps = self.steps.tolist()
+        columns = [(moved(k, step) - moved(k, -step)) / (2.0 * step) / spread for k, step in enumerate(steps)]
+        return np.stack(columns, axis=1)
+
     def features(
         self, sensors: Sequence[int], until: float = inf, draws: int = DRAWS
     ) -> Callable[[Iterable[str] | None], dict[str, float]]:
-        """Return a function of the unknowns that gives bounds from AR and TOF, whose errors come from noisy draws."""
-        design = self.design
-        rows = [design.prediction.sensors.index(n) for n in sensors]
-        moments = design.prediction.interval * np.arange(design.here.shape[-1])
-        early, time = moments <= until, design.measured.time
-        grid = time[time <= until]
-        here = design.here[rows]
-        spread = spread_of_features(design.prediction, grid, Curves(here, design.prediction.interval).at(grid), sensors,
-                                    design.measured.noise[rows], draws)  # fmt: skip
-        columns = np.zeros((spread.size, design.places.size))
-        # Traces that change in proportion are exact enough for derivatives, and need no runs.
-        for k, slope in enumerate(self.slopes[:, rows]):
-            ends = [
-                design.prediction.primaries(moments[early], (here + step * slope)[:, early], sensors)
-                for step in (STEP, -STEP)
-            ]
-            columns[:, k] = (ends[0] - ends[1]) / (2.0 * STEP) / spread
+        """Return a function of the unknowns that gives their bounds from AR and TOF alone."""
+        columns, names = self.of_features(sensors, until, draws), list(self.design.values)
         columns = columns[np.isfinite(columns).all(axis=1)]
-        names = list(design.values)
 
         def bounds(unknowns: Iterable[str] | None = None) -> dict[str, float]:
             free = self._free(unknowns)
@@ -466,24 +305,8 @@ class Sensitivities:
 
     @staticmethod
     def _bounds(columns: Vector, free: Sequence[str]) -> dict[str, float]:
-        """Return the infinite where there is less to compare than to find, or where a wave is missing."""
+        """Return the bounds; infinite where there is less to compare than to find, or where a wave is missing."""
         if columns.shape[0] < columns.shape[1]:
             return dict.fromkeys(free, inf)
         covariance = inverse(columns)
-        unseen = [not column.any() for column in columns.T]
-        return {name: inf if unseen[k] else float(np.sqrt(covariance[k, k])) for k, name in enumerate(free)}
-
-
-def spread_of_features(
-    prediction: Prediction, time: Vector, clean: Vector, sensors: Sequence[int], noise: Vector, draws: int
-) -> Vector:
-    """Return the standard deviations of AR and TOF at each sensor; NaN where a draw has no wave."""
-    random = np.random.default_rng(SEED)
-    sized = clean.shape
-    noisy = [
-        prediction.primaries(time, clean + random.normal(size=sized) * noise[:, None], sensors) for _ in range(draws)
-    ]
-    features = np.array(noisy)
-    with np.errstate(invalid="ignore"):
-        spread = features.std(axis=0)
-    return np.where(spread > 0.0, spread, np.nan)
+        return {name: float(np.sqrt(covariance[k, k])) if columns[:, k].any() else inf for k, name in enumerate(free)}

@@ -1,7 +1,7 @@
 """How wrong a run is because of its windows and steps, its mesh and its reduction: runs with each of them refined."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from math import isnan, nan
@@ -22,7 +22,7 @@ from structures.caution import collected
 from structures.checks import html_table, instance, positive, whole
 from structures.fineness import finer
 from structures.linear_algebra.one_thread import one_thread
-from structures.structure import Structure
+from structures.structure import Vector
 from structures.units import readable
 
 TIME, MESH, REDUCTION = "time", "mesh", "reduction"
@@ -30,15 +30,12 @@ TIME, MESH, REDUCTION = "time", "mesh", "reduction"
 RICHARDSON = 4.0 / 3.0
 """An error over its change when lengths are halved, by Richardson's extrapolation: at order 2 it falls to a quarter."""
 
-REPEATED = 1e-6
-"""Part by which measures of two runs of the same parameters may differ, by rounding."""
-
-TIGHTER = 1e-2
-"""Factor of the tolerance with which a reduction counts as exact."""
+REPEATED, TIGHTER = 1e-6, 1e-2
+"""Part by which measures of two equal runs may differ, by rounding; factor of the tolerance of an exact reduction."""
 
 
 class Measure(NamedTuple):
-    """What is read from a run at a sensor: its name in tables, the unit there in its SI unit, and the function."""
+    """What is read from a run at a sensor: its name and unit in tables, and the function."""
 
     label: str
     unit: float
@@ -63,23 +60,13 @@ class NumericalError:
     sensor : int
         The bead.
     values : dict
-        "amplitude_ratio", "time_of_flight" (s), both also of the secondary wave as "secondary_amplitude_ratio", and
-        "contact_time" (s); what the run does not have is left out.
+        The measures by name, as in `MEASURES`; what the run does not have is left out.
     parts : dict
-        The errors, value less true value, by source and then by measure: "time" of windows, steps and saved times,
-        "mesh", "reduction". NaN where a source is not estimated, zero where there is none.
+        The errors, value less true value, by source ("time", "mesh", "reduction") and measure; NaN if not estimated.
     notes : dict
         What was refined, by source, or why it was not.
     warnings : list of str
         What the user must know.
-
-    Examples
-    --------
-    >>> from coupling.inference.numerical_error import NumericalError
-    >>> parts = {"time": {"amplitude_ratio": 1e-5}, "mesh": {"amplitude_ratio": -3e-4}}
-    >>> print(NumericalError(7, {"amplitude_ratio": 0.5}, parts))
-    bead 7  value         ±    time     mesh       sum
-    AR        0.5  ± 0.0003  +1e-05  -0.0003  -0.00029
     """
 
     sensor: int
@@ -91,22 +78,21 @@ class NumericalError:
     @property
     def sums(self) -> dict[str, float]:
         """The sums of the errors of all sources, by measure; what is not estimated counts as zero."""
-        return {name: float(np.nansum([part[name] for part in self.parts.values()])) for name in self.values}
+        return {name: float(np.nansum(self._errors(name))) for name in self.values}
 
     @property
     def margins(self) -> dict[str, float]:
-        """The roots of the sums of their squares, by measure: that errors may cancel is not relied on.
+        """The roots of the sums of their squares, by measure; the least error where a source is not estimated."""
+        return {name: float(np.nansum(self._errors(name) ** 2) ** 0.5) for name in self.values}
 
-        Where a source is not estimated a margin is the least that the error may be.
-        """
-        squares = {name: [part[name] ** 2 for part in self.parts.values()] for name in self.values}
-        return {name: float(np.nansum(square) ** 0.5) for name, square in squares.items()}
+    def _errors(self, name: str) -> Vector:
+        return np.array([part[name] for part in self.parts.values()])
 
     def noted_in(self, run: xr.Dataset) -> xr.Dataset:
         """Return a run of the same simulation with these margins, which `reflections` and reports then show."""
         instance("run", run, xr.Dataset, "a run")
         noted = json.loads(run.attrs.get(NUMERICAL_ERROR, "{}"))
-        margins = {name: margin for name, margin in self.margins.items() if not self._lacks(name)}
+        margins = {name: margin for name, margin in self.margins.items() if np.isfinite(self._errors(name)).all()}
         noted[str(self.sensor)] = {"margins": margins, "text": str(self)}
         return run.assign_attrs({NUMERICAL_ERROR: json.dumps(noted)})
 
@@ -127,15 +113,11 @@ class NumericalError:
         rows = list[tuple[str, ...]]()
         for name, value in self.values.items():
             label, unit, _ = MEASURES[name]
-            errors = [*(part[name] for part in self.parts.values()), self.sums[name]]
+            errors = [*self._errors(name), self.sums[name]]
             shown = ["unknown" if isnan(error) else f"{error / unit:+.2g}" if error else "0" for error in errors]
-            sign = "≥" if self._lacks(name) else "±"
+            sign = "≥" if np.isnan(errors).any() else "±"
             rows.append((label, f"{value / unit:.7g}", f"{sign} {self.margins[name] / unit:.2g}", *shown))
         return rows
-
-    def _lacks(self, name: str) -> bool:
-        """Return whether a source of a measure's error is not estimated."""
-        return any(isnan(part[name]) for part in self.parts.values())
 
 
 @one_thread
@@ -165,14 +147,12 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     Raises
     ------
     ValueError
-        If build does not take the parameters, depends on chance or returns something else, and for what
-        `CoSimulation.run` refuses.
+        If build does not take the parameters, depends on chance or returns something else.
 
     Warns
     -----
     HertzlinkWarning
-        If a source is not estimated: meshes of files, matrices and solvers of a user, and structures that build does
-        not make itself. Of what the run itself warns of.
+        If a source is not estimated: meshes of files, matrices and solvers of a user.
 
     Examples
     --------
@@ -187,69 +167,56 @@ def numerical_error(build: Callable[..., CoSimulation], until: float, sensor: in
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
     check_build(build, parameters, names="parameters")
-    usual = _built(build, until, parameters)
+
+    def built(**factors: Any) -> CoSimulation:
+        with finer(**factors):
+            made = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation").for_run(until)
+        if len(made.interface.chains) > 1:
+            raise ValueError(f"build(...) = {made!r}: must be the CoSimulation of one chain")
+        return made
+
+    def measured(run: xr.Dataset) -> dict[str, float]:
+        return {name: float(measure.read(run, sensor)) for name, measure in MEASURES.items()}
+
+    usual = built()
     last = len(usual.chain.chain.beads)
     if sensor > last:
         raise ValueError(f"sensor = {sensor}: must be a bead from 1 to {last}, counted from the struck end")
-    saved = sorted({sensor, last})
+    saved, plan = sorted({sensor, last}), usual.plan(until)
     run = usual.run(until, sensors=saved)
     with collected() as said:
-        values = _measured(run, sensor)
+        values = measured(run)
     with collected():
-        finer_reduction, reduction_factor, of_reduction = _finer(REDUCTION, usual, build, until, parameters)
-        finer_mesh, mesh_factor, of_mesh = _finer(MESH, usual, build, until, parameters)
-        plan = usual.plan(until)
-        shorter = _measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved), sensor)
-        again = usual if finer_mesh is finer_reduction else _built(build, until, parameters)
-        *of_finer, repeated = (
-            values if other is usual else _measured(other.run(until, sensors=saved), sensor)
-            for other in (finer_mesh, finer_reduction, again)
-        )
-    changes = {
-        TIME: (RICHARDSON, shorter),
-        MESH: (mesh_factor, of_finer[0]),
-        REDUCTION: (reduction_factor, of_finer[1]),
-    }
+        shorter = measured(halved(usual, plan).run(until, plan.interval / 2.0, sensors=saved))
+        again = measured(built().run(until, sensors=saved))
+        changes = {TIME: (RICHARDSON, shorter)}
+        notes = {TIME: "windows, steps and saved intervals halved"}
+        for source in (MESH, REDUCTION):
+            fine, size, notes[source] = _finer(source, usual, built)
+            changes[source] = size, values if fine is None else measured(fine.run(until, sensors=saved))
     present = {name: value for name, value in values.items() if not isnan(value)}
     for name, value in present.items():
-        if not abs(repeated[name] - value) <= REPEATED * abs(value):
+        if not abs(again[name] - value) <= REPEATED * abs(value):
             label, unit, _ = MEASURES[name]
             raise ValueError(
-                f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and "
-                f"{repeated[name] / unit:.9g} of the next, with the same values; must return the same at each call"
+                f"build(...): depends on chance; {label} = {value / unit:.9g} of one call and {again[name] / unit:.9g} "
+                "of the next, with the same values; must return the same at each call"
             )
     parts = {
-        source: {name: factor * (values[name] - refined[name]) for name in present}
-        for source, (factor, refined) in changes.items()
+        source: {name: size * (values[name] - refined[name]) for name in present}
+        for source, (size, refined) in changes.items()
     }
-    notes = {TIME: "windows, steps and saved intervals halved", MESH: of_mesh, REDUCTION: of_reduction}
     warnings = list(dict.fromkeys(said))
-    warnings += [f"{source}: {notes[source]}" for source, (factor, _) in changes.items() if isnan(factor)]
-    warnings += [
-        f"{source}: {MEASURES[name].label} has no error, as the finer run does not have this wave"
-        for source, part in parts.items()
-        for name, error in part.items()
-        if isnan(error) and not isnan(changes[source][0])
-    ]
+    for source, (size, _) in changes.items():
+        if isnan(size):
+            warnings.append(f"{source}: {notes[source]}")
+            continue
+        lost = [MEASURES[name].label for name, error in parts[source].items() if isnan(error)]
+        warnings += [f"{source}: {label} has no error, as the finer run does not have this wave" for label in lost]
     if "amplitude_ratio" not in present:
         warnings.append(f"waves: none returns to bead {sensor} until {readable(until, 's')}")
     warn(warnings)
     return NumericalError(sensor, present, parts, notes, [*findings_of(run), *warnings])
-
-
-def _built(
-    build: Callable[..., CoSimulation], until: float, parameters: Mapping[str, Any], **factors: Any
-) -> CoSimulation:
-    """Return what a builder makes for a run up to `until`, s, with finer cells or reductions."""
-    with finer(**factors):
-        built = instance("build(...)", build(**parameters), CoSimulation, "a CoSimulation").for_run(until)
-    if len(built.interface.chains) > 1:
-        raise ValueError(f"build(...) = {built!r}: must be the CoSimulation of one chain")
-    return built
-
-
-def _measured(run: xr.Dataset, sensor: int) -> dict[str, float]:
-    return {name: float(measure.read(run, sensor)) for name, measure in MEASURES.items()}
 
 
 def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
@@ -262,38 +229,32 @@ def halved(simulation: CoSimulation, plan: Plan) -> CoSimulation:
 
 
 def _finer(
-    source: str, usual: CoSimulation, build: Callable[..., CoSimulation], until: float, parameters: Mapping[str, Any]
-) -> tuple[CoSimulation, float, str]:
+    source: str, usual: CoSimulation, built: Callable[..., CoSimulation]
+) -> tuple[CoSimulation | None, float, str]:
     """Return a simulation with one source refined, the factor that makes the change an error, and what was refined.
 
     The factor is zero where there is nothing to refine, and NaN where something was not refined.
     """
-    having = [i for i, body in enumerate(usual.interface.structures) if _has(source, body.structure)]
+    having = list[int]()
+    for i, body in enumerate(usual.interface.structures):
+        structure = body.structure
+        # A mesh has mass; closed forms, as of the half-space, have none. Of a user's solver nobody knows.
+        has = source == MESH and (structure is None or bool(structure.mass.count_nonzero()))
+        if source == REDUCTION and structure is not None:
+            report: Any = structure.origin.get("reduction")
+            has = report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
+        if has:
+            having.append(i)
     if not having:
-        return usual, 0.0, "none"
-    factors: dict[str, Any] = {"cells": 2} if source == MESH else {"tolerance": TIGHTER}
+        return None, 0.0, "none"
     try:
-        fine = _built(build, until, parameters, **factors)
+        fine = built(**({"cells": 2} if source == MESH else {"tolerance": TIGHTER}))
     except ValueError as error:  # too many cells: those of the user are near the limit
-        return usual, nan, f"not estimated; {error}"
+        return None, nan, f"not estimated; {error}"
     for i in having:
         old, new = (simulation.interface.structures[i].structure for simulation in (usual, fine))
-        if old is None or _same(old, new):
+        same = old is not None and np.array_equal(old.contact, new.contact)
+        if old is None or (same and np.array_equal(old.stiffness.data, new.stiffness.data)):
             which = "solver" if old is None else old.origin.get("kind", "structure of a user")
-            return usual, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
+            return None, nan, f"not estimated; build does not make the {which} anew, or it cannot be made finer"
     return (fine, RICHARDSON, "cells halved") if source == MESH else (fine, 1.0, "to a hundredth of its tolerance")
-
-
-def _has(source: str, structure: Structure | None) -> bool:
-    """Return whether a structure has a mesh, or a reduction that may be wrong; of a user's solver nobody knows."""
-    if structure is None:
-        return source == MESH
-    if source == MESH:
-        return bool(structure.mass.count_nonzero())  # a mesh has mass; closed forms, as of the half-space, have none
-    report: Any = structure.origin.get("reduction")
-    return report is not None and report["error_estimate"] > TIGHTER * report["tolerance"]
-
-
-def _same(one: Structure, other: Structure) -> bool:
-    """Return whether two structures have the same matrices."""
-    return np.array_equal(one.contact, other.contact) and np.array_equal(one.stiffness.data, other.stiffness.data)

@@ -30,17 +30,6 @@ class Struck(NamedTuple):
     place: tuple[float, float]
 
 
-def struck_by(build: Build, **values: float) -> Struck | None:
-    """Return what a builder makes, without a mesh; None unless one chain strikes one plate at one place."""
-    with unmeshed():
-        simulation = build(**values)
-    structure = simulation.faces if isinstance(simulation, CoSimulation) else None
-    if not isinstance(structure, Unmeshed) or not isinstance(structure.body, Plate) or len(structure.place) != 1:
-        return None
-    (contact,) = structure.place
-    return Struck(simulation, structure.body, (contact.x, contact.y))
-
-
 @dataclass(frozen=True)
 class PlateModes:
     """Modes of the plates that one builder makes; slowest: of those with the slowest waves, so the shortest."""
@@ -61,6 +50,17 @@ class PlateModes:
         return modes.at(*struck.place, plate.thickness, plate.section.struck)
 
 
+def struck_by(build: Build, **values: float) -> Struck | None:
+    """Return what a builder makes, without a mesh; None unless one chain strikes one plate at one place."""
+    with unmeshed():
+        simulation = build(**values)
+    structure = simulation.faces if isinstance(simulation, CoSimulation) else None
+    if not isinstance(structure, Unmeshed) or not isinstance(structure.body, Plate) or len(structure.place) != 1:
+        return None
+    (contact,) = structure.place
+    return Struck(simulation, structure.body, (contact.x, contact.y))
+
+
 def modes_of(plates: Sequence[Struck | None], until: float) -> PlateModes | None:
     """Return the modes for the first of some plates and what lies between the others; None where modes do not serve.
 
@@ -73,12 +73,9 @@ def modes_of(plates: Sequence[Struck | None], until: float) -> PlateModes | None
     speeds = [float(plate.section.bending[0, 0] / plate.section.mass) ** 0.5 for plate in known]
     for speed in speeds:
         slower *= min(speed / speeds[0], 1.0)
-    slowest = replace(
-        first,
-        section=homogeneous_section(slower * first.thickness, first.section.struck),
-        highest_frequency=max(FREQUENCY, first.highest_frequency),
-    )
-    return PlateModes(ModalPlate(slowest, until))
+    section = homogeneous_section(slower * first.thickness, first.section.struck)
+    highest = max(FREQUENCY, first.highest_frequency)
+    return PlateModes(ModalPlate(replace(first, section=section, highest_frequency=highest), until))
 
 
 def on_modes(build: Build, ranges: Mapping[str, tuple[float, float]], until: float) -> Build | None:

@@ -1,4 +1,4 @@
-"""Predictions of a builder of co-simulations for the sensors of a measured signal, at many values of the unknowns."""
+"""Predictions of a builder of co-simulations at the sensors of a measured signal, at many values of the unknowns."""
 
 from collections.abc import Callable, Sequence
 from math import inf, log
@@ -12,12 +12,8 @@ from coupling.cosimulation import CoSimulation
 from coupling.engine import is_compiled
 from coupling.plan import valid_until
 from coupling.recording.frames import kept_at
-from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import kind
-from coupling.results.waves import ReflectedWave
-from coupling.signals.signals import as_signal
 from coupling.sweeps.batch import records
-from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import caution, collected
 from structures.checks import finite, instance, short
@@ -27,29 +23,18 @@ from structures.units import readable
 SAVED_PER_CONTACT = 48.0
 """Saved times in the shortest contact: cubic splines between them are exact to 1e-5 of a pulse."""
 
-WIDE = 10.0
-"""A range whose ends differ by more than this factor is searched by its logarithm."""
+ACCURACY, NUMERICAL = "screening", 1e-4
+"""Accuracy of the runs, and the part of the peak to which their traces are exact; lower noise is not believed."""
 
-ACCURACY = "screening"
-"""Of the runs: traces differ by 1e-4 of their peak from runs with the default accuracy."""
+REMEMBERED = 256
+"""Traces of the latest runs that are kept, as searches start at points of a scan, and at ends of other searches."""
 
 MOST_SAMPLES = 1e6
 """Of the trace of a sensor: a record of a second."""
 
-REMEMBERED = 1e6
-"""Samples of the latest runs that are kept, as searches start at points of a scan, and at ends of other searches."""
-
-NUMERICAL = 1e-4
-"""That difference; noise below it is not believed."""
-
-EARLY = 0.8
-"""A wave comes back after this part of the time that theory gives: in compressed chains after 0.86 or more."""
-
-FROM_IMPACT = 4.0
-"""Length of the prediction by default, in times that a wave takes through the chain: later ones depend on chance."""
-
-SHORT = 0.75
-"""A structure made for less than this part of that length is warned of; a record may hold so long a lead."""
+FROM_IMPACT, SHORT = 4.0, 0.75
+"""Length of the prediction by default, in times that a wave takes through the chain: later waves depend on chance.
+Structures that were made for less than the part SHORT of it are warned of."""
 
 
 class Range(NamedTuple):
@@ -61,8 +46,8 @@ class Range(NamedTuple):
 
     @property
     def logarithmic(self) -> bool:
-        """True if equal places are equal factors."""
-        return self.low > 0.0 and self.high > WIDE * self.low
+        """True if equal places are equal factors: for ranges of more than a factor of ten."""
+        return self.low > 0.0 and self.high > 10.0 * self.low
 
     def value(self, place: float) -> float:
         """Return the value at a place."""
@@ -77,13 +62,9 @@ class Range(NamedTuple):
             return log(value / self.low) / log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
-    def slope(self, place: float) -> float:
-        """Change of the value with the place."""
-        return self.value(place) * log(self.high / self.low) if self.logarithmic else self.high - self.low
-
 
 def range_of(name: str, ends: Any) -> Range:
-    """Return a Range from (low, high), or raise a ValueError."""
+    """Return a Range from (low, high)."""
     what = "must be the lowest and the highest value, such as (1e-3, 6e-3)"
     if not isinstance(ends, tuple | list) or len(ends) != 2:
         raise ValueError(f"{name} = {short(ends)}: {what}")
@@ -118,24 +99,19 @@ def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], re
 
 
 class Prediction:
-    """Runs of a builder, as traces at sensors: runs × sensors × times, N, from the impact on.
+    """Runs of a builder, as dynamic forces at sensors, N: runs × sensors × times, from the impact on.
 
-    build: makes a CoSimulation of one chain from the unknowns. until: length of the traces, s. It counts the runs, and
-    collects the warnings that they gave.
+    It counts the runs and those that failed, and keeps the first warning of each kind.
     """
-
-    costs_runs = True
 
     def __init__(
         self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
     ) -> None:
         check_build(build, {unknown.name: None for unknown in ranges}, "build", "unknowns")
         self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
-        self.runs, self.failed, self._said = 0, 0, dict[str, str]()
-        self.reason = ""
-        """Why the first run failed that did."""
-        self.progress: Progress | None = None
-        self._last = dict[bytes, Vector]()
+        self.runs, self.failed, self.reason, self._said = 0, 0, "", dict[str, str]()
+        self.progress: Any = None
+        self._known = dict[bytes, Vector]()
         self._quick = False
         self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
@@ -147,33 +123,9 @@ class Prediction:
         self.contact_time = self.first.interface.contact_time
         self.interval = self.contact_time / SAVED_PER_CONTACT
         check_samples("until", until, until / self.interval)
-        self.time = self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1)
+        self.time: Vector = np.asarray(self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1))
         self._compiled = is_compiled(self.first.interface, self.first.scheme)
         self._kept = kept_at(self.sensors, beads)
-
-    def waves(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-        """Return AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is
-        missing.
-
-        What comes before a wave can have run to the structure and back is the tail of the incident one.
-        """
-        moving = self.first.chain
-        hop = moving.transit_time / (beads := len(moving.chain.beads))
-        features = list[float]()
-        with collected():
-            signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
-            for n in sensors:
-                waves = reflections(signal, n, earliest=EARLY * 2.0 * (beads - n) * hop)
-                for wave in (waves.primary, waves.secondary):
-                    features += (
-                        [wave.amplitude_ratio, wave.time_of_flight] if isinstance(wave, ReflectedWave) else [np.nan] * 2
-                    )
-        return np.array(features)
-
-    def primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-        """Return the same of the primary waves alone."""
-        primaries: Vector = self.waves(time, forces, sensors).reshape(-1, 2, 2)[:, 0].ravel()
-        return primaries
 
     @property
     def warnings(self) -> list[str]:
@@ -184,57 +136,41 @@ class Prediction:
         """Return the unknowns at places from 0 to 1."""
         return {unknown.name: unknown.value(place) for unknown, place in zip(self.ranges, places, strict=True)}
 
-    def stage(self, name: str) -> None:
-        """Show the user what the next runs are for."""
-        if self.progress is not None:
-            self.progress.stage(name)
-
     def made(self, **values: Any) -> CoSimulation:
+        """Return the co-simulation at some values."""
         simulation = instance("build(...)", built_at(self.build, values), CoSimulation, "a CoSimulation")
         if self.progress is not None:
-            self.progress.advance()
+            self.progress.update()
         if len(simulation.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
         return (simulation.replace(accuracy=ACCURACY) if self._quick else simulation).for_run(self.until)
 
     def traces(self, places: Sequence[Vector]) -> Vector:
-        """Return the forces at the sensors, N, runs × sensors × times; NaN for a run that fails."""
+        """Return the traces of many runs; NaN for a run that fails."""
         rows = [self.values(place) for place in places]
         self.runs += len(rows)
         with collected() as messages:
             traces = self._together(rows) if self._compiled else np.stack([self._alone(row) for row in rows])
         self.failed += int(np.isnan(traces).all(axis=(1, 2)).sum())
-        self._last |= {place.tobytes(): trace for place, trace in zip(places, traces, strict=True)}
-        for old in list(self._last)[: -max(1, int(REMEMBERED / traces[0].size))]:
-            del self._last[old]
         for message in messages:
             self._said.setdefault(kind(message), message)
+        self._known |= {place.tobytes(): trace for place, trace in zip(places, traces, strict=True)}
+        for old in list(self._known)[:-REMEMBERED]:
+            del self._known[old]
         return traces
 
-    def curves(self, traces: Vector) -> "Curves":
-        """Return traces between their samples."""
-        return Curves(traces, self.interval)
-
-    def trace(self, places: Vector) -> Vector:
-        """Return the forces of one run, N, sensors × times; of those done lately without another run."""
-        return self.known_traces([places])[0]
-
-    def known_traces(self, places: Sequence[Vector]) -> list[Vector]:
-        """Return the traces of runs; those done lately are not run again."""
-        known = {key: self._last[key] for place in places if (key := place.tobytes()) in self._last}
-        if others := [place for place in places if place.tobytes() not in known]:
-            known |= {place.tobytes(): trace for place, trace in zip(others, self.traces(others), strict=True)}
-        return [known[place.tobytes()] for place in places]
+    def trace(self, place: Vector) -> Vector:
+        """Return the trace of one run; those of the latest places are not run again."""
+        known = self._known.get(place.tobytes())
+        return self.traces([place])[0] if known is None else known
 
     def _together(self, rows: list[dict[str, float]]) -> Vector:
-        """Return the traces of many runs in the compiled loop."""
-        # A function without unknowns is of no use, so there is at least one.
+        """Return the traces of runs in the compiled loop."""
         columns: dict[str, Any] = {unknown.name: [row[unknown.name] for row in rows] for unknown in self.ranges}
         runs = records(self.made, self.until, self.interval, self._kept, len(self.first.chain.chain.beads), columns)
         for finding in runs.findings:
             caution(finding)
         self.reason = self.reason or next(iter(runs.failures), "")
-        # Runs × times × contacts.
         return self._forces(runs.force.swapaxes(1, 2), runs.static, [index + 1 for index in self._kept.contacts])
 
     def _alone(self, row: dict[str, float]) -> Vector:
@@ -254,39 +190,20 @@ class Prediction:
         forces = [0.5 * (dynamic[..., places[n], :] + dynamic[..., places[n + 1], :]) for n in self.sensors]
         return np.stack(forces, axis=-2)
 
-    def slopes(self, places: Vector, here: Vector, steps: Vector, rough: bool = False) -> Vector:
-        """Changes of the traces with the place of each unknown: unknowns × sensors × times. here: the traces.
+    def slopes(self, place: Vector, here: Vector, steps: Vector, central: bool = True) -> Vector:
+        """Return the derivatives of the traces by the places, from one batch: unknowns × sensors × times.
 
-        By central differences over ± steps, all in one batch; at the end of a range by one-sided ones of second order.
-        rough: by one-sided ones of first order, for half the runs.
+        here: the traces at this place. Central differences, one-sided at an end of a range; else all are one-sided.
         """
-        size, points = places.size, list[Vector]()
-        nodes: list[tuple[int, tuple[float, ...], tuple[float, ...]]] = []
-        offsets: tuple[float, ...]
-        weights: tuple[float, ...]
-        for k in range(size):
-            step = steps[k]
-            if rough:
-                shift = step if places[k] + step <= 1.0 else -step
-                offsets, weights = (0.0, shift), (-step / shift, step / shift)
-            elif places[k] - step < 0.0:
-                # At an end of the range three points on one side, of second order as the central difference.
-                offsets, weights = (0.0, step, 2.0 * step), (-1.5, 2.0, -0.5)
-            elif places[k] + step > 1.0:
-                offsets, weights = (0.0, -step, -2.0 * step), (1.5, -2.0, 0.5)
-            else:
-                offsets, weights = (-step, step), (-0.5, 0.5)
-            nodes.append((len(points), offsets, weights))
-            for offset in offsets:
-                if offset != 0.0:
-                    points.append(places + offset * np.eye(size)[k])
-        traces = self.traces(points)
-        slopes = np.zeros((size, *here.shape))
-        for k, (first, offsets, weights) in enumerate(nodes):
-            place = first
-            for offset, weight in zip(offsets, weights, strict=True):
-                slopes[k] += weight / steps[k] * (here if offset == 0.0 else traces[place])
-                place += offset != 0.0
+        above, size = np.minimum(place + steps, 1.0), place.size
+        below = np.maximum(place - steps, 0.0) if central else np.where(above > place, place, place - steps)
+        ends = np.stack([below, above], axis=1)
+        moved = [(k, i) for k in range(size) for i in range(2) if ends[k, i] != place[k]]
+        runs = self.traces([np.where(np.arange(size) == k, ends[k, i], place) for k, i in moved])
+        traces = np.tile(here, (size, 2, 1, 1))
+        for (k, i), run in zip(moved, runs, strict=True):
+            traces[k, i] = run
+        slopes: Vector = (traces[:, 1] - traces[:, 0]) / (above - below)[:, None, None]
         return slopes
 
 

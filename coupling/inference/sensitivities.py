@@ -1,31 +1,58 @@
-"""Derivatives of AR, TOF and traces by the parameters of the function that builds a run."""
+"""Derivatives of AR, TOF and traces by the parameters of the function that builds a run.
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+The runs of a difference have the windows, steps and saved times of the run between them, so that they differ by the
+parameter alone.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from math import inf
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import is_compiled
-from coupling.inference.differences import OF_RUNS, Build, Derivative, differences, jumps
-from coupling.plan import Adaptive
+from coupling.plan import Adaptive, Plan
+from coupling.recording.frames import kept_at
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import warn, with_warnings
-from coupling.sweeps.batch import Measure
+from coupling.sweeps.batch import Measure, records
 from coupling.sweeps.sweep import built_at, check_build
 from structures.caution import collected
 from structures.checks import finite, function, instance, positive
 from structures.linear_algebra.one_thread import one_thread
+from structures.structure import Vector
+from structures.units import readable
 
-SHIFT = 1e-5
-"""Of the peak: how far traces are shifted along their derivatives to differentiate a measure of them."""
+Build: TypeAlias = Callable[..., CoSimulation]
+"""A function of parameters; it may have `units`, the SI units of these by name, for messages."""
 
-TINY = 1e-300
-"""In place of zero, where it would be divided by."""
+OF_RUNS = ["contact_force", "velocity", "static_force", "centre", "impact_energy"]
+"""What measures use of runs, as the columns of `Records`."""
 
-JUMP = 0.1
-"""Part of a derivative by which those of both sides differ where a measure has none."""
+STEPS, SMOOTH = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2), 0.01
+"""Of a parameter, in parts of its value; and the part of a derivative by which those of both sides may differ from it:
+where they differ more, as by rounding, a larger step is taken. Contacts that open bend traces, so that the error grows
+with the step."""
+
+STEPS_WITH_LOSSES, SMOOTH_WITH_LOSSES = (1e-2, 3e-3, 1e-3), 0.05
+"""The same of a chain with losses. These begin at the first step after a contact closes, so that traces jump by what
+they do in a part of a step; a large difference contains many such jumps, and their mean."""
+
+NEGLIGIBLE = 1e-3
+"""Part of a force: less of it does not matter, for a parameter that changes by as much as it is."""
+
+SHIFT, JUMP = 1e-5, 0.1
+"""Of the peak: how far traces are shifted along their derivatives to differentiate a measure of them; and the part of a
+derivative by which those of both sides differ where the measure has none."""
+
+
+class Derivative(NamedTuple):
+    """Derivatives by name; doubt: the part by which those of the force on either side differ, zero where they agree."""
+
+    slopes: dict[str, Vector]
+    doubt: float
 
 
 @one_thread
@@ -33,9 +60,7 @@ def sensitivities(
     build: Build, until: float, sensors: Iterable[int], measure: Measure | None = None, save_every: float | None = None,
     **parameters: float,
 ) -> xr.Dataset:  # fmt: skip
-    """Return a run with its derivatives by parameters of the function that builds it.
-
-    They are central differences of runs whose windows, steps and saved times are those of the run itself.
+    """Return a run with its derivatives by parameters of the function that builds it: central differences.
 
     Parameters
     ----------
@@ -62,19 +87,12 @@ def sensitivities(
     Raises
     ------
     ValueError
-        For parameters that are zero or that `build` does not take, near which it fails, adaptive windows, and
-        structures of the user's own.
+        For parameters that are zero or near which build fails, adaptive windows, and structures of the user's own.
 
     Warns
     -----
     HertzlinkWarning
-        Where derivatives from both sides differ, because the function has a kink, jumps or depends on chance.
-
-    Notes
-    -----
-    Each parameter takes two runs; where their difference does not tell a derivative from a kink or from chance, two
-    for each of several larger steps. Losses begin at the first step after a contact closes, so that traces jump a
-    little with a parameter: differences of chains with losses are large ones, which smooth these jumps.
+        Where derivatives from both sides differ: at a kink or a jump, by chance, and with losses of contacts.
 
     Examples
     --------
@@ -88,39 +106,16 @@ def sensitivities(
     >>> print(f"TOF changes by {1e6 * 0.01 * float(tof):.2f} µs for 0.01 m/s")
     TOF changes by -2.51 µs for 0.01 m/s
     """
-    values = _checked_parameters(build, parameters)
-    function("measure", measure or waves_at, 1, "a function of a Dataset of runs")
-    simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation")
-    until = positive("until", until, "s")
-    simulation = simulation.for_run(until)
-    check_differentiable(simulation)
+    if not parameters:
+        raise ValueError("parameters: name at least one argument of build, such as thickness=2e-3")
+    check_build(build, parameters, "build", "parameters")
+    values, until = {name: finite(name, value) for name, value in parameters.items()}, positive("until", until, "s")
+    if zero := [name for name, value in values.items() if value == 0.0]:
+        raise ValueError(f"{zero[0]} = 0: has no scale for a difference; must not be zero")
     if sensors is None:
         raise ValueError("sensors = None: must be numbers of beads, such as [7]")
-    plan = simulation.plan(until, save_every)
-    with collected() as said:
-        run = simulation.run(until, save_every, sensors=sensors)
-    rates = differences(build, values, simulation, plan, run)
-    measured, notes = _measured(run, rates, measure or waves_at(run.bead.values.tolist()))
-    derivatives = dict[str, Any]()
-    for key in ("contact_force", "velocity"):
-        units = {"units": f"{run[key].units} per unit of the parameter"}
-        slopes = np.stack([rate.slopes[key] for rate in rates.values()])
-        derivatives[f"{key}_derivative"] = ("parameter", *run[key].dims), slopes, units
-    value = "parameter", list(values.values()), {"long_name": "value at which the run is differentiated"}
-    run = run.assign(derivatives | dict(measured.data_vars))
-    run = run.assign_coords(parameter=list(values), parameter_value=value)
-    findings = [*dict.fromkeys(said), *_doubts(rates), *notes]
-    if jumps(simulation):
-        findings.append(
-            "dissipation: losses begin at the first step after a contact closes, so that runs jump with a parameter; "
-            "derivatives are slopes over 0.1 to 1 % of its value, exact to some per cent of the largest"
-        )
-    warn(findings)
-    return with_warnings(run, findings)
-
-
-def check_differentiable(simulation: CoSimulation) -> None:
-    """Raise a ValueError for a co-simulation that a batch does not do, or that has no windows to hold fixed."""
+    function("measure", measure or waves_at, 1, "a function of a Dataset of runs")
+    simulation = instance("build(...)", built_at(build, values), CoSimulation, "a CoSimulation").for_run(until)
     if isinstance(simulation.window, Adaptive):
         raise ValueError("build(...): has adaptive windows, which jump with a parameter; give a window in s, or none")
     if not is_compiled(simulation.interface, simulation.scheme):
@@ -131,31 +126,97 @@ def check_differentiable(simulation: CoSimulation) -> None:
     if len(simulation.interface.chains) > 1:
         raise ValueError(f"build(...) = {simulation!r}: has several chains; must have one")
 
+    plan, loss = simulation.plan(until, save_every), simulation.chain.chain.dissipation
+    jumps = loss is not None and loss.piece != "drag"
+    with collected() as said:
+        run = simulation.run(until, save_every, sensors=sensors)
+    rates = differences(build, values, simulation, plan, run, jumps)
+    measured, notes = _measured(run, rates, measure or waves_at(run.bead.values.tolist()))
+    derivatives = dict[str, Any]()
+    for key in ("contact_force", "velocity"):
+        units = {"units": f"{run[key].units} per unit of the parameter"}
+        slopes = np.stack([rate.slopes[key] for rate in rates.values()])
+        derivatives[f"{key}_derivative"] = ("parameter", *run[key].dims), slopes, units
+    value = "parameter", list(values.values()), {"long_name": "value at which the run is differentiated"}
+    run = run.assign(derivatives | dict(measured.data_vars))
+    run = run.assign_coords(parameter=list(values), parameter_value=value)
 
-def _doubts(rates: Mapping[str, Derivative]) -> list[str]:
-    """Return what the user must know of derivatives: which are doubtful, and which parameters have no effect."""
-    findings = list[str]()
-    for name, (slopes, doubt) in rates.items():
+    findings = list(dict.fromkeys(said))
+    for name, (changes, doubt) in rates.items():
         if doubt:
             findings.append(
                 f"{name}: has no derivative here, or an inexact one; those of both sides differ by {200.0 * doubt:.1g} "
                 "%. Perhaps build jumps, has a kink or depends on chance, a mesh or a reduction changes, or a loss "
                 "begins as a contact closes"
             )
-        elif not (slopes["contact_force"].any() or slopes["velocity"].any()):
+        elif not (changes["contact_force"].any() or changes["velocity"].any()):
             findings.append(f"{name}: changes nothing in this run")
-    return findings
+    findings += notes
+    if jumps:
+        findings.append(
+            "dissipation: losses begin at the first step after a contact closes, so that runs jump with a parameter; "
+            "derivatives are slopes over 0.1 to 1 % of its value, exact to some per cent of the largest"
+        )
+    warn(findings)
+    return with_warnings(run, findings)
 
 
-def _checked_parameters(build: Build, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return the values of the parameters, or raise a ValueError that names the one that is wrong."""
-    if not parameters:
-        raise ValueError("parameters: name at least one argument of build, such as thickness=2e-3")
-    check_build(build, parameters, "build", "parameters")
-    values = {name: finite(name, value) for name, value in parameters.items()}
-    if zero := [name for name, value in values.items() if value == 0.0]:
-        raise ValueError(f"{zero[0]} = 0: has no scale for a difference; must not be zero")
-    return values
+def differences(
+    build: Build, values: Mapping[str, float], simulation: CoSimulation, plan: Plan, run: xr.Dataset, jumps: bool
+) -> dict[str, Derivative]:
+    """Return the derivatives of a run by each parameter; jumps: whether it jumps with them, a little."""
+    here, beads = run.contact_force.values, len(simulation.chain.chain.beads)
+    settings = {"window": plan.length, "dt": plan.length / simulation.chain.steps(plan.length)}
+    until, kept = plan.interval * (plan.rows - 1), kept_at(run.bead.values.tolist(), beads)
+    found, failures, left = dict[str, Derivative](), dict[str, str](), list(values)
+    steps, smooth = (STEPS_WITH_LOSSES, SMOOTH_WITH_LOSSES) if jumps else (STEPS, SMOOTH)
+    for step in steps:
+        pairs = dict[str, list[CoSimulation]]()
+        for name in left:
+            try:
+                pairs[name] = [_near(build, values, name, part, settings) for part in (step, -step)]
+            except ValueError as error:
+                failures.setdefault(name, str(error))
+        if not pairs:
+            continue
+        with collected():  # these runs are not those of the user
+            rows = [near for pair in pairs.values() for near in pair]
+            runs = records(lambda run: run, until, plan.interval, kept, beads, {"run": rows})
+        for place, name in enumerate(pairs):
+            both = {key: part[2 * place : 2 * place + 2] for key, part in zip(OF_RUNS, runs.columns, strict=True)}
+            above, below = both["contact_force"]
+            if np.isnan(above + below).any():
+                failures[name] = f"{name}: a run near its value fails: {runs.failures[0]}"
+                continue
+            slopes = {key: (part[0] - part[1]) / (2.0 * step * values[name]) for key, part in both.items()}
+            bend = abs(above - 2.0 * here + below).mean() / (2.0 * step)
+            size = abs(slopes["contact_force"] * values[name]).mean()
+            doubt = 0.0 if bend <= max(NEGLIGIBLE * abs(here).mean(), smooth * size) else bend / size if size else inf
+            if name not in found or doubt < found[name].doubt:
+                found[name] = Derivative(slopes, float(doubt))
+        left = [name for name in left if name not in found or found[name].doubt]
+        if not left:
+            break
+    if missing := [name for name in values if name not in found]:
+        raise ValueError(failures[missing[0]])
+    return {name: found[name] for name in values}
+
+
+def _near(
+    build: Build, values: Mapping[str, float], name: str, part: float, settings: Mapping[str, Any]
+) -> CoSimulation:
+    """Return the run whose parameter of this name is larger by a part of its value; errors say at which value."""
+    try:
+        return build(**{**values, name: values[name] * (1.0 + part)}).replace(**settings)
+    except (ArithmeticError, ValueError) as error:
+        shown = readable(values[name], units_of(build).get(name, ""), 6)
+        needs = f"fails at {shown} {100.0 * part:+g} %, which a derivative by differences needs"
+        raise ValueError(f"{name}: build {needs}: {error}") from None
+
+
+def units_of(build: Build) -> dict[str, str]:
+    """Return the SI units of a builder's parameters, by name, as far as it states them."""
+    return dict(getattr(build, "units", {}))
 
 
 def waves_at(sensors: list[int]) -> Measure:
@@ -169,7 +230,7 @@ def waves_at(sensors: list[int]) -> Measure:
 
 
 def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
-    """Return what a measure gave as a Dataset, or raise a ValueError."""
+    """Return what a measure gave as a Dataset."""
     if isinstance(values, xr.DataArray):
         # A force's greatest value is still called contact_force, and is another quantity.
         name = "measure" if values.name is None or values.name in run.variables else str(values.name)
@@ -179,28 +240,32 @@ def as_measures(values: Any, run: xr.Dataset) -> xr.Dataset:
 
 
 def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure) -> tuple[xr.Dataset, list[str]]:
-    """Return a measure of a run with its derivatives, and what to know of these.
-
-    All that a measure can use of a run is shifted along its derivatives, a little to both sides.
-    """
-    names = list(rates)
+    """Return a measure of a run with its derivatives, and what to know of these: all that a measure can use of the run
+    is shifted along its derivatives, a little to both sides."""
+    names, here, shifted = list(rates), run[OF_RUNS], dict[str, Any]()
     largest = np.array([abs(rate.slopes["contact_force"]).max() for rate in rates.values()])
-    steps = SHIFT * run.contact_force.values.max() / np.maximum(largest, TINY)
+    steps = SHIFT * run.contact_force.values.max() / np.maximum(largest, 1e-300)
     shifts = np.concatenate([np.zeros((1, len(names))), np.diag(steps), -np.diag(steps)])
-    here, shifted = run[OF_RUNS], dict[str, Any]()
     for key in OF_RUNS:
-        slopes = np.array([rates[name].slopes[key] for name in names])
-        moved = here[key].values + np.tensordot(shifts, slopes, 1)
+        moved = here[key].values + np.tensordot(shifts, np.array([rate.slopes[key] for rate in rates.values()]), 1)
         shifted[key] = ("run", *here[key].dims), moved, here[key].attrs
     coordinates = {key: shifted.pop(key) for key in list(shifted) if key in here.coords}
     runs = here.assign(shifted).assign_coords(coordinates)
     with collected() as said:
-        values = _checked_measure(measure(runs), run, len(shifts))
+        values = as_measures(measure(runs), run)
     if said:  # what it says of the run itself; shifted runs are no runs of the user
         with collected() as said:
             measure(runs.isel(run=[0]))
     data, notes = dict[str, Any](), list(dict.fromkeys(said))
     for name, value in values.data_vars.items():
+        if value.sizes.get("run") != len(shifts) or "parameter" in value.dims:
+            raise ValueError(
+                f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {len(shifts)}, and none "
+                "that is called parameter"
+            )
+        if name in run.variables or value.dtype.kind not in "fiu":
+            what = "is a name that every run uses" if name in run.variables else f"holds {value.dtype}"
+            raise ValueError(f"measure(runs): {name} {what}; must be real numbers under another name")
         table = value.transpose("run", ...)
         usual, above, below = table.values[0], table.values[1 : 1 + len(names)], table.values[1 + len(names) :]
         step = steps.reshape(-1, *[1] * usual.ndim)
@@ -215,22 +280,6 @@ def _measured(run: xr.Dataset, rates: Mapping[str, Derivative], measure: Measure
         data[str(name)] = table.isel(run=0, drop=True)
         units = {"units": f"{value.attrs.get('units', '1')} per unit of the parameter"}
         data[f"{name}_derivative"] = (("parameter", *table.dims[1:]), slope, units)
-    return values.isel(run=0, drop=True).drop_vars(list(values.data_vars)).assign(data), notes
-
-
-def _checked_measure(values: Any, run: xr.Dataset, count: int) -> xr.Dataset:
-    """Return what a measure gave for each run as a Dataset of numbers, or raise a ValueError."""
-    measures = as_measures(values, run)
-    for name, value in measures.data_vars.items():
-        if value.sizes.get("run") != count or "parameter" in value.dims:
-            raise ValueError(
-                f"measure(runs): {name} has the dimensions {dict(value.sizes)}; must keep run: {count}, and none that "
-                "is called parameter"
-            )
-        if name in run.variables:
-            raise ValueError(f"measure(runs): {name} is a name that every run uses; must have another one")
-        if value.dtype.kind not in "fiu":
-            raise ValueError(f"measure(runs): {name} holds {value.dtype}; must be real numbers")
-    if not measures.data_vars:
+    if not data:
         raise ValueError("measure(runs): is empty; must hold at least one variable")
-    return measures
+    return values.isel(run=0, drop=True).drop_vars(list(values.data_vars)).assign(data), notes

@@ -11,16 +11,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.signal import lfilter
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from coupling.inference.features import correlated, memory_of
 from coupling.inference.identification import AT_END, BLIND, NOT_TRUSTED, NUISANCE, Identification
-from coupling.inference.measured import estimated
-from coupling.results.ar_and_tof import of_signals
+from coupling.inference.measured import estimated, white_noise
+from coupling.inference.prediction import NUMERICAL
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
-from coupling.results.reading import Reading
-from coupling.results.sensor_trace import interpolated_over_gaps, noise_level
 from coupling.sweeps.points import Outcome, Task, run_points
 from coupling.sweeps.store import Failure, Point, Store
 from coupling.sweeps.sweep import outcomes_kept
@@ -40,14 +39,9 @@ FAILED, MEASURED = "failed", "measured"
 WORST = (FAILED, BLIND, AT_END)
 """Verdicts that a point has as soon as one of its taps has them, the worst first."""
 
-DRAWS = 60
-"""Draws of noise from which the scatter of AR and TOF of a single tap follows, to 9 %."""
-
-NUMERICAL = 1e-4
-"""Part of AR and TOF to which they are read."""
-
-NORMAL = 1.96
-"""Standard deviations in half of a 95 % interval."""
+DRAWS, NORMAL = 60, 1.96
+"""Draws of noise from which the scatter of AR and TOF of a single tap follows, to 9 %; standard deviations in half of a
+95 % interval."""
 
 OF_UNKNOWNS = ("value", "low", "high")
 
@@ -99,20 +93,6 @@ def map_taps(
     ValueError
         For a table without x, y and file, or with what is no number; if all points fail.
 
-    Warns
-    -----
-    HertzlinkWarning
-        For points that failed, taps that were left out, and what `read` and `answer` warn of.
-
-    Notes
-    -----
-    Each tap of a point is answered by itself. The value of a point is their mean, weighted by their intervals. Where
-    they scatter more than these intervals allow (χ², 5 %), it is the plain mean, with Student's interval of the
-    scatter, and a warning. Taps that the model does not fit are left out where it fits others.
-
-    The interval of AR and TOF of a tap comes from draws of noise like that of its quiet lead. It does not hold what
-    differs from tap to tap.
-
     Examples
     --------
     >>> import hertzlink as hl
@@ -127,7 +107,13 @@ def map_taps(
     >>> hl.map_taps(taps, read, jobs=1).value.sel(unknown="AR at bead 7").values.round(2).tolist()
     [0.4, 0.6]
     """
-    grid = read_grid(points) if isinstance(points, str | os.PathLike) else Grid(_checked(points))
+    if isinstance(points, str | os.PathLike):
+        grid = read_grid(points)
+    else:
+        for k, point in enumerate(points):
+            if not isinstance(point, Mapping) or not {"x", "y", "files"} <= point.keys():
+                raise ValueError(f"points[{k}] = {short(point)}: must hold x and y (m) and files")
+        grid = Grid([{**point, "files": [str(file) for file in point["files"]]} for point in points])
     function("read", read, 1, "a function of a file's path")
     if answer is not None:
         function("answer", answer, 2, "a function of a signal and its point")
@@ -143,10 +129,10 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
     try:
         text = file.read_text(encoding="utf-8-sig")
         semicolons = ";" in text.partition("\n")[0]
-        lines = [*csv.reader(text.splitlines(), delimiter=";" if semicolons else ",", skipinitialspace=True)]
-        rows = [(n, line) for n, line in enumerate(lines, 1) if any(cell.strip() for cell in line)]
+        lines = csv.reader(text.splitlines(), delimiter=";" if semicolons else ",", skipinitialspace=True)
+        rows = [(n, [cell.strip() for cell in line]) for n, line in enumerate(lines, 1) if any(map(str.strip, line))]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{file}: is no table of text in UTF-8 ({error})") from None
+        raise ValueError(f"{file}: is not a table of text in UTF-8 ({error})") from None
     heads = [HEAD.fullmatch(cell) for cell in (rows[0][1] if rows else [])]
     names = [head["name"].strip() if head else "" for head in heads]
     units = [((head["unit"] or head["in"] or "").strip(" ()") if head else "") for head in heads]
@@ -158,39 +144,30 @@ def read_grid(path: str | os.PathLike[str], convert: Callable[[str, str, str], A
         try:
             factor(unit, "m")
         except ValueError:
-            raise ValueError(
-                f'{file}: column {name} has the unit "{unit}", must have one of length: {name} / mm'
-            ) from None
-    points: dict[tuple[Any, ...], dict[str, Any]] = {}
-    line_of = dict[str, int]()
+            must = f"must have one of length: {name} / mm"
+            raise ValueError(f'{file}: column {name} has the unit "{unit}", {must}') from None
+    points, line_of = dict[tuple[Any, ...], dict[str, Any]](), dict[str, int]()
     for number, row in rows[1:]:
         if len(row) > len(names):
-            raise ValueError(
-                f"{file}:{number}: has {count_of(len(row), 'cell')} under {count_of(len(names), 'column')}"
-            )
-        cells = [cell.strip() for cell in row] + [""] * (len(names) - len(row))
-        point: dict[str, Any] = {}
-        tap = ""
-        for name, unit, head, cell in zip(names, units, heads, cells, strict=False):
-            text = cell.replace(",", ".") if semicolons and name != "file" else cell
+            counts = count_of(len(row), "cell"), count_of(len(names), "column")
+            raise ValueError(f"{file}:{number}: has {counts[0]} under {counts[1]}")
+        cells = dict(zip(names, row + [""] * (len(names) - len(row)), strict=True))
+        tap, point = cells["file"], dict[str, Any]()
+        for name, unit, head in zip(names, units, heads, strict=True):
+            if name == "file":
+                continue
+            cell = cells[name].replace(",", ".") if semicolons else cells[name]
             try:
-                if name == "file":
-                    tap = cell
-                elif name in ("x", "y"):
-                    point[name] = _length(text, unit)
-                else:
-                    point[name] = (convert or _si)(name, text, unit)
+                point[name] = _length(cell, unit) if name in ("x", "y") else (convert or _si)(name, cell, unit)
                 if head and head["entry"]:
-                    point[head["entry"]] = (convert or _si)(head["entry"], text, unit)
+                    point[head["entry"]] = (convert or _si)(head["entry"], cell, unit)
             except ValueError as error:
                 raise ValueError(f"{file}:{number}: column {name}: {error}") from None
-        if not tap:
-            raise ValueError(f"{file}:{number}: names no file")
-        if tap in line_of:
-            raise ValueError(f"{file}:{number}: names {tap!r} again, as line {line_of[tap]} does; a tap counts once")
+        if not tap or tap in line_of:
+            again = f"names {tap!r} again, as line {line_of[tap]} does; a tap counts once" if tap else "names no file"
+            raise ValueError(f"{file}:{number}: {again}")
         line_of[tap] = number
-        key = tuple(point.items())
-        points.setdefault(key, {**point, "files": []})["files"].append(str(file.parent / tap))
+        points.setdefault(tuple(point.items()), {**point, "files": []})["files"].append(str(file.parent / tap))
     if not points:
         raise ValueError(f"{file}: has no points below its head")
     return Grid(list(points.values()), shown)
@@ -209,15 +186,6 @@ def _si(name: str, text: str, unit: str) -> Any:
     if unit and np.isnan(value):
         raise ValueError(f"{short(text)} is no number with the unit {unit}")
     return text if np.isnan(value) else value
-
-
-def _checked(points: Any) -> list[Point]:
-    if not isinstance(points, Sequence) or not points:
-        raise ValueError(f"points = {short(points)}: must be a path, or mappings with x, y and files")
-    for k, point in enumerate(points):
-        if not isinstance(point, Mapping) or not {"x", "y", "files"} <= point.keys():
-            raise ValueError(f"points[{k}] = {short(point)}: must hold x and y (m) and files")
-    return [{**point, "files": [str(file) for file in point["files"]]} for point in points]
 
 
 @dataclass(frozen=True)
@@ -249,9 +217,8 @@ class Taps(Task):
         data, findings = _together(fitting or answers)
         findings += [f"tap left out: {error}" for error in refused]
         findings += ["tap left out: the model does not fit it"] * (len(answers) - len(fitting or answers))
-        return with_warnings(
-            data, [*findings, *(line for answer in answers for line in findings_of(answer)), *messages]
-        )
+        findings += [line for answer in answers for line in findings_of(answer)]
+        return with_warnings(data, [*findings, *messages])
 
     def _identified(self, signal: xr.Dataset, others: Mapping[str, Any]) -> xr.Dataset:
         answer = instance("answer(...)", self.build(signal, others), Identification, "an Identification")
@@ -286,39 +253,45 @@ def _together(taps: Sequence[xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     ]  # fmt: skip
     columns = {"value": mean, "low": mean - half, "high": mean + half, "verdict": verdict}
     misfit = float(np.sqrt(np.mean([tap.attrs.get("misfit", np.nan) ** 2 for tap in taps])))
-    return first.assign({name: ("unknown", column) for name, column in columns.items()}).assign_attrs(
-        misfit=misfit
-    ), findings
+    data = first.assign({name: ("unknown", column) for name, column in columns.items()})
+    return data.assign_attrs(misfit=misfit), findings
 
 
 def _waves(signal: xr.Dataset) -> xr.Dataset:
     """Return AR and TOF of the primary wave at each sensor; their 95 % intervals are those of draws of noise."""
-    sensors = signal.sensor.values.tolist()
-    value = np.array([float(one) for sensor in sensors for one in of_signals(Reading(signal), sensor)])
-    if np.isnan(value).all():
+    sensors, value, scatter = signal.sensor.values.tolist(), list[float](), list[float]()
+    for sensor in sensors:
+        drawn = _drawn(signal, sensor)
+        for measure in (amplitude_ratio, time_of_flight):
+            value.append(float(measure(signal, sensor)))
+            scatter.append(float(np.nanstd(measure(drawn, sensor).values)))
+    values = np.array(value)
+    if np.isnan(values).all():
         raise ValueError("no reflected wave stands out of the noise")
-    draws = [of_signals(Reading(_drawn(signal, sensor)), sensor) for sensor in sensors]
-    scatter = [float(np.nanstd(values)) for both in draws for values in both]
-    half = NORMAL * np.hypot(scatter, NUMERICAL * abs(value))
-    return xr.Dataset(
-        {
-            "value": ("unknown", value), "low": ("unknown", value - half), "high": ("unknown", value + half),
-            "verdict": ("unknown", [FAILED if np.isnan(one) else MEASURED for one in value]),
-            "unit": ("unknown", ["", "µs"] * len(sensors)), "unit_size": ("unknown", [1.0, 1e-6] * len(sensors)),
-        },
-        {"unknown": [f"{what} at bead {sensor}" for sensor in sensors for what in ("AR", "TOF")]},
-    )  # fmt: skip
+    half = NORMAL * np.hypot(scatter, NUMERICAL * abs(values))
+    columns = {
+        "value": values, "low": values - half, "high": values + half,
+        "verdict": [FAILED if np.isnan(one) else MEASURED for one in values],
+        "unit": ["", "µs"] * len(sensors), "unit_size": [1.0, 1e-6] * len(sensors),
+    }  # fmt: skip
+    names = [f"{what} at bead {sensor}" for sensor in sensors for what in ("AR", "TOF")]
+    return xr.Dataset({name: ("unknown", column) for name, column in columns.items()}, {"unknown": names})
 
 
 def _drawn(signal: xr.Dataset, sensor: int) -> xr.Dataset:
-    """Return a signal with draws of noise like that of its lead added, over `draw`."""
-    force = interpolated_over_gaps(np.asarray(signal.sensor_force.sel(sensor=sensor).values, dtype=float))
-    size = estimated(force)
-    random = np.random.default_rng(sensor)
-    white = random.normal(size=(DRAWS, force.size))
-    noise = (
-        size * correlated(white, memory_of(np.full(DRAWS, noise_level(force) / size))) if size > 0.0 else 0.0 * white
-    )
+    """Return a signal with draws of noise like that of its lead added, over `draw`.
+
+    Noise of low frequency remembers its last sample: the variance of its third differences is smaller by
+    1 − 1.5 m + 0.6 m² − 0.1 m³, where m is the correlation from sample to sample.
+    """
+    trace = signal.sensor_force.sel(sensor=sensor)
+    force = np.asarray(trace.interpolate_na("time", fill_value="extrapolate").values, dtype=float)
+    size, memory = estimated(force), np.linspace(0.0, 0.999, 1000)
+    smaller = (white_noise(force) / size) ** 2 if size > 0.0 else 1.0
+    m = float(np.interp(-smaller, -(1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3), memory))
+    white = np.random.default_rng(sensor).normal(size=(DRAWS, force.size))
+    white[:, 1:] *= np.sqrt(1.0 - m**2)
+    noise = size * lfilter([1.0], [1.0, -m], white, axis=-1)
     return signal.sel(sensor=[sensor]).assign(sensor_force=(("draw", "time", "sensor"), (force + noise)[..., None]))
 
 
@@ -350,41 +323,38 @@ def where(data: xr.Dataset, point: int) -> str:
 def _combined(grid: Grid, outcomes: Sequence[Outcome]) -> xr.Dataset:
     """Return the map; a point that failed holds NaN and its error."""
     answers = {k: outcome for k, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}
-    errors = [
-        "" if k in answers else
-        outcome.message if isinstance(outcome, Failure) and outcome.kind == "ValueError" else str(outcome)
-        for k, outcome in enumerate(outcomes)
-    ]  # fmt: skip
+    errors = [""] * len(outcomes)
+    for k, outcome in enumerate(outcomes):
+        if k not in answers:
+            errors[k] = str(outcome)
+        if isinstance(outcome, Failure) and outcome.kind == "ValueError":
+            errors[k] = outcome.message
     if not answers:
         raise ValueError(f"all {count_of(len(errors), 'point')} failed, the first one with: {errors[0]}")
     first = next(iter(answers.values()))
     names = list(dict.fromkeys(str(name) for answer in answers.values() for name in answer.unknown.values))
-    shape = len(outcomes), len(names)
-    numbers = {name: np.full(shape, np.nan) for name in OF_UNKNOWNS}
-    verdict = np.full(shape, FAILED, dtype=object)
+    numbers = {name: np.full((len(outcomes), len(names)), np.nan) for name in OF_UNKNOWNS}
+    verdict = np.full((len(outcomes), len(names)), FAILED, dtype=object)
     units, sizes = dict.fromkeys(names, ""), dict.fromkeys(names, 1.0)
     for k, answer in answers.items():
-        for i, name in enumerate(answer.unknown.values.tolist()):
-            column = names.index(name)
-            for what, table in numbers.items():
-                table[k, column] = float(answer[what][i])
-            verdict[k, column] = str(answer.verdict.values[i])
-            units[name], sizes[name] = str(answer.unit.values[i]), float(answer.unit_size[i])
+        columns = [names.index(name) for name in answer.unknown.values.tolist()]
+        for what, table in numbers.items():
+            table[k, columns] = answer[what].values
+        verdict[k, columns] = answer.verdict.values
+        units |= dict(zip(answer.unknown.values.tolist(), answer.unit.values.tolist(), strict=True))
+        sizes |= dict(zip(answer.unknown.values.tolist(), answer.unit_size.values.tolist(), strict=True))
     data = xr.Dataset(
-        {name: (("point", "unknown"), table) for name, table in numbers.items()},
+        {name: (("point", "unknown"), table) for name, table in (numbers | {"verdict": verdict.astype(str)}).items()},
         {"unknown": names},
         {name: value for name, value in first.attrs.items() if name in ("input", "versions")},
     )
-    data["verdict"] = ("point", "unknown"), verdict.astype(str)
     data["unit"], data["unit_size"] = ("unknown", list(units.values())), ("unknown", list(sizes.values()))
     for name, unit in zip("xy", grid.units, strict=True):
         place = {"units": "m", "unit": unit, "size": float(factor(unit, "m"))}
         data[name] = "point", [float(point[name]) for point in grid.points], place
-    data["taps"] = "point", [int(answers[k].attrs["taps"]) if k in answers else 0 for k in range(len(outcomes))]
-    data["misfit"] = (
-        "point",
-        [float(answers[k].attrs.get("misfit", np.nan)) if k in answers else np.nan for k in range(len(outcomes))],
-    )
+    attributes = [answers[k].attrs if k in answers else {} for k in range(len(outcomes))]
+    data["taps"] = "point", [int(one.get("taps", 0)) for one in attributes]
+    data["misfit"] = "point", [float(one.get("misfit", np.nan)) for one in attributes]
     data["files"] = "point", ["; ".join(Path(name).name for name in point["files"]) for point in grid.points]
     data["error"] = "point", errors
     said = {where(data, k): findings_of(answer) for k, answer in answers.items() if findings_of(answer)}

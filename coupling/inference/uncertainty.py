@@ -1,10 +1,4 @@
-"""Uncertainty budgets: what the uncertainties of parameters do to AR and TOF.
-
-References
-----------
-JCGM 100:2008, Guide to the Expression of Uncertainty in Measurement (GUM), equations 10 and 11a; JCGM 101:2008, its
-supplement on the propagation of distributions by sampling.
-"""
+"""Uncertainty budgets: what the uncertainties of parameters do to AR and TOF (JCGM 100:2008 and 101:2008)."""
 
 import json
 from collections.abc import Mapping
@@ -17,9 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.inference.differences import Build, units_of
 from coupling.inference.identification import LINE
-from coupling.inference.sensitivities import as_measures, sensitivities, waves_at
+from coupling.inference.sensitivities import Build, as_measures, sensitivities, units_of, waves_at
 from coupling.results.ar_and_tof import UNCERTAINTY, reflections
 from coupling.results.findings import findings_of, kind, one_of_each, warn
 from coupling.results.waves import NoWave
@@ -30,19 +23,10 @@ from structures.quantities import standard_uncertainty
 from structures.structure import Vector
 from structures.units import readable
 
-SEED = 0
-
-BENT = 0.3
-"""Part of the standard uncertainty by which a measure at the ends may differ from what derivatives predict."""
-
-NONE = 1e-4
-"""Part of a measure that counts as no change of it: numerical errors are as large."""
-
-CURVED = 0.05
-"""Part by which a sampled standard uncertainty differs from the propagated one where a measure is not linear."""
-
-SURE = 2.0
-"""Standard errors of the sampled standard uncertainty that such a difference must exceed."""
+BENT, NONE, CURVED = 0.3, 1e-4, 0.05
+"""Part of the standard uncertainty by which a measure at the ends may differ from what derivatives predict; part of a
+measure that is no change of it, but a numerical error; part by which a sampled uncertainty may differ from a propagated
+one, besides two standard errors."""
 
 
 @dataclass(frozen=True)
@@ -51,30 +35,18 @@ class Uncertainty:
 
     Parameters
     ----------
-    value : dict
-        The measure at the values of the parameters, by name.
-    standard : dict
-        Its standard uncertainty by the law of propagation.
+    value, standard : dict
+        Each measure at the values of the parameters, and its standard uncertainty by the law of propagation.
     shares : dict
         For each parameter its part of the variance of each measure, from 0 to 1.
     inputs : dict
         Value and standard uncertainty of each parameter, in SI units.
-    sampled : dict
-        Mean and standard deviation of each measure over the sampled runs; empty where none were asked for.
-    samples : dict
-        Each measure of the sampled runs, as an array; NaN where a run failed or has no such wave.
+    sampled, samples : dict
+        Mean and standard deviation of each measure over the sampled runs, if any, and all its values, NaN where none.
     units : dict
         Of the measures, and of parameters where they are known, as in a case.
     warnings : list of str
         What the user must know.
-
-    Examples
-    --------
-    >>> from coupling.inference.uncertainty import Uncertainty
-    >>> budget = Uncertainty({"AR": 0.5}, {"AR": 0.01}, {"radius": {"AR": 1.0}}, {"radius": (4.76e-3, 1e-5)})
-    >>> print(budget)
-    AR = 0.5 ± 0.01
-      100 %  radius = 0.00476 ± 1e-05
     """
 
     value: dict[str, float]
@@ -96,32 +68,7 @@ class Uncertainty:
 
     def _largest_first(self, name: str) -> list[str]:
         """Return the parameters by their share in the variance of a measure; none of a measure without a value."""
-        return sorted(
-            self.inputs if isfinite(self.value[name]) else (), key=lambda parameter: -self.shares[parameter][name]
-        )
-
-    def _bent(self, ends: xr.Dataset) -> list[str]:
-        """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
-        said = list[str]()
-        for name, value in self.value.items():
-            if not isfinite(value):
-                continue
-            standard = self.standard[name]
-            for parameter, (below, above) in zip(self.inputs, ends[name].values.reshape(-1, 2), strict=True):
-                predicted, change = standard * sqrt(self.shares[parameter][name]), 0.5 * abs(above - below)
-                number, spread = (self._shown(parameter, size, 4) for size in self.inputs[parameter])
-                if not isfinite(change):
-                    said.append(
-                        f"{name}: has no value where {parameter} = {number} moves by its uncertainty {spread}; is that "
-                        "so large?"
-                    )
-                elif abs(change - predicted) > BENT * max(standard, NONE * abs(value)):
-                    said.append(
-                        f"{name}: where {parameter} moves by its uncertainty, it moves by "
-                        f"{self._shown(name, change, 2)}, and by its derivative {self._shown(name, predicted, 2)}; in "
-                        "Python hl.uncertainty(..., draws=200) needs no derivative"
-                    )
-        return said
+        return sorted(self.inputs, key=lambda part: -self.shares[part][name]) if isfinite(self.value[name]) else []
 
     def noted_in(self, run: xr.Dataset, sensor: int) -> xr.Dataset:
         """Return a run of the same simulation with this budget for a sensor, which reports then show."""
@@ -140,15 +87,12 @@ class Uncertainty:
     def __str__(self) -> str:
         lines = []
         for name in self.value:
-            sampled = ""
-            if name in self.sampled:
-                sampled = f"  (sampled: ± {self._shown(name, self.sampled[name][1], 2)})"
+            both = self.sampled.get(name)
+            sampled = f"  (sampled: ± {self._shown(name, both[1], 2)})" if both else ""
             lines.append(f"{name} = {self._with_spread(name)}{sampled}")
-            for parameter in self._largest_first(name):
-                number, spread = self.inputs[parameter]
-                share = f"{100.0 * self.shares[parameter][name]:3.0f} %"
-                spread_text = self._shown(parameter, spread, 2)
-                lines.append(f"  {share}  {parameter} = {self._shown(parameter, number, 4)} ± {spread_text}")
+            for part in self._largest_first(name):
+                number, spread = (self._shown(part, x, n) for x, n in zip(self.inputs[part], (4, 2), strict=True))
+                lines.append(f"  {100.0 * self.shares[part][name]:3.0f} %  {part} = {number} ± {spread}")
         lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
         return "\n".join(lines)
 
@@ -157,10 +101,12 @@ class Uncertainty:
 
 
 def uncertainty(
-    build: Build, until: float, sensor: int, measure: Measure | None = None, draws: int = 0, seed: int = SEED,
+    build: Build, until: float, sensor: int, measure: Measure | None = None, draws: int = 0, seed: int = 0,
     **spreads: float | str,
 ) -> Uncertainty:  # fmt: skip
     """Return the standard uncertainty of AR and TOF that follows from those of parameters, and the share of each.
+
+    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ².
 
     Parameters
     ----------
@@ -179,6 +125,7 @@ def uncertainty(
         Of the draws.
     **spreads : float or str
         Standard uncertainty of each parameter: in SI units, with a unit as "0.01 mm", or as part of the value, "2 %".
+        Which unit suits a parameter of your function is not known here: "1 N" is taken as 1 in SI units.
 
     Returns
     -------
@@ -193,13 +140,7 @@ def uncertainty(
     Warns
     -----
     HertzlinkWarning
-        Where the sampled standard uncertainty differs from the propagated one, because the measure is not linear;
-        without draws, where two runs at the ends of a parameter's uncertainty do; and as `sensitivities`.
-
-    Notes
-    -----
-    Parameters are taken as independent: u² = Σ (∂f/∂xᵢ)² uᵢ². Which unit suits a parameter of your function is not
-    known here: "1 N" is taken as 1 in SI units.
+        Where the measure is not linear over the uncertainties, by the draws or by two runs for each parameter.
 
     References
     ----------
@@ -220,115 +161,110 @@ def uncertainty(
        66 %  modulus = 3e+09 ± 1.5e+08
        34 %  impact_speed = 0.3 ± 0.01
     """
-    draws, seed = whole("draws", draws, 0), whole("seed", seed, 0)
+    draws, seed, sensor = whole("draws", draws, 0), whole("seed", seed, 0), whole("sensor", sensor)
     if draws == 1:
         raise ValueError("draws = 1: have no standard deviation; must be 2 or more, or 0 for none")
-    sensor, values = whole("sensor", sensor), _defaults(build, spreads)
-    inputs = {name: (value, standard_uncertainty(name, spreads[name], value)) for name, value in values.items()}
+    if not spreads:
+        raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
+    if not callable(build):
+        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
+    parameters, inputs = signature(build).parameters, dict[str, tuple[float, float]]()
+    for name, spread in spreads.items():
+        if name not in parameters:
+            raise ValueError(f"{name}: is no parameter of build, which takes {', '.join(parameters) or 'nothing'}")
+        if parameters[name].default is Parameter.empty:
+            raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
+        value = finite(name, parameters[name].default)
+        inputs[name] = value, standard_uncertainty(name, spread, value)
     return propagated(build, until, sensor, inputs, measure, draws, seed)
 
 
 def propagated(
     build: Build, until: float, sensor: int, inputs: Mapping[str, tuple[float, float]], measure: Measure | None = None,
-    draws: int = 0, seed: int = SEED,
+    draws: int = 0, seed: int = 0,
 ) -> Uncertainty:  # fmt: skip
     """Return the budget of `uncertainty` for values and standard uncertainties in SI units."""
-    measure, values = measure or _of_sensor(sensor), {name: value for name, (value, _) in inputs.items()}
-    run = sensitivities(build, until, [sensor], measure=measure, **values)
-    names = [
-        str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in ("contact_force", "velocity")
-    ]
-    deviations = np.array([spread for _, spread in inputs.values()])
+    of_sensor, values = waves_at([sensor]), {name: value for name, (value, _) in inputs.items()}
+    read = measure or (lambda runs: of_sensor(runs).isel(sensor=0, drop=True))
+    run = sensitivities(build, until, [sensor], measure=read, **values)
+    traces = ("contact_force", "velocity")
+    names = [str(name) for name in run.data_vars if f"{name}_derivative" in run and name not in traces]
     value, standard = dict[str, float](), dict[str, float]()
     shares: dict[str, dict[str, float]] = {name: {} for name in inputs}
     for name in names:
-        parts = (_single(name, run[f"{name}_derivative"].values) * deviations) ** 2
+        slopes = run[f"{name}_derivative"].values
+        if slopes.ndim > 1:
+            raise ValueError(f"measure(runs): {name} has the shape {slopes.shape[1:]} for each run; must be one number")
+        parts = (slopes * np.array([spread for _, spread in inputs.values()])) ** 2
         value[name], standard[name] = float(run[name].values.item()), sqrt(float(parts.sum()))
         for parameter, part in zip(inputs, parts, strict=True):
             shares[parameter][name] = float(part / parts.sum()) if parts.sum() > 0.0 else 0.0
-    all_units = {name: str(run[name].attrs.get("units", "1")) for name in names} | units_of(build)
-    notes = findings_of(run)
-    budget = Uncertainty(value, standard, shares, dict(inputs), units=all_units, warnings=notes)
-    sampled, samples = budget.sampled, budget.samples
-    said, lacking = list[str](), [name for name in names if not isfinite(value[name])]
-    if lacking:
+    units = {name: str(run[name].attrs.get("units", "1")) for name in names} | units_of(build)
+    notes, said = findings_of(run), list[str]()
+    budget = Uncertainty(value, standard, shares, dict(inputs), units=units, warnings=notes)
+    if lacking := [name for name in names if not isfinite(value[name])]:
         with collected():
             waves = reflections(build(**values).run(until), sensor)
         reasons = (f"there is no {wave.which} wave: {wave.reason}" for wave in waves if isinstance(wave, NoWave))
         said.append(f"{', '.join(lacking)}: no value; {next(reasons, 'the measure gives none')}")
-    if not draws:
-        said += budget._bent(_ends(build, until, sensor, measure, inputs))
-    else:
+
+    def measured(columns: dict[str, Any]) -> xr.Dataset:
+        return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(read(runs), runs), **columns)
+
+    if draws:
+        random = np.random.default_rng(seed)
+        columns = {name: (x + spread * random.standard_normal(draws)).tolist() for name, (x, spread) in inputs.items()}
         with collected() as heard:
-            tables = _sampled(build, until, sensor, measure, inputs, draws, seed)
+            tables = measured(columns)
         said += [finding for finding in one_of_each(heard) if kind(finding) not in map(kind, notes)]
         for name in names:
-            samples[name] = tables[name].values
-            usable = samples[name][np.isfinite(samples[name])]
+            budget.samples[name] = tables[name].values
+            usable = budget.samples[name][np.isfinite(budget.samples[name])]
             if usable.size < draws and name not in lacking:
                 said.append(f"{name}: {draws - usable.size} of {draws} sampled runs failed, or have no such wave")
             if usable.size > 1 and name not in lacking:
-                sampled[name] = float(usable.mean()), float(usable.std(ddof=1))
-                said += _curved(name, standard[name], sampled[name][1], usable.size)
+                budget.sampled[name] = float(usable.mean()), float(usable.std(ddof=1))
+                said += _curved(name, standard[name], budget.sampled[name][1], usable.size)
+    else:
+        # Two runs for each parameter: a standard uncertainty below and above its value.
+        columns = {name: [x] * (2 * len(inputs)) for name, (x, _) in inputs.items()}
+        for place, (name, (x, spread)) in enumerate(inputs.items()):
+            columns[name][2 * place : 2 * place + 2] = x - spread, x + spread
+        with collected():  # such runs are not those of the user, who learns what they show
+            said += _bent(budget, measured(columns))
     warn(said)
     notes += said
     return budget
 
 
-def _of_sensor(sensor: int) -> Measure:
-    measure = waves_at([sensor])
-    return lambda runs: measure(runs).isel(sensor=0, drop=True)
-
-
-def _defaults(build: Any, spreads: Mapping[str, Any]) -> dict[str, float]:
-    """Return the values of the parameters that are uncertain: the defaults of the function."""
-    if not spreads:
-        raise ValueError('spreads: name the uncertainty of at least one parameter, such as thickness="0.02 mm"')
-    if not callable(build):
-        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
-    parameters, values = signature(build).parameters, dict[str, float]()
-    for name in spreads:
-        if name not in parameters:
-            raise ValueError(f"{name}: is no parameter of build, which takes {', '.join(parameters) or 'nothing'}")
-        if parameters[name].default is Parameter.empty:
-            raise ValueError(f"{name}: has no default value in build, such as def build({name}=2e-3)")
-        values[name] = finite(name, parameters[name].default)
-    return values
-
-
-def _single(name: str, slopes: Vector) -> Vector:
-    if slopes.ndim > 1:
-        raise ValueError(f"measure(runs): {name} has the shape {slopes.shape[1:]} for each run; must be one number")
-    return slopes
-
-
-def _ends(
-    build: Build, until: float, sensor: int, measure: Measure, inputs: Mapping[str, tuple[float, float]]
-) -> xr.Dataset:
-    """Return the measures of two runs for each parameter: a standard uncertainty below and above its value."""
-    columns: dict[str, Any] = {name: [value] * (2 * len(inputs)) for name, (value, _) in inputs.items()}
-    for place, (name, (value, spread)) in enumerate(inputs.items()):
-        columns[name][2 * place : 2 * place + 2] = value - spread, value + spread
-    with collected():  # such runs are not those of the user, who learns what they show
-        return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(measure(runs), runs), **columns)
-
-
-def _sampled(
-    build: Build, until: float, sensor: int, measure: Measure, inputs: Mapping[str, tuple[float, float]], draws: int,
-    seed: int,
-) -> xr.Dataset:  # fmt: skip
-    """Return the measures of runs with parameters drawn at random."""
-    random = np.random.default_rng(seed)
-    columns: dict[str, Any] = {
-        name: (value + spread * random.standard_normal(draws)).tolist() for name, (value, spread) in inputs.items()
-    }
-    return batch(build, until, sensors=[sensor], measure=lambda runs: as_measures(measure(runs), runs), **columns)
+def _bent(budget: Uncertainty, ends: xr.Dataset) -> list[str]:
+    """Return what the user must know where a measure at the ends is far from what its derivative predicts."""
+    said = list[str]()
+    for name, value in budget.value.items():
+        if not isfinite(value):
+            continue
+        standard = budget.standard[name]
+        for parameter, (below, above) in zip(budget.inputs, ends[name].values.reshape(-1, 2), strict=True):
+            predicted, change = standard * sqrt(budget.shares[parameter][name]), 0.5 * abs(above - below)
+            if not isfinite(change):
+                number, spread = (budget._shown(parameter, size, 4) for size in budget.inputs[parameter])
+                said.append(
+                    f"{name}: has no value where {parameter} = {number} moves by its uncertainty {spread}; is that so "
+                    "large?"
+                )
+            elif abs(change - predicted) > BENT * max(standard, NONE * abs(value)):
+                said.append(
+                    f"{name}: where {parameter} moves by its uncertainty, it moves by "
+                    f"{budget._shown(name, change, 2)}, and by its derivative {budget._shown(name, predicted, 2)}; in "
+                    "Python hl.uncertainty(..., draws=200) needs no derivative"
+                )
+    return said
 
 
 def _curved(name: str, standard: float, sampled: float, draws: int) -> list[str]:
     """Return what the user must know where a measure is not linear over the uncertainties, else nothing."""
     away = abs(sampled / standard - 1.0) if standard > 0.0 else float(sampled > 0.0)
-    if away < CURVED + SURE / sqrt(2.0 * draws):
+    if away < CURVED + 2.0 / sqrt(2.0 * draws):
         return []
     if standard == 0.0:
         return [f"{name}: moves in steps, so that its derivative is zero although {draws} sampled runs differ"]

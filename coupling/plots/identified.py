@@ -13,9 +13,6 @@ if TYPE_CHECKING:
 
 NEEDED = ("measured", "fitted", "residual", "noise", "value", "low", "high", "verdict", "correlation")
 
-FEATURE = "feature"
-"""The dimension of data where AR and TOF were compared, not the samples."""
-
 BLIND = "blind"
 """The verdict of an unknown that the signal does not determine."""
 
@@ -46,12 +43,11 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
     Returns
     -------
     Axes
-        "fit": time in µs, force in N; samples as points, the fit as a line. Where AR and TOF were compared, each of
-        them, fitted and measured, over the measured one. "residual": what the fit leaves over the noise; a band holds
-        95 % of white noise of that size. "intervals": half of the 95 % interval of each unknown in percent of its
-        value, with value and verdict, on a logarithmic axis: green where it is identified, grey where the model does
-        not fit; unknowns of value 0 have no bar. "correlation": a matrix of the unknowns; those near ±1 cannot be told
-        apart.
+        "fit": time in µs, force in N; samples as points, the fit as a line. "residual": what the fit leaves over the
+        noise; a band holds 95 % of white noise of that size. "intervals": half of the 95 % interval of each unknown in
+        percent of its value, with value and verdict, on a logarithmic axis: green where it is identified, grey where
+        the model does not fit; unknowns of value 0 have no bar. "correlation": a matrix of the unknowns; those near ±1
+        cannot be told apart.
 
     Raises
     ------
@@ -81,8 +77,6 @@ def identified(found: object, show: str = "fit", sensor: int | None = None, ax: 
 
 def _fit(data: xr.Dataset, number: int, ax: "Axes | None") -> "Axes":
     """Draw the fitted force over the measured one."""
-    if FEATURE in data.dims:
-        return _fit_of_features(data, axes_for(ax))
     ax, time = axes_for(ax), 1e6 * data.time.values
     ax.plot(time, data.measured, ".", color=PALE, markersize=2.5, label=f"measured at bead {number}")
     ax.plot(time, data.fitted, color=COLOURS[1], linewidth=1.1, label="fitted")
@@ -96,14 +90,6 @@ def _residual(data: xr.Dataset, number: int, ax: "Axes | None") -> "Axes":
     """Draw what the fit leaves, in units of the noise."""
     left = (data.residual / data.noise).values
     ax = axes_for(ax)
-    if FEATURE in data.dims:
-        places = np.arange(left.size)
-        ax.bar(places, left, width=0.5, color=COLOURS[0], label="residual")
-        ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of their scatter")
-        _name_features(ax, data)
-        styled(ax, "", "residual / noise")
-        ax.legend(frameon=False)
-        return ax
     time = 1e6 * data.time.values
     ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of white noise")
     size = float(np.sqrt(np.nanmean(left**2)))
@@ -179,44 +165,9 @@ def dataset_of(result: Any) -> xr.Dataset:
     return data
 
 
-def _fit_of_features(data: xr.Dataset, ax: "Axes") -> "Axes":
-    """Draw AR and TOF, fitted and measured, over the measured values: all units on one axis."""
-    measured, places = data.measured.values, np.arange(data.sizes[FEATURE])
-    part = np.full(measured.shape, np.nan)
-    np.divide(data.noise.values, abs(measured), out=part, where=measured != 0.0)
-    ax.errorbar(
-        places,
-        np.ones(places.size),
-        1.96 * part,
-        fmt="o",
-        color=PALE,
-        capsize=4.0,
-        label="measured, with 95 % of scatter",
-    )
-    ratio = np.full(measured.shape, np.nan)
-    np.divide(data.fitted.values, measured, out=ratio, where=measured != 0.0)
-    ax.plot(places, ratio, "D", color=COLOURS[1], markersize=5.0, label="fitted")
-    _name_features(ax, data)
-    styled(ax, "", "value / measured value")
-    ax.legend(frameon=False)
-    return ax
-
-
-def _name_features(ax: "Axes", data: xr.Dataset) -> None:
-    names = [plain(str(name)).replace(" at ", "\nat ") for name in data[FEATURE].values]
-    ax.set_xticks(range(len(names)), names, fontsize=SMALL)
-    ax.set_xlim(-0.6, len(names) - 0.4)
-
-
 def _one(result: object, sensor: int | None) -> tuple[xr.Dataset, int]:
-    """Return the data of one sensor, and its number; all data, and 0, where AR and TOF were compared."""
+    """Return the data of one sensor, and its number."""
     data = dataset_of(result)
-    if FEATURE in data.dims:
-        if sensor is not None:
-            raise ValueError(
-                f"sensor = {sensor!r}: must be None where AR and TOF were compared, which are drawn together"
-            )
-        return data, 0
     sensors = [int(number) for number in np.atleast_1d(data.sensor.values)]
     number = sensors[0] if sensor is None else whole("sensor", sensor)
     if number not in sensors:

@@ -12,8 +12,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.inference.information import REACH, STEP, Design, Sensitivities
-from coupling.inference.misfit import GAIN, TIME_ZERO
-from coupling.inference.search import inverse
+from coupling.inference.misfit import GAIN, TIME_ZERO, inverse
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.caution import collected
 from structures.structure import Vector

@@ -99,14 +99,6 @@ def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
     assert np.std(scores) == pytest.approx(1.0, abs=0.4)
 
 
-@pytest.mark.thorough
-def test_the_wrong_kind_of_edge_does_not_explain_the_signal() -> None:
-    signal = measured(Case(EdgedPlate(3e-3, 25e-3, "free"), until=UNTIL), 6)
-    found = hl.identify(signal, clamped, NUISANCES, **RANGES)
-    assert not found.explained
-    assert any("lacks something" in one for one in found.warnings)
-
-
 def rod_found(length: float, seed: int) -> Identification:
     """A bar of 9.5 mm radius, free at its far end, from the whole ranges."""
     signal = measured(Case(Rod([(STEEL, length, 9.5e-3)]), until=UNTIL), seed)

@@ -87,15 +87,6 @@ def test_a_mesh_is_as_wrong_as_estimated() -> None:
         assert estimate.parts[MESH][read.__name__] == pytest.approx(true, rel=0.4)
 
 
-def test_a_reduction_is_as_wrong_as_estimated() -> None:
-    body = hl.rod([hl.Layer(hl.PTFE, 0.06, 9e-3)], elements=12)
-    few = on(hl.reduce(body, UNTIL, largest=6))
-    estimate = hl.numerical_error(lambda: on(hl.reduce(body, UNTIL, largest=6)), UNTIL, SENSOR)
-    full, small = (float(hl.amplitude_ratio(one.run(UNTIL), SENSOR)) for one in (on(body), few))
-    assert abs(small - full) > 1e-5
-    assert estimate.parts[REDUCTION]["amplitude_ratio"] == pytest.approx(small - full, rel=0.01)
-
-
 class Spring:
     """A user's participant: a massless spring."""
 
@@ -155,14 +146,6 @@ def test_a_build_that_depends_on_chance_is_refused() -> None:
         ValueError, match=r"build\(\.\.\.\): depends on chance; AR = 0\.\d+ of one call and 0\.\d+ of the"
     ):
         hl.numerical_error(build, UNTIL, SENSOR)
-
-
-def test_a_mesh_that_would_be_too_large_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("structures.bodies.rod.MOST_ELEMENTS", 9)
-    with pytest.warns(hl.HertzlinkWarning, match="mesh: not estimated; elements: 12 are too many"):
-        estimate = hl.numerical_error(lambda: on(hl.rod([STEEL], elements=6)), UNTIL, SENSOR)
-    assert np.isnan(estimate.parts[MESH]["amplitude_ratio"])
-    assert estimate.margins["amplitude_ratio"] > 0.0
 
 
 def test_reflections_and_reports_show_the_margins_that_a_run_holds(tmp_path: Path) -> None:

@@ -339,22 +339,6 @@ def test_fit_and_residual_are_those_of_the_result() -> None:
     np.testing.assert_allclose(line(ax, "residual at bead 4")[1], at.residual / at.noise)
 
 
-def test_fit_of_features_names_each() -> None:
-    def build(modulus: float) -> hl.CoSimulation:
-        return hl.CoSimulation(hl.Chain([BEAD] * 14, BEAD, 0.3), hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
-
-    tap, guess = build(3e9).run(8e-4), {"modulus": 3.1e9}
-    result = hl.identify(tap, build, sensors=[7], compare="features", guess=guess, modulus=(1e9, 10e9))
-    ax = hl.plots.identified(result)
-    np.testing.assert_allclose(line(ax, "fitted")[1], result.data.fitted / result.data.measured)
-    names = [str(one).replace(" at ", "\nat ") for one in result.data.feature.values]
-    assert [one.get_text() for one in ax.get_xticklabels()] == names
-    bars = hl.plots.identified(result, "residual").containers[0]
-    np.testing.assert_allclose([one.get_height() for one in bars], result.data.residual / result.data.noise)
-    with pytest.raises(ValueError, match="sensor = 7: must be None"):
-        hl.plots.identified(result, sensor=7)
-
-
 def test_intervals_are_halves_in_percent() -> None:
     ax = hl.plots.identified(found(), "intervals")
     ends = [bar.get_x() + bar.get_width() for bar in ax.patches]

@@ -49,12 +49,6 @@ def test_derivatives_are_those_of_the_run_itself(change):
     assert float(change.time_of_flight_derivative.sel(parameter="modulus", sensor=8)) == pytest.approx(slope, rel=1e-3)
 
 
-def test_what_a_measure_says_of_the_run_is_passed_on():
-    with pytest.warns(HertzlinkWarning, match="^sensor = 2: is 1 bead from the struck end"):
-        change = hl.sensitivities(build, until=7e-4, sensors=[2, 6], modulus=MODULUS)
-    assert change.warnings.count("sensor = ") == 1
-
-
 def test_a_measure_of_the_users_own_and_its_units():
     change = hl.sensitivities(
         build,
@@ -136,18 +130,6 @@ def test_errors_of_runs_near_the_value_say_so():
         hl.sensitivities(near_the_limit, 3e-4, [6], ratio=0.4999999)
 
 
-def jumping(depth):
-    cells = 20 if depth < 3e-3 else 24
-    plate = hl.kirchhoff_plate(0.1, 0.1, depth, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(cells, cells))
-    return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, SPEED), hl.reduce(plate.at(0.05, 0.04), until=4e-4))
-
-
-def test_a_mesh_that_changes_is_named():
-    with pytest.warns(HertzlinkWarning, match="depth: has no derivative here"):
-        change = hl.sensitivities(jumping, 4e-4, [5], depth=3e-3)
-    assert "depth: has no derivative here" in change.attrs["warnings"]
-
-
 def clamped_at_left(y=0.1, depth=3e-3):
     """Return a chain at half the width, on the line of symmetry of the plate of docs/sensitivities.md."""
     plate = hl.kirchhoff_plate(0.2, 0.2, depth, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(28, 28))
@@ -162,32 +144,8 @@ def test_a_derivative_that_vanishes_by_symmetry_is_no_doubt():
     assert abs(change.contact_force_derivative * 0.1).max() < 1e-5 * change.contact_force.max()
 
 
-def test_a_kink_on_a_line_of_symmetry_is_named():
-    with pytest.warns(HertzlinkWarning, match="y: has no derivative here"):
-        hl.sensitivities(lambda y: clamped_at_left(y, 3e-3 + 0.1 * abs(y - 0.1)), 4e-4, [5], y=0.1)
-
-
-def damped(mass=0.02):
-    oscillator = hl.Structure([[mass]], [[1e6]], [[2e3 * mass]], [1.0], 0.0, hl.Surface(hl.STEEL_316))
-    return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, SPEED), oscillator)
-
-
-def test_what_damping_takes_is_no_loss_of_energy():
-    assert "energy:" not in hl.sensitivities(damped, 4e-4, [5], mass=0.02).attrs["warnings"]
-
-
 def with_more_beads(speed):
     return hl.CoSimulation(hl.Chain([BEAD] * (12 if speed > SPEED else 11), BEAD, speed), hl.half_space(hl.PTFE))
-
-
-def with_another_law(speed):
-    loss = hl.Restitution(0.9) if speed > SPEED else None
-    return hl.CoSimulation(hl.Chain([BEAD] * 12, BEAD, speed, dissipation=loss), hl.half_space(hl.PTFE))
-
-
-def test_a_run_that_changes_its_kind_is_named():
-    with pytest.warns(HertzlinkWarning, match="speed: has no derivative here"):
-        hl.sensitivities(with_another_law, 4e-4, [5], speed=SPEED)
 
 
 def test_a_run_that_changes_its_number_of_beads_is_refused():
@@ -311,11 +269,6 @@ def test_a_budget_says_once_what_the_user_must_know(draws):
     assert len(said) == len(budget.warnings)
 
 
-def test_parts_of_a_value_have_several_names():
-    budgets = [hl.uncertainty(build, 7e-4, 6, modulus=spread) for spread in ("2 %", "2%", "2 percent", 0.02 * MODULUS)]
-    assert {budget.inputs["modulus"] for budget in budgets} == {(MODULUS, 0.02 * MODULUS)}
-
-
 def test_a_measure_that_moves_in_steps_is_named():
     def latest(runs):
         return runs.contact_force.isel(contact=0).argmax("time").rename("latest")
@@ -355,20 +308,6 @@ def test_wrong_uncertainties_are_named(arguments, message):
         hl.uncertainty(build, 2e-4, **({"sensor": 6} | arguments))
 
 
-def test_a_parameter_needs_a_value():
-    with pytest.raises(ValueError, match="speed: has no default value in build"):
-        hl.uncertainty(adaptive, 2e-4, 6, speed="1 %")
-
-
-def test_both_sides_of_a_kink_are_told_apart():
-    def kinked(runs):
-        peak = runs.contact_force.max(("time", "contact"))
-        return np.abs(peak - float(peak[0])).rename("kinked")
-
-    with pytest.warns(HertzlinkWarning, match="kinked: has no derivative by modulus here"):
-        hl.sensitivities(build, 7e-4, [11], measure=kinked, modulus=MODULUS)
-
-
 @pytest.mark.thorough
 def test_derivatives_follow_the_times_at_which_dashpots_begin():
     """AR depends on c v^(−1/5) m^(−3/5) k^(−2/5) alone, with m ∝ R³ and k ∝ √R, though forces jump."""
@@ -384,21 +323,6 @@ def test_derivatives_follow_the_times_at_which_dashpots_begin():
     assert relative["coefficient"] < -0.2
     assert relative["speed"] == pytest.approx(-relative["coefficient"] / 5.0, rel=0.03)
     assert relative["radius"] == pytest.approx(-2.0 * relative["coefficient"], rel=0.03)
-
-
-@pytest.mark.thorough
-def test_ratios_under_tsujis_loss_do_not_depend_on_size_or_speed():
-    """α √(m k) δ^¼ δ̇ scales as k δ^1.5 does; its slope over δ, ¼ δ^(−¾), is infinite where the contact closes."""
-
-    def build(speed, radius):
-        bead = hl.Sphere(radius, hl.STEEL_440C)
-        chain = hl.Chain([bead] * 12, bead, speed, dissipation=hl.Tsuji(0.05))
-        return hl.CoSimulation(chain, hl.half_space(hl.PTFE))
-
-    values = {"speed": 0.3, "radius": 4.76e-3}
-    slopes = hl.sensitivities(build, 9e-4, [6], **values).amplitude_ratio_derivative
-    for name, value in values.items():
-        assert abs(float(slopes.sel(parameter=name).squeeze()) * value) < 0.01
 
 
 def nothing_behind(impact_speed=SPEED):

@@ -15,7 +15,6 @@ import hertzlink as hl
 from coupling.inference.identification import Identification
 from coupling.inference.tap_maps import _together, read_grid
 from coupling.plots.mapped import MARKS
-from coupling.sweeps.progress import Stopped
 
 STEP = 0.01
 """Of a digitiser of 8 bits over 2.56 V."""
@@ -78,11 +77,6 @@ def test_ar_and_tof_of_pulses_are_inside_their_intervals(tmp_path: Path) -> None
     assert half[:24, 1].max() < 1e-6
 
 
-def test_where_all_points_fail_the_reason_is_said(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"all 1 point failed, the first one with: .*lost: there is no such file"):
-        hl.map_taps([{"x": 0.0, "y": 0.0, "files": [str(tmp_path / "lost")]}], read, jobs=1)
-
-
 def read_and_note(file: Path) -> xr.Dataset:
     with (file.parent / "asked").open("a") as notes:
         notes.write(f"{file.name}\n")
@@ -103,20 +97,6 @@ def test_a_map_that_is_repeated_reads_what_is_new_or_failed(tmp_path: Path) -> N
     taps = hl.map_taps(points, read_and_note, jobs=1, store=tmp_path / "kept")
     assert (tmp_path / "asked").read_text().split() == ["a.csv", "b.csv", "a.csv"]
     assert taps.value.values[:, 0] == pytest.approx([0.4, 0.6], abs=0.01)
-
-
-def read_or_stop(file: Path) -> xr.Dataset:
-    if file.name == "b.csv":
-        raise KeyboardInterrupt
-    return read(file)
-
-
-def test_a_map_that_is_stopped_says_how_many_points_it_kept(tmp_path: Path) -> None:
-    points = [{"x": 0.01 * k, "y": 0.0, "files": [tmp_path / name]} for k, name in enumerate(("a.csv", "b.csv"))]
-    for k, name in enumerate(("a.csv", "b.csv")):
-        pulses(tmp_path / name, 0.5, 3e-4, k)
-    with pytest.raises(Stopped, match=r"1 of 2 points kept in .*kept; run again to continue"):
-        hl.map_taps(points, read_or_stop, jobs=1, store=tmp_path / "kept")
 
 
 def test_columns_of_a_table_come_with_the_point(tmp_path: Path) -> None:
