@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
 from coupling.inference.identification import (
@@ -230,11 +229,16 @@ def _risen(search: Search, best: Solution, k: int, half: float, inflation: float
         return known[trial]
 
     inner, step = place, min(max(1.05 * half, 1e-3), 0.1)
-    while abs(limit - inner) > 1e-9:
+    while abs(limit - inner) > 5e-4:
         outer = inner + side * min(step, abs(limit - inner))
-        if lacking(outer) > 0.0:
-            return float(brentq(lacking, inner, outer, xtol=2e-3 * abs(outer - place), rtol=1e-6))
-        inner, step = outer, 1.6 * step
+        before, after = lacking(inner), lacking(outer)
+        if 0.0 < after < REACH:
+            # The root of χ² is nearly straight.
+            return inner - before / (after - before) * (outer - inner)
+        if after <= 0.0:
+            inner, step = outer, 1.6 * step
+        else:
+            limit, step = outer, 0.5 * abs(outer - inner)
     return limit
 
 
