@@ -823,7 +823,7 @@ def test_a_map_has_a_row_for_each_point(tmp_path: Path, command: Callable[..., s
     assert {path.name for path in Path("wall-map").glob("*.png")} >= {"structure-material-youngs_modulus-value.png"}
     # The same command again reads the lost file alone.
     Path("scan/lost.csv").write_text(Path("scan/b.csv").read_text())
-    kept = {path.name: path.stat().st_mtime_ns for path in Path("wall-map.parts").glob("*.point")}
+    kept = {path.name: path.stat().st_mtime_ns for path in Path("wall-map.parts").glob("*.nc")}
     command("map", "wall.toml", "scan", "--jobs", "1", "--force")
     assert len(kept) == 4
     assert not Path("wall-map.parts").exists()

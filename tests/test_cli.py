@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 from click.shell_completion import ShellComplete
 
-from coupling.sweeps.progress import Stopped
+from coupling.sweeps.points import Stopped
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import cli, main
 from hertzlink.output_folder import check_output, write_folder
