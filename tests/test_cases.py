@@ -22,10 +22,11 @@ from coupling.inference.identification import unknowns_of
 from coupling.results.findings import findings_of
 from coupling.results.provenance import as_text
 from hertzlink.cases.case import Case, read
+from hertzlink.cases.forms import example_of
 from hertzlink.cases.identification import question_of
 from hertzlink.cases.maps import grid_of
 from hertzlink.cases.paths import Fault, as_toml, parsed, written
-from hertzlink.cases.reader import example_of, number
+from hertzlink.cases.reader import number
 from hertzlink.cases.schema import schema
 from hertzlink.cases.source import lines_of
 from hertzlink.cases.tables import Table

@@ -11,8 +11,9 @@ from typing import Any
 from coupling.plots.canvas import in_words
 from coupling.results.schema import OF_RUNS
 from hertzlink.cases.case import Case
+from hertzlink.cases.forms import alternatives, is_list, items_of
 from hertzlink.cases.paths import Fault, Path, parsed, shown, written
-from hertzlink.cases.reader import Call, alternatives, is_list, items_of, number
+from hertzlink.cases.reader import Call, number
 from structures.described import Parameter, noted
 from structures.quantities import Quantity
 from structures.units import NUMBER, factor

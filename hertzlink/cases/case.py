@@ -17,9 +17,10 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
+from hertzlink.cases.forms import form_of
 from hertzlink.cases.parts import MOST, Identify, Measure, Sections, nothing
 from hertzlink.cases.paths import Fault, Path, as_toml, entry, parsed, put, written
-from hertzlink.cases.reader import Call, Context, form_of, step
+from hertzlink.cases.reader import Call, Context, step
 from hertzlink.cases.reader import read as read_value
 from hertzlink.cases.source import Source, read_source
 from structures.checks import count_of

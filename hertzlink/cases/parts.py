@@ -8,8 +8,9 @@ from typing import Annotated, Any
 from coupling.black_box import Scheme
 from coupling.cosimulation import CoSimulation
 from coupling.plan import Adaptive
+from hertzlink.cases.forms import COMMON, EXTRA, TAGS, Of, hint_of, in_cases
 from hertzlink.cases.paths import Fault
-from hertzlink.cases.reader import COMMON, EXTRA, TAGS, Call, Of, hint_of, in_cases
+from hertzlink.cases.reader import Call
 from particles.bead import Bead, drop_speed
 from particles.chain import Chain
 from particles.deformable.deformable_chain import DeformableChain

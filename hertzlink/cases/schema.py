@@ -3,8 +3,7 @@
 from inspect import getdoc, isclass
 from typing import Any, get_args, get_origin
 
-from hertzlink.cases.parts import Sections
-from hertzlink.cases.reader import (
+from hertzlink.cases.forms import (
     OF_MATERIAL,
     Form,
     alternatives,
@@ -16,6 +15,7 @@ from hertzlink.cases.reader import (
     is_list,
     items_of,
 )
+from hertzlink.cases.parts import Sections
 from structures.checks import MOST
 from structures.described import noted
 from structures.quantities import Count, OneOf, Quantity

@@ -16,7 +16,7 @@ import pytest
 import hertzlink as hl
 from hertzlink import _described as _described
 from hertzlink.cases.case import Case
-from hertzlink.cases.reader import form_of
+from hertzlink.cases.forms import form_of
 from hertzlink.quantities import Count, OneOf, Quantity
 from structures import described as described_module
 from structures.described import Described, description, registered

@@ -1,0 +1,216 @@
+"""The entries of a table, from the annotations of the function or class that it calls."""
+
+import inspect
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass, replace
+from functools import cache
+from types import NoneType
+from typing import Any, NamedTuple, Union, get_args, get_origin
+
+import numpy as np
+
+from hertzlink import _described as _described  # for what they describe
+from hertzlink._rooms import ROOMS
+from hertzlink.cases.paths import Path
+from particles.bead import ATTRIBUTES, Bead
+from plates.laminate import Laminate, OrthotropicMaterial
+from plates.plate import Plate
+from plates.section import Section
+from structures.described import Described, Parameter, description, noted, of_family, registered
+from structures.material import Material
+from structures.quantities import Asks, Quantity
+from structures.structure import Structure
+
+TAGS: dict[type, str] = {Bead: "shape"}
+"""The families of which a table is one member, and the entry that says which; `parts` adds the others."""
+
+SPECIAL: dict[Any, "Special"] = {}
+"""What a table has besides the arguments of its target; `parts` fills it."""
+
+EXTRA: dict[type, dict[str, Any]] = {}
+"""Members of families that are not found by what they make, by their kinds."""
+
+COMMON: dict[type, Any] = {}
+"""Functions whose parameters are entries of all members of a family, which are read where the table stands."""
+
+OF_MATERIAL = (Material, OrthotropicMaterial)
+"""Classes of which a text names one."""
+
+BY_ENTRIES = (*OF_MATERIAL, Laminate, Section)
+"""Classes of which a table says by its entries which one is meant, without a kind."""
+
+
+@dataclass(frozen=True)
+class Of:
+    """A note of an annotation: a table whose entries are the arguments of a function."""
+
+    target: Any
+
+
+class Special(NamedTuple):
+    """How a table differs from the call of its target.
+
+    make: takes the Call and the entries; its parameters are entries too. without: parameters of the target that have no
+    entry. named: paths of entries to which names in messages belong.
+    """
+
+    make: Callable[..., Any]
+    without: tuple[str, ...] = ()
+    named: Mapping[str, Path] = {}
+
+
+def in_cases(
+    *targets: Any, without: tuple[str, ...] = (), named: Mapping[str, Path] | None = None
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register a function as what makes the tables of some targets; see `Special`."""
+
+    def register(make: Callable[..., Any]) -> Callable[..., Any]:
+        SPECIAL.update(dict.fromkeys(targets, Special(make, without, named or {})))
+        return make
+
+    return register
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """The entries of a table, and how what it means is made. common: entries that are no arguments."""
+
+    target: Any
+    kind: str
+    tag: str
+    entries: dict[str, Parameter]
+    common: frozenset[str]
+    special: Special | None
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all entries."""
+        return [*([self.tag] if self.tag else []), *self.entries]
+
+    @property
+    def makes(self) -> Any:
+        """The class of what is made."""
+        return Described(self.target).makes
+
+
+@cache
+def form_of(target: Any, family: Any = None, kind: str = "") -> Form:
+    """Return the form of the tables of a function or a class, by itself or as a member of a family."""
+    of = description(target) or Described(target)
+    entries = {name.rstrip("_"): parameter for name, parameter in of.parameters.items()}
+    special = SPECIAL.get(target)
+    if special is not None:
+        own = _own(special.make)
+        for name, parameter in own.items():
+            if parameter.type is Any and not parameter.notes and name in entries:
+                own[name] = replace(entries[name], default=parameter.default)
+        entries = own | {name: p for name, p in entries.items() if name not in (*own, *special.without)}
+    radius = entries.get("radius")
+    if radius is not None and radius.required:
+        radius = replace(radius, default=None)
+        entries |= {"radius": radius, "diameter": replace(radius, name="diameter")}
+    common = _own(COMMON[family]) if family in COMMON and of.makes is not NoneType else {}
+    tag = "" if family is None else TAGS[family]
+    return Form(target, kind or of.kind, tag, entries | common, frozenset(common), special)
+
+
+def _own(function: Any) -> dict[str, Parameter]:
+    parameters = Described(function).parameters
+    return {name: p for name, p in parameters.items() if name not in ("call", "others")}
+
+
+def members(family: type) -> dict[str, Form]:
+    """Return the forms of a family by their kinds."""
+    return _members(family, registered())
+
+
+@cache
+def _members(family: type, all_described: tuple[Described, ...]) -> dict[str, Form]:
+    if family is Bead:
+        many = [
+            of
+            for of in all_described
+            if inspect.isclass(of.target) and {*ATTRIBUTES} <= {*dir(of.target), *of.parameters}
+        ]
+    elif family is Structure:
+        many = [of for of in (*of_family(Structure), *of_family(Plate)) if of.builds]
+    else:
+        many = [*of_family(family)]
+    found: dict[str, Described] = {}
+    for of in many:
+        first = found.get(of.kind)
+        if first is not None and str(first.target.__module__).partition(".")[0] in ROOMS:
+            place = getattr(sys.modules.get(of.target.__module__), "__file__", of.target.__module__)
+            raise ValueError(f"{of.name} of {place}: hertzlink has this kind; give it another name")
+        found[of.kind] = of
+    forms = {kind: form_of(target, family, kind) for kind, target in EXTRA.get(family, {}).items()}
+    for kind in sorted(found):
+        forms |= dict.fromkeys((kind, *found[kind].also), form_of(found[kind].target, family))
+    return forms
+
+
+def forms_at(kinds: Sequence[tuple[Any, Sequence[Any]]]) -> tuple[dict[str, dict[str, Form]], list[Form]]:
+    """Return the forms that a table may have, by tag and kind, and those without a kind."""
+    tagged: dict[str, dict[str, Form]] = {}
+    plain: list[Form] = []
+    for kind, notes in kinds:
+        of = next((note.target for note in notes if isinstance(note, Of)), kind)
+        if inspect.isclass(kind) and kind in TAGS:
+            tagged.setdefault(TAGS[kind], {}).update(members(kind))
+        elif of is not kind or (inspect.isclass(kind) and (is_dataclass(kind) or description(kind))):
+            plain.append(form_of(of))
+    if len(plain) > 1 and not {form.target for form in plain} <= {*BY_ENTRIES}:
+        tagged.setdefault("kind", {}).update({form.kind: replace(form, tag="kind") for form in plain})
+        plain = []
+    return tagged, plain
+
+
+def alternatives(kind: Any, notes: Sequence[Any]) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Return the types that an annotation allows, each with its notes."""
+    if get_origin(kind) is not Union:
+        return [(kind, tuple(notes))]
+    return [pair for member in get_args(kind) for pair in alternatives(*noted(member))]
+
+
+def is_list(kind: Any) -> bool:
+    """Return whether an annotation asks for a list: a sequence, a tuple or an array."""
+    origin = get_origin(kind)
+    # NDArray is an alias, whose origin is the alias itself from NumPy 2.5 on.
+    return is_array(kind) or (inspect.isclass(origin) and issubclass(origin, Sequence))
+
+
+def is_array(kind: Any) -> bool:
+    """Return whether an annotation asks for an array."""
+    origin = get_origin(kind)
+    return np.ndarray in (origin, get_origin(getattr(origin, "__value__", None)))
+
+
+def items_of(kind: Any) -> tuple[Any, int | None]:
+    """Return the annotation of the entries of a list, and how many a tuple has."""
+    items = [item for item in get_args(kind) if item is not ...]
+    return items[0], len(items) if get_origin(kind) is tuple and ... not in get_args(kind) else None
+
+
+def hint_of(parameter: Parameter) -> str:
+    """Return what to write for an entry, from its annotation."""
+    if asks := asked(parameter.notes):
+        return f"give {asks}"
+    if any(kind is Material for kind, _ in alternatives(parameter.type, parameter.notes)):
+        return 'give a material, such as "aluminium 6061"'
+    quantity = next((note for note in parameter.notes if isinstance(note, Quantity)), None)
+    if quantity is None:
+        return "give it"
+    unit, example = quantity.unit_in_files, example_of(quantity)
+    return f'give {quantity.noun}, such as "{example}", or a number in {unit}' if unit else f"give {quantity.noun}"
+
+
+def asked(notes: Sequence[Any]) -> str:
+    """Return the words that ask for an entry."""
+    return next((note.text for note in notes if isinstance(note, Asks)), "")
+
+
+def example_of(quantity: Quantity) -> str:
+    """Return a number as a case has it; a quantity of a user's own may have no example."""
+    plain = quantity.example == Quantity.example
+    return f"{quantity.example} {quantity.unit_in_files}".strip() if plain else quantity.example
